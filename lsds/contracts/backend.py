@@ -1,0 +1,72 @@
+"""What a plugin declares about a backend, and what a backend's factory is given.
+
+A manifest module holds hook implementations and `BackendSpec`s only, so that listing plugins imports nothing heavy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+
+Kind = Literal["sensor", "gripper", "arm", "pose_source", "cell", "tracker", "detector", "estimator", "controller"]
+KINDS: tuple[Kind, ...] = (
+    "sensor",
+    "gripper",
+    "arm",
+    "pose_source",
+    "cell",
+    "tracker",
+    "detector",
+    "estimator",
+    "controller",
+)
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class BackendSpec:
+    """One backend on offer.
+
+    `factory` and `options` are "module:attribute" strings, imported when the backend is used: a callable
+    `factory(options, context)` and a pydantic model of its options table (None where it takes none). `requires` are
+    import names that must be there; `extra` is the pip extra that brings them. `hardware_verified` says on what
+    hardware, and when, a person has seen it work; empty for never.
+    """
+
+    kind: Kind
+    name: str
+    factory: str
+    options: str | None = None
+    summary: str = ""
+    requires: tuple[str, ...] = ()
+    extra: str = ""
+    hardware_verified: str = ""
+
+
+@dataclass(slots=True)
+class BuildContext:
+    """What a factory is given beside its own options.
+
+    `seed` is the run's; derive streams from it with `rng_seed`, so that adding a device does not change another's
+    noise. `shared` hands out one object per key for the whole rig: it is how mocks meet in one plant.
+    """
+
+    clock: Clock
+    seed: int = 0
+    _shared: dict[str, Any] = field(default_factory=dict)
+
+    def shared(self, key: str, make: Callable[[], T]) -> T:
+        """Return the rig-wide object for `key`, made by `make` the first time."""
+        if key not in self._shared:
+            self._shared[key] = make()
+        value: T = self._shared[key]
+        return value
+
+    def rng_seed(self, stream: str) -> list[int]:
+        """Return entropy for `numpy.random.default_rng`, the run's seed joined with a named stream."""
+        return [self.seed, *stream.encode()]

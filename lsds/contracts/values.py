@@ -1,0 +1,317 @@
+"""Frozen value types that cross a contract: SI units, integer-nanosecond monotonic time, named frames.
+
+`t_ns` is always when the value was true (exposure, sampling), in the clock of the rig, never when it arrived.
+`seq` counts from zero at the source, so a gap is a sample lost on the way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Vector2 = tuple[float, float]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+# -- sensing ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SensorSpec:
+    """What a tactile sensor is: image size, nominal rate, scale and the dots printed on its pad.
+
+    `pad` is (rows, columns) of printed dots, None for a gel without dots. `rate_hz` is nominal; the loop divides by
+    measured times only.
+    """
+
+    width_px: int
+    height_px: int
+    rate_hz: float
+    metres_per_px: float
+    pad: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One tactile image: uint8, (height, width, 3), RGB."""
+
+    image: NDArray[np.uint8]
+    t_ns: int
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A rigid pose, base <- body: position in metres, unit quaternion as x, y, z, w."""
+
+    position_m: Vector3
+    quaternion_xyzw: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSample:
+    """Poses seen by a pose source at one instant, by body name; a body out of sight is absent."""
+
+    t_ns: int
+    seq: int
+    poses: dict[str, Pose]
+
+
+# -- gripper ----------------------------------------------------------------------------------------------
+
+
+class Contact(Enum):
+    """What the gripper's own object detection says."""
+
+    NONE = "none"
+    OPENING = "opening"
+    CLOSING = "closing"
+
+
+@dataclass(frozen=True, slots=True)
+class GripperSpec:
+    """What a parallel gripper can do. Aperture is the gap between the fingers, 0 closed, `stroke_m` open."""
+
+    stroke_m: float
+    resolution_m: float
+    speed_m_s: tuple[float, float]
+    force_n: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class GripperState:
+    """The gripper as it was at `t_ns`. `target_m` echoes the aperture it is going to."""
+
+    t_ns: int
+    seq: int
+    aperture_m: float
+    target_m: float
+    moving: bool
+    contact: Contact = Contact.NONE
+
+
+@dataclass(frozen=True, slots=True)
+class GripperCommand:
+    """Go to an aperture (m) at a finger speed (m/s), pushing with at most a force (N).
+
+    A driver must not start the motion after `expires_ns`; a motion under way when it expires goes on to its
+    target, because a gripper that stops half way, or opens, drops the object.
+    """
+
+    aperture_m: float
+    speed_m_s: float
+    force_n: float
+    expires_ns: int
+
+
+# -- arm --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """Linear (m/s) and angular (rad/s) velocity of the TCP in the base frame."""
+
+    linear_m_s: Vector3 = (0.0, 0.0, 0.0)
+    angular_rad_s: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmSpec:
+    """What an arm can do: TCP speed and acceleration limits and its reach."""
+
+    speed_m_s: float
+    acceleration_m_s2: float
+    reach_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class ArmState:
+    """The arm as it was at `t_ns`; `protective_stop` is true while its controller refuses to move."""
+
+    t_ns: int
+    seq: int
+    tcp_pose: Pose
+    tcp_twist: Twist
+    protective_stop: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCommand:
+    """Move the TCP with a Cartesian velocity until `expires_ns`, then decelerate to rest."""
+
+    twist: Twist
+    acceleration_m_s2: float
+    expires_ns: int
+
+
+# -- perception -------------------------------------------------------------------------------------------
+
+
+class TrackFlag(Enum):
+    """Why a marker's track is (or is not) to be trusted; `OK` is the only trusted one."""
+
+    OK = 0
+    LOST = 1
+    OUT_OF_VIEW = 2
+    INCONSISTENT = 3
+    AMBIGUOUS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarkerReference:
+    """The dots of the undeformed gel.
+
+    `xy_px` (N, 2) float64 positions; `cell` (N, 2) int (row, column) on the printed grid; `shape` (rows, columns);
+    `pitch_px` mean distance between neighbours along columns (x) and rows (y); `axes` (2, 2) unit vectors of the
+    grid's x and y directions in the image, so that a rotated pad is still differentiated along its own rows.
+    """
+
+    xy_px: NDArray[np.float64]
+    cell: NDArray[np.intp]
+    shape: tuple[int, int]
+    pitch_px: Vector2
+    axes: NDArray[np.float64]
+    image_size: tuple[int, int]
+
+    @property
+    def count(self) -> int:
+        """How many dots the reference holds."""
+        return int(self.xy_px.shape[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarkerTracks:
+    """Where the reference's dots are in one frame.
+
+    `xy_px` (N, 2), NaN where lost; `valid` (N,) bool; `flags` (N,) uint8, values of `TrackFlag`.
+    """
+
+    t_ns: int
+    seq: int
+    xy_px: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+    flags: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DeformationField:
+    """Displacement of the markers against the reference, and its rate over the measured frame interval.
+
+    `position_m`, `displacement_m`, `velocity_m_s`: (N, 2) in the sensor's plane (x right, y down in the image), NaN
+    where lost. `velocity_m_s` is NaN on the first frame and where a marker was lost in either frame. `dt_s` is the
+    measured interval to the previous frame, NaN on the first.
+    """
+
+    t_ns: int
+    seq: int
+    dt_s: float
+    reference: MarkerReference
+    position_m: NDArray[np.float64]
+    displacement_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactPatch:
+    """Where something touches the gel: depth map (h, w) in metres at reduced resolution, and the fraction of the
+    image deeper than the declared threshold."""
+
+    depth_m: NDArray[np.float32]
+    threshold_m: float
+    area_fraction: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FeatureVector:
+    """Named features of one frame; `values` (F,) float64 in the order of `names`, NaN where undefined."""
+
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """All that a detector or an estimator may look at: the present frame and nothing of the future."""
+
+    t_ns: int
+    seq: int
+    dt_s: float
+    field: DeformationField
+    contact: ContactPatch | None
+    features: FeatureVector
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Is it slipping? `slip` None means the detector abstains.
+
+    `score` is the detector's own statistic and `threshold` the value above which it says slip; `confidence` in
+    [0, 1] is how sure it is of `slip`, not a calibrated probability unless the detector says so.
+    """
+
+    slip: bool | None
+    score: float
+    threshold: float
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True)
+class SlipEstimate:
+    """How fast the object moves against the gel, in the sensor's plane (x right, y down in the image).
+
+    Standard deviations are one sigma of the estimator's own error model. `abstained` means that the numbers are
+    not to be used.
+    """
+
+    velocity_m_s: Vector2
+    velocity_std_m_s: Vector2
+    angular_rad_s: float
+    angular_std_rad_s: float
+    speed_m_s: float
+    speed_std_m_s: float
+    abstained: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GripInput:
+    """What a controller decides on: slip state now, and the aperture that was last really commanded."""
+
+    t_ns: int
+    dt_s: float
+    detection: Detection
+    estimate: SlipEstimate
+    aperture_m: float
+    measured_aperture_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class CellTruth:
+    """What a simulated cell knows and a real one does not, at `t_ns`. Per finger unless said otherwise.
+
+    `slip_velocity_m_s` (x, y) is the object's velocity against the gel's base in the sensor's plane, counted only
+    where the patch has let go (zero while any of it sticks); `relative_velocity_m_s` counts always.
+    `slip_distance_m` adds up slip speed. `supported` is true while the object rests on the table.
+    """
+
+    t_ns: int
+    slip_velocity_m_s: Vector2
+    relative_velocity_m_s: Vector2
+    slip_angular_rad_s: float
+    slip_distance_m: float
+    stick_ratio: float
+    normal_force_n: float
+    tangential_force_n: float
+    required_normal_force_n: float
+    aperture_m: float
+    object_height_m: float
+    supported: bool
+    dropped: bool
