@@ -35,7 +35,8 @@ class BackendSpec:
     `factory` and `options` are "module:attribute" strings, imported when the backend is used: a callable
     `factory(options, context)` and a pydantic model of its options table (None where it takes none). `requires` are
     import names that must be there; `extra` is the pip extra that brings them. `hardware_verified` says on what
-    hardware, and when, a person has seen it work; empty for never.
+    hardware, and when, a person has seen it work; empty for never. `virtual_time` marks a device that runs on the
+    virtual clock (an in-process simulation, a recording); a rig of only such devices runs faster than real time.
     """
 
     kind: Kind
@@ -46,6 +47,7 @@ class BackendSpec:
     requires: tuple[str, ...] = ()
     extra: str = ""
     hardware_verified: str = ""
+    virtual_time: bool = False
 
 
 @dataclass(slots=True)
