@@ -1,0 +1,95 @@
+"""The part of a configuration that depends on what is installed: backend names and options tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import ValidationError
+
+from lsds.config.model import OPTIONAL_KINDS, RigConfig
+from lsds.contracts.backend import KINDS, Kind
+from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
+from lsds.plugins.host import PluginHost
+from lsds.plugins.options import issues_of
+from lsds.plugins.registry import NO_DEVICE, Backend, did_you_mean
+
+
+def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:
+    """Yield every problem of every section: unknown backend, unknown table, wrong options."""
+    for kind in KINDS:
+        section = data.get(kind, {})
+        if not isinstance(section, dict):
+            continue  # The model has complained about this already.
+        default = RigConfig.model_fields[kind].default
+        chosen = section.get("backend", default.backend)
+        if isinstance(chosen, str):
+            yield from _choice_issues(kind, chosen, host)
+        fields = type(default).model_fields
+        for name, table in section.items():
+            if name not in fields:
+                yield from _table_issues(kind, name, table, chosen, host, tuple(fields))
+        if isinstance(chosen, str) and not {chosen, chosen.rpartition(":")[2]} & set(section):
+            yield from _table_issues(kind, chosen, {}, chosen, host, ())
+
+
+def _choice_issues(kind: Kind, chosen: str, host: PluginHost) -> Iterator[ConfigIssue]:
+    if chosen == NO_DEVICE:
+        if kind not in OPTIONAL_KINDS:
+            yield ConfigIssue(f"{kind}.backend", f"a rig cannot do without a {kind}")
+        return
+    try:
+        host.find(kind, chosen)
+    except PluginNotFound as error:
+        yield ConfigIssue(f"{kind}.backend", f"unknown backend '{chosen}'", _remedy(kind, chosen, host, error))
+    except PluginConflict as error:
+        yield ConfigIssue(f"{kind}.backend", str(error))
+
+
+def _table_issues(
+    kind: Kind, name: str, table: Any, chosen: object, host: PluginHost, fields: tuple[str, ...]
+) -> Iterator[ConfigIssue]:
+    path = f"{kind}.{name}"
+    if name == NO_DEVICE:
+        return
+    if not isinstance(table, dict):
+        known = [*fields, *host.names(kind)]
+        remedy = did_you_mean(name, known) or f"options of a backend belong in its own table, [{kind}.{chosen}]"
+        yield ConfigIssue(path, "unknown key", remedy)
+        return
+    backend = _find(kind, name, chosen, host)
+    if backend is None:
+        if name != chosen:
+            yield ConfigIssue(path, "no installed backend has that name", _remedy(kind, name, host, None))
+        return
+    try:
+        model = host.options_model(backend)
+    except PluginError as error:
+        # A backend that is not chosen may well lack its libraries; that is no problem of this run.
+        if name in (chosen, str(chosen).rpartition(":")[2]):
+            yield ConfigIssue(path, str(error))
+        return
+    if model is None:
+        for key in table:
+            yield ConfigIssue(f"{path}.{key}", "this backend takes no options")
+        return
+    try:
+        model.model_validate(table)
+    except ValidationError as error:
+        yield from issues_of(error, model, path)
+
+
+def _find(kind: Kind, name: str, chosen: object, host: PluginHost) -> Backend | None:
+    """Return whose table `[kind.name]` is; where two plugins claim the name, the chosen one's."""
+    qualified = chosen if isinstance(chosen, str) and chosen.rpartition(":")[2] == name else name
+    try:
+        return host.find(kind, qualified)
+    except PluginError:
+        return None
+
+
+def _remedy(kind: Kind, name: str, host: PluginHost, error: PluginNotFound | None) -> str:
+    known = host.names(kind)
+    parts = [did_you_mean(name, known), f"installed: {', '.join(known) or 'none'}"]
+    parts += [f"plugin {failure}" for failure in host.failures]
+    return "; ".join(part for part in parts if part)

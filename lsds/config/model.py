@@ -1,0 +1,117 @@
+"""The configuration of a rig: one frozen pydantic model, whose default is the simulated cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from lsds.contracts.backend import KINDS, Kind
+from lsds.plugins.registry import NO_DEVICE
+from lsds.safety import SafetyOptions
+from lsds.tactile.options import TactileOptions
+from lsds.task import TaskOptions
+
+OPTIONAL_KINDS: frozenset[Kind] = frozenset({"gripper", "arm", "pose_source", "cell"})
+"""Kinds for which a config may say `backend = "none"`."""
+
+DEVICE_KINDS: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
+"""Kinds that have a life cycle, in the order in which they are brought up."""
+
+
+class BackendSection(BaseModel):
+    """One kind's section: which backend, and an options table for each backend that one has options for.
+
+    The options tables are the extra keys: `[gripper.hand-e]` is the table `hand-e` of the section `gripper`. They are
+    kept as they were written; the loader has validated them against each backend's own model.
+    """
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, dict[str, Any]]
+
+    backend: str
+
+    @property
+    def tables(self) -> Mapping[str, dict[str, Any]]:
+        """All options tables, by backend name."""
+        return self.__pydantic_extra__
+
+    @property
+    def chosen(self) -> bool:
+        """Whether there is a backend at all."""
+        return self.backend != NO_DEVICE
+
+    def options(self) -> dict[str, Any]:
+        """Return the options table of the chosen backend, empty where there is none."""
+        bare = self.backend.rpartition(":")[2]
+        return dict(self.tables.get(self.backend, self.tables.get(bare, {})))
+
+
+class ControllerSection(BackendSection):
+    """The controller's section, with the switch that tells a closed loop from an open one."""
+
+    enabled: bool = Field(default=True, description="false watches slip and leaves the gripper as it is")
+
+
+class ScheduleOptions(BaseModel):
+    """How often each task of the loop runs. The sensor runs at its own nominal rate."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the gripper's state")
+    arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="reading and commanding the arm")
+    pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="reading the pose source")
+    observe_rate_hz: float = Field(default=25.0, gt=0, le=1000, description="what observers are shown")
+    observer_queue: int = Field(default=256, ge=1, le=100_000, description="samples kept for a slow observer")
+
+
+class PluginOptions(BaseModel):
+    """Which plugins are not to be loaded."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    block: tuple[str, ...] = Field(default=(), description="distributions or plugins that are not to be used")
+
+
+class RigConfig(BaseModel):
+    """All that decides a run, in one value."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    seed: int = Field(default=0, ge=0, lt=2**63, description="of every random stream in the run")
+    clock: Literal["auto", "virtual", "wall"] = Field(
+        default="auto", description="auto is virtual where every chosen device can run on simulated time"
+    )
+    sensor: BackendSection = BackendSection(backend="mock-gelsight-mini")
+    gripper: BackendSection = BackendSection(backend="mock-hand-e")
+    arm: BackendSection = BackendSection(backend="mock-ur5e")
+    pose_source: BackendSection = BackendSection(backend=NO_DEVICE)
+    cell: BackendSection = BackendSection(backend="simulated")
+    tracker: BackendSection = BackendSection(backend="lk")
+    detector: BackendSection = BackendSection(backend="threshold")
+    estimator: BackendSection = BackendSection(backend="field")
+    controller: ControllerSection = ControllerSection(backend="pd")
+    tactile: TactileOptions = TactileOptions()
+    task: TaskOptions = TaskOptions()
+    safety: SafetyOptions = SafetyOptions()
+    schedule: ScheduleOptions = ScheduleOptions()
+    plugins: PluginOptions = PluginOptions()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keep_default_backend(cls, data: Any) -> Any:
+        """Let a section hold options tables alone: it keeps the default backend."""
+        if not isinstance(data, Mapping):
+            return data
+        filled = dict(data)
+        for kind in KINDS:
+            section = filled.get(kind)
+            if isinstance(section, Mapping) and "backend" not in section:
+                filled[kind] = {"backend": cls.model_fields[kind].default.backend, **section}
+        return filled
+
+    def section(self, kind: Kind) -> BackendSection:
+        """Return the section of a kind of backend."""
+        found: BackendSection = getattr(self, kind)
+        return found

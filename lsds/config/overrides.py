@@ -1,0 +1,73 @@
+"""`--set a.b.c=value`: one key of the configuration, from the command line."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+from lsds.errors import ConfigIssue
+
+_EXAMPLE = "write --set gripper.backend=hand-e"
+
+
+def parse_override(text: str) -> tuple[tuple[str, ...], Any] | ConfigIssue:
+    """Return the path and the value of `a.b.c=value`, or what is wrong with it.
+
+    The value is read as TOML; what is not TOML, and does not begin like a quoted string, list or table, is the bare
+    string it looks like.
+    """
+    key, equals, value = text.partition("=")
+    where = f"--set {text}"
+    if not equals:
+        return ConfigIssue(where, "has no '='", _EXAMPLE)
+    path = _parse_key(key.strip())
+    if path is None:
+        return ConfigIssue(where, f"'{key.strip()}' is not a dotted key", _EXAMPLE)
+    value = value.strip()
+    if not value:
+        return ConfigIssue(where, "has no value", 'write key="" for an empty string')
+    try:
+        parsed = tomllib.loads(f"v = {value}")
+    except tomllib.TOMLDecodeError as error:
+        if value[0] in "\"'[{":
+            return ConfigIssue(where, f"the value is not TOML: {error}", "check quotes and brackets")
+        return path, value
+    # A line break in the value could smuggle in further keys; then it is a string.
+    return path, parsed["v"] if set(parsed) == {"v"} else value
+
+
+def apply_overrides(data: dict[str, Any], overrides: tuple[str, ...]) -> list[ConfigIssue]:
+    """Write each override into `data`, in order; return what was wrong with any of them."""
+    issues = []
+    for text in overrides:
+        parsed = parse_override(text)
+        if isinstance(parsed, ConfigIssue):
+            issues.append(parsed)
+            continue
+        path, value = parsed
+        table = data
+        for depth, part in enumerate(path[:-1]):
+            inner = table.setdefault(part, {})
+            if not isinstance(inner, dict):
+                issues.append(ConfigIssue(f"--set {text}", f"'{'.'.join(path[: depth + 1])}' is not a table"))
+                break
+            table = inner
+        else:
+            table[path[-1]] = value
+    return issues
+
+
+def _parse_key(key: str) -> tuple[str, ...] | None:
+    if "\n" in key or "#" in key:
+        return None
+    try:
+        nested: Any = tomllib.loads(f"{key} = 0")
+    except tomllib.TOMLDecodeError:
+        return None
+    path = []
+    while isinstance(nested, dict):
+        if len(nested) != 1:
+            return None
+        ((part, nested),) = nested.items()
+        path.append(part)
+    return tuple(path)

@@ -1,0 +1,97 @@
+"""The life of a device, guarded: NEW -> CONNECTED -> ARMED -> CONNECTED -> CLOSED.
+
+A driver or a mock holds one `LifecycleGuard` and wraps its transitions in it. `stop` is legal in every state and from
+every thread, so it does not ask here at all: asking would mean waiting for a lock that a stuck `connect` holds.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from lsds.contracts.devices import Lifecycle
+from lsds.errors import LifecycleError
+
+_REMEDY = {
+    Lifecycle.NEW: "call connect() first",
+    Lifecycle.CONNECTED: "call arm() first",
+    Lifecycle.ARMED: "call disarm() first",
+    Lifecycle.CLOSED: "a closed device is final; build a new one",
+}
+
+
+class LifecycleGuard:
+    """Keeps one device's state and refuses calls that come in the wrong one.
+
+    Transitions exclude each other by a lock; `state`, `require_readable` and `require_armed` never wait.
+    """
+
+    def __init__(self, device: str) -> None:
+        self._device = device
+        self._state = Lifecycle.NEW
+        self._lock = threading.RLock()
+
+    @property
+    def state(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._state
+
+    def require_readable(self, call: str = "read") -> None:
+        """Raise LifecycleError unless the device is connected or armed."""
+        if self._state is not Lifecycle.CONNECTED and self._state is not Lifecycle.ARMED:
+            raise self._refusal(call)
+
+    def require_armed(self, call: str = "command") -> None:
+        """Raise LifecycleError unless the device is armed."""
+        if self._state is not Lifecycle.ARMED:
+            raise self._refusal(call)
+
+    @contextmanager
+    def connecting(self) -> Iterator[None]:
+        """Go from NEW to CONNECTED around the body; stay NEW where it raises. Raises LifecycleError elsewhere."""
+        with self._lock:
+            self._require(Lifecycle.NEW, "connect")
+            yield
+            self._state = Lifecycle.CONNECTED
+
+    @contextmanager
+    def arming(self) -> Iterator[None]:
+        """Go from CONNECTED to ARMED around the body; stay where it raises. Raises LifecycleError elsewhere."""
+        with self._lock:
+            self._require(Lifecycle.CONNECTED, "arm")
+            yield
+            self._state = Lifecycle.ARMED
+
+    @contextmanager
+    def disarming(self) -> Iterator[bool]:
+        """Give True where the device is armed and has something to switch off.
+
+        Counts as disarmed even where the body raises: refusing commands is the safe side.
+        """
+        with self._lock:
+            armed = self._state is Lifecycle.ARMED
+            try:
+                yield armed
+            finally:
+                if armed:
+                    self._state = Lifecycle.CONNECTED
+
+    @contextmanager
+    def closing(self) -> Iterator[bool]:
+        """Give True the first time. Closed is final, even where the body raises."""
+        with self._lock:
+            first = self._state is not Lifecycle.CLOSED
+            try:
+                yield first
+            finally:
+                self._state = Lifecycle.CLOSED
+
+    def _require(self, state: Lifecycle, call: str) -> None:
+        if self._state is not state:
+            raise self._refusal(call)
+
+    def _refusal(self, call: str) -> LifecycleError:
+        return LifecycleError(
+            self._device, f"{call}() is not allowed while {self._state.value}", remedy=_REMEDY[self._state]
+        )

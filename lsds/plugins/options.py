@@ -1,0 +1,57 @@
+"""From pydantic's errors to `ConfigIssue`s: dotted path, plain words, and a did-you-mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from lsds.errors import ConfigError, ConfigIssue
+from lsds.plugins.registry import did_you_mean
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def validated(model: type[M], raw: Mapping[str, Any], path: str) -> M:
+    """Return the options table `raw`, found at the dotted `path`, as its model. Raises ConfigError with all issues."""
+    try:
+        return model.model_validate(raw)
+    except ValidationError as error:
+        raise ConfigError(f"[{path}]", list(issues_of(error, model, path))) from error
+
+
+def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") -> Iterator[ConfigIssue]:
+    """Yield one issue for each of pydantic's complaints."""
+    for detail in error.errors(include_url=False):
+        location = tuple(detail["loc"])
+        where = ".".join([path, *map(str, location)] if path else map(str, location)) or "(root)"
+        kind = detail["type"]
+        if kind == "extra_forbidden":
+            known = _keys_at(model, location[:-1])
+            remedy = did_you_mean(str(location[-1]), known) or (f"known keys: {', '.join(known)}" if known else "")
+            yield ConfigIssue(where, "unknown key", remedy)
+        elif kind in ("literal_error", "enum"):
+            choices = re.findall(r"'([^']*)'", str(detail.get("ctx", {}).get("expected", "")))
+            hint = did_you_mean(str(detail["input"]), choices)
+            remedy = " ".join(part for part in (hint, f"one of: {', '.join(choices)}" if choices else "") if part)
+            yield ConfigIssue(where, f"{detail['input']!r} is not allowed", remedy)
+        elif kind == "missing":
+            yield ConfigIssue(where, "is missing")
+        else:
+            message = detail["msg"].removeprefix("Value error, ").replace("Input should", "should")
+            given = "" if isinstance(detail["input"], Mapping | list) else f", got {detail['input']!r}"
+            yield ConfigIssue(where, message + given)
+
+
+def _keys_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
+    """Return the keys that a table allows, following nested models by their annotations."""
+    current: type[BaseModel] = model
+    for part in location:
+        field = current.model_fields.get(str(part))
+        nested = field.annotation if field is not None else None
+        if not (isinstance(nested, type) and issubclass(nested, BaseModel)):
+            return []
+        current = nested
+    return sorted(current.model_fields)

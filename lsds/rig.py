@@ -1,0 +1,210 @@
+"""A rig: all devices and brains of a cell, built from one configuration, brought up and down together."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from lsds.bringup import Result, bring_up_error
+from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
+from lsds.contracts.backend import BuildContext, Kind
+from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
+from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
+from lsds.errors import ConfigError, ConfigIssue
+from lsds.plugins.host import PluginHost
+from lsds.plugins.registry import Backend
+
+if TYPE_CHECKING:
+    from lsds.config.model import RigConfig
+
+_BUILD_ORDER: tuple[Kind, ...] = (
+    "cell",
+    "sensor",
+    "gripper",
+    "arm",
+    "pose_source",
+    "tracker",
+    "detector",
+    "estimator",
+    "controller",
+)
+_DEVICES: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
+
+STOP_TIMEOUT_S = 1.0
+"""How long `Rig.stop` waits for all devices together, under the wall clock."""
+
+
+class Rig:
+    """Builds every backend a configuration names; constructing does no I/O.
+
+    Use it as a context manager: it connects on entry, and stops and closes everything on exit. `gripper`, `arm`,
+    `pose_source` and `cell` are None where the configuration says so. A cell (a simulation's physics and truth) is
+    built only where at least one chosen device runs on simulated time.
+
+    Raises ConfigError, PluginNotFound, PluginConflict, PluginLoadError, ContractMismatch.
+    """
+
+    sensor: TactileSensor
+    gripper: Gripper | None
+    arm: Arm | None
+    pose_source: PoseSource | None
+    cell: Cell | None
+    tracker: Tracker
+    detector: Detector
+    estimator: Estimator
+    controller: Controller
+
+    def __init__(self, config: RigConfig, host: PluginHost | None = None, *, clock: Clock | None = None) -> None:
+        self.config = config
+        self.host = host or PluginHost()
+        self.host.block(config.plugins.block)
+        chosen = {k: self.host.find(k, config.section(k).backend) for k in _BUILD_ORDER if config.section(k).chosen}
+        self.virtual = _is_virtual(config, chosen)
+        self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
+        self.context = BuildContext(self.clock, config.seed)
+        if not any(backend.spec.virtual_time for kind, backend in chosen.items() if kind in _DEVICES):
+            chosen.pop("cell", None)
+        self.backends: dict[Kind, Backend] = chosen
+        for kind in _BUILD_ORDER:
+            setattr(self, kind, self._build(kind) if kind in chosen else None)
+        self._devices: list[tuple[Kind, Device]] = [
+            (kind, getattr(self, kind)) for kind in _DEVICES if getattr(self, kind) is not None
+        ]
+
+    @property
+    def devices(self) -> tuple[Device, ...]:
+        """All devices, in the order in which they are brought up."""
+        return tuple(device for _, device in self._devices)
+
+    def connect(self) -> None:
+        """Make every device readable, trying all of them.
+
+        Where one or more fail, the others are closed again and one BringUpError tells of all. Closes everything also
+        where an interrupt comes in the middle.
+        """
+        self._bring_up("connect", lambda device: device.connect())
+
+    def arm_devices(self) -> None:
+        """Make every device commandable; grippers and arms may move now. Raises BringUpError, everything closed."""
+        self._bring_up("arm", lambda device: device.arm())
+
+    def stop(self) -> tuple[str, ...]:
+        """End all motion now, from any thread and state. Never raises; returns what went wrong, empty for nothing.
+
+        Under the wall clock every device is stopped in its own thread, and `STOP_TIMEOUT_S` bounds the whole call: a
+        device that hangs keeps no other moving. Under the virtual clock, where nothing can hang on hardware, it runs
+        inline and so stays deterministic.
+        """
+        problems: list[str] = []
+        calls = [_guarded(device.stop, self._label(kind), problems) for kind, device in self._devices]
+        if self.virtual:
+            for call in calls:
+                call()
+            return tuple(problems)
+        wall = WallClock()
+        deadline = wall.now() + nanoseconds(STOP_TIMEOUT_S)
+        threads = [threading.Thread(target=call, daemon=True) for call in calls]
+        for thread in threads:
+            thread.start()
+        for thread, (kind, _) in zip(threads, self._devices, strict=True):
+            thread.join(max(0.0, seconds(deadline - wall.now())))
+            if thread.is_alive():
+                problems.append(f"{self._label(kind)}: stop() did not return within {STOP_TIMEOUT_S} s")
+        return tuple(problems)
+
+    def disarm(self) -> None:
+        """Take the power to move away from every device. Raises an ExceptionGroup of all failures."""
+        self._all("disarming the rig", lambda device: device.disarm())
+
+    def close(self) -> None:
+        """Stop and close every device, last first. Does nothing the second time.
+
+        Raises one ExceptionGroup of all failures. An interrupt in the middle is raised after the others are closed.
+        """
+        self.stop()
+        self._all("closing the rig", lambda device: device.close())
+
+    def __enter__(self) -> Rig:
+        self.connect()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _build(self, kind: Kind) -> Any:
+        section = self.config.section(kind)
+        return self.host.build(kind, section.backend, section.options(), self.context)
+
+    def _label(self, kind: Kind) -> str:
+        return f"{kind} {self.config.section(kind).backend}"
+
+    def _bring_up(self, step: str, bring: Callable[[Device], None]) -> None:
+        results = []
+        try:
+            for kind, device in self._devices:
+                error: Exception | None = None
+                try:
+                    bring(device)
+                except Exception as raised:
+                    error = raised
+                results.append(Result(kind, self.config.section(kind).backend, error))
+        except BaseException:
+            self._close_quietly()
+            raise
+        if any(result.error for result in results):
+            failures = self._close_quietly()
+            raise bring_up_error(step, results, failures) from next(r.error for r in results if r.error)
+
+    def _close_quietly(self) -> tuple[Exception, ...]:
+        try:
+            self.close()
+        except ExceptionGroup as group:
+            return group.exceptions
+        return ()
+
+    def _all(self, doing: str, call: Callable[[Device], None]) -> None:
+        failures: list[Exception] = []
+        interrupt: BaseException | None = None
+        for kind, device in reversed(self._devices):
+            try:
+                call(device)
+            except Exception as error:
+                error.add_note(f"while {doing}: {self._label(kind)}")
+                failures.append(error)
+            except BaseException as error:
+                interrupt = error
+                _once_more(call, device)
+        if interrupt is not None:
+            raise interrupt
+        if failures:
+            raise ExceptionGroup(f"{doing}: {len(failures)} of {len(self._devices)} devices failed", failures)
+
+
+def _is_virtual(config: RigConfig, chosen: dict[Kind, Backend]) -> bool:
+    real = {kind: b for kind, b in chosen.items() if kind in _DEVICES and not b.spec.virtual_time}
+    if config.clock == "virtual" and real:
+        problem = f"virtual time needs simulated devices only; real: {', '.join(b.spec.name for b in real.values())}"
+        raise ConfigError("rig", [ConfigIssue("clock", problem, 'write clock = "auto", or choose mock devices')])
+    return config.clock == "virtual" or (config.clock == "auto" and not real)
+
+
+def _guarded(call: Callable[[], None], label: str, problems: list[str]) -> Callable[[], None]:
+    def run() -> None:
+        try:
+            call()
+        except Exception as error:
+            problems.append(f"{label}: stop() raised {type(error).__name__}: {error}")
+
+    return run
+
+
+def _once_more(call: Callable[[Device], None], device: Device) -> None:
+    """Repeat a call that an interrupt cut short, so that no device stays half closed."""
+    try:
+        if device.lifecycle is not Lifecycle.CLOSED:
+            call(device)
+    except Exception:
+        return
