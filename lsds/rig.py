@@ -129,8 +129,13 @@ class Rig:
         self.connect()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        if error is None:
+            self.close()
+            return
+        # What went wrong first is what the reader needs; trouble while closing is a note to it.
+        for failure in self._close_quietly():
+            error.add_note(f"and while closing: {type(failure).__name__}: {failure}")
 
     # -- inside -------------------------------------------------------------------------------------------
 

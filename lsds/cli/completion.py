@@ -1,0 +1,32 @@
+"""`lsds completion`: make the shell complete commands and options."""
+
+from __future__ import annotations
+
+import click
+from click.shell_completion import get_completion_class
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+def completion(shell: str) -> None:
+    """Print the completion script of a shell.
+
+    \b
+    Examples:
+      lsds completion bash > ~/.local/share/bash-completion/completions/lsds
+      lsds completion zsh  > ~/.zfunc/_lsds
+      lsds completion fish > ~/.config/fish/completions/lsds.fish
+    """
+    from lsds.cli.main import cli
+
+    found = get_completion_class(shell)
+    if found is None:  # click.Choice has made sure of the three that click knows.
+        raise click.ClickException(f"no completion for {shell}")
+    if shell == "bash":
+        # click's bash class runs bash to learn its version before it gives the text; the text needs no bash here.
+        click.echo(
+            found.source_template
+            % {"complete_func": "_lsds_completion", "complete_var": "_LSDS_COMPLETE", "prog_name": "lsds"}
+        )
+        return
+    click.echo(found(cli, {}, "lsds", "_LSDS_COMPLETE").source())

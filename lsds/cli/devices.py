@@ -1,0 +1,73 @@
+"""`lsds devices`: what is plugged in, and what the backends still need."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lsds.cli.output import json_option, table, write_json
+from lsds.contracts.backend import Kind
+from lsds.plugins.host import PluginHost
+
+CAMERAS = Path("/dev/v4l/by-id")
+SERIAL_PORTS = Path("/dev/serial/by-id")
+_KINDS: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@json_option
+def devices(json_file: str | None) -> None:
+    """List cameras and serial ports by their stable names, and what each device backend still needs.
+
+    Nothing is opened and nothing moves: only names are read.
+
+    \b
+    Examples:
+      lsds devices
+      lsds devices --json -
+    """
+    host = PluginHost()
+    cameras, ports = links(CAMERAS), links(SERIAL_PORTS)
+    backends = [
+        {
+            "kind": backend.spec.kind,
+            "name": backend.spec.name,
+            "missing": list(host.missing_requirements(backend)),
+            "simulated": backend.spec.virtual_time,
+        }
+        for backend in host.backends
+        if backend.spec.kind in _KINDS
+    ]
+    if json_file is not None:
+        write_json({"cameras": cameras, "serial_ports": ports, "backends": backends}, json_file)
+        return
+    _show("cameras", cameras, CAMERAS)
+    _show("serial ports", ports, SERIAL_PORTS)
+    rows = [(str(b["kind"]), str(b["name"]), _needs(b["missing"], bool(b["simulated"]))) for b in backends]
+    click.echo(table(rows, ("KIND", "BACKEND", "STATUS")) if rows else "no device backend is installed")
+
+
+def links(folder: Path) -> list[dict[str, str]]:
+    """Return the links udev keeps in a folder: a stable name, and the device it stands for at present."""
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:
+        return []
+    return [{"path": str(entry), "device": str(entry.resolve())} for entry in entries]
+
+
+def _show(title: str, found: list[dict[str, str]], folder: Path) -> None:
+    if not found:
+        click.echo(f"{title}: none ({folder} has no entries)")
+        return
+    click.echo(f"{title}:")
+    for link in found:
+        click.echo(f"  {link['path']} -> {link['device']}")
+
+
+def _needs(missing: Any, simulated: bool) -> str:
+    if missing:
+        return f"needs {', '.join(missing)}"
+    return "ready (simulated)" if simulated else "ready"

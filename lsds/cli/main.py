@@ -1,0 +1,135 @@
+"""`lsds`: the entry point, which imports a command only when it is called."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+from click.shell_completion import CompletionItem
+
+from lsds import __version__
+from lsds.errors import LsdsError
+
+COMMANDS: dict[str, tuple[str, str]] = {
+    "run": ("lsds.cli.run:run", "Run the closed loop: grasp, lift, hold, on hardware or in the simulated cell."),
+    "track": ("lsds.cli.track:track", "Track slip through a recording or a live fingertip, moving nothing."),
+    "chart": ("lsds.cli.chart:chart", "Draw speed against accuracy, and what each part costs."),
+    "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),
+    "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),
+    "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend still needs."),
+    "completion": ("lsds.cli.completion:completion", "Print a shell completion script."),
+}
+"""Name -> where the command lives, and its one line in `lsds --help`."""
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands' names and one-liners, and imports each on use."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return all names, in the order of the table."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command. Raises click.UsageError where its module cannot be imported."""
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, attribute = COMMANDS[cmd_name][0].partition(":")
+        try:
+            command = getattr(importlib.import_module(module), attribute)
+        except ImportError as error:
+            if (ctx.find_root().params or {}).get("debug"):
+                raise
+            raise click.ClickException(f"the command '{cmd_name}' cannot be loaded: {error}") from error
+        if not isinstance(command, click.Command):
+            raise click.ClickException(f"'{COMMANDS[cmd_name][0]}' is not a command")
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands from the table, without importing any."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, summary) for name, (_, summary) in COMMANDS.items()])
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete command names from the table; importing every command would make each press of Tab wait."""
+        if incomplete.startswith("-"):
+            return click.Command.shell_complete(self, ctx, incomplete)
+        found = [item for item in COMMANDS.items() if item[0].startswith(incomplete)]
+        return [CompletionItem(name, help=summary) for name, (_, summary) in found]
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; for an unknown one say which was probably meant. Raises click.UsageError."""
+        from difflib import get_close_matches
+
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            near = get_close_matches(args[0], COMMANDS, n=1)
+            hint = f" Did you mean '{near[0]}'?" if near else f" Commands: {', '.join(COMMANDS)}."
+            ctx.fail(f"No such command '{args[0]}'.{hint}")
+        return super().resolve_command(ctx, args)
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.option("--debug", is_flag=True, help="Show the traceback of an error.")
+@click.version_option(__version__, prog_name="lsds")
+def cli(debug: bool) -> None:
+    """Feel slip through a camera-based tactile fingertip, and close the gripper just enough.
+
+    \b
+    Examples:
+      lsds run                                  the simulated cell, closed loop
+      lsds run rig.toml --set seed=7            your cell
+      lsds plugins                              what is installed
+      lsds schema --example > rig.toml          a config to start from
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    An error that lsds can explain becomes one message on stderr and the exit code of its class; `--debug` shows the
+    traceback instead. An interrupt gives 130, a reader that went away 141, as a shell expects.
+    """
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        result = cli.main(args=arguments, prog_name="lsds", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.Abort:
+        click.echo("interrupted", err=True)
+        return 130
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        return 130
+    except click.exceptions.Exit as request:
+        return request.exit_code
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except BrokenPipeError:
+        # Python flushes stdout once more on its way out; give it somewhere to go.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except LsdsError as error:
+        if "--debug" in arguments:
+            raise
+        return _explain(error)
+    except ExceptionGroup as group:
+        if "--debug" in arguments or group.split(LsdsError)[1] is not None:
+            raise
+        click.echo(f"error: {group.message}", err=True)
+        return max(_explain(error) for error in group.exceptions if isinstance(error, LsdsError))
+    return result if isinstance(result, int) else 0
+
+
+def _explain(error: LsdsError) -> int:
+    click.echo(f"error: {error}", err=True)
+    for note in getattr(error, "__notes__", ()):
+        click.echo(f"  {note}", err=True)
+    return error.exit_code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,110 @@
+"""What every command does alike with its results: JSON that is strict, stable and never half written."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from enum import Enum
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from lsds.errors import DataError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+json_option: Callable[[F], F] = click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    is_flag=False,
+    flag_value="-",
+    default=None,
+    help="Write the result as JSON to FILE; without FILE, or with '-', to stdout.",
+)
+"""The `--json [FILE]` option; the command receives it as `json_file`."""
+
+
+def to_json(value: Any) -> str:
+    """Return JSON with sorted keys. NaN and infinities, which JSON cannot hold, become null."""
+    return json.dumps(plain(value), indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def write_json(value: Any, target: str | Path) -> None:
+    """Write a value as JSON to a file, atomically, or to stdout for "-". Raises DataError where it cannot."""
+    write_text(to_json(value), target)
+
+
+def write_text(text: str, target: str | Path) -> None:
+    """Write text to a file or to stdout for "-". Raises DataError where it cannot.
+
+    The text goes to a neighbouring file first, which then takes the place: a reader sees the old or the new one.
+    """
+    if str(target) == "-":
+        click.echo(text, nl=False)
+        return
+    path = Path(target)
+    if path.exists() and not path.is_file():  # /dev/stdout, a pipe: there is no place to take.
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise DataError(f"{path}: cannot be written: {error.strerror}") from error
+        return
+    temporary = None
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as file:
+            temporary = file.name
+            file.write(text)
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary is not None:
+            with suppress(OSError):
+                os.unlink(temporary)
+        remedy = "; create the folder first" if not path.parent.is_dir() else ""
+        raise DataError(f"{path}: cannot be written: {error.strerror}{remedy}") from error
+
+
+def plain(value: Any) -> Any:
+    """Return a value as dicts, lists, strings and numbers: dataclasses, enums, paths and numpy values included."""
+    if value is None or isinstance(value, bool | int | str):
+        return value.value if isinstance(value, Enum) else value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, Enum):
+        return plain(value.value)
+    if isinstance(value, Mapping):
+        return {str(key.value if isinstance(key, Enum) else key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(inner) for inner in (sorted(value) if isinstance(value, set | frozenset) else value)]
+    if isinstance(value, Path):
+        return str(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if hasattr(value, "model_dump"):
+        return plain(value.model_dump())
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    raise TypeError(f"cannot write a {type(value).__name__} as JSON")
+
+
+def table(rows: Sequence[tuple[str, ...]], header: tuple[str, ...]) -> str:
+    """Return rows as text in columns."""
+    widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
+    lines = ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)) for row in [header, *rows]]
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current

@@ -1,0 +1,61 @@
+"""`lsds plugins`: what is on offer, and what failed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lsds.cli.output import json_option, table, write_json
+from lsds.contracts.backend import KINDS
+from lsds.plugins.host import PluginHost
+from lsds.plugins.registry import Backend
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--kind", type=click.Choice(KINDS), default=None, help="Only backends of one kind.")
+@json_option
+def plugins(kind: str | None, json_file: str | None) -> None:
+    """List the backends on offer and the plugins that failed, with the reason.
+
+    \b
+    Examples:
+      lsds plugins
+      lsds plugins --kind gripper
+      lsds plugins --json backends.json
+      LSDS_BLOCK_PLUGINS=acme-gripper lsds plugins
+    """
+    host = PluginHost()
+    backends = [_row(b, host) for b in host.backends if kind in (None, b.spec.kind)]
+    failures = [
+        {"plugin": f.plugin, "distribution": f.distribution, "reason": f.reason, "blocked": f.blocked}
+        for f in host.failures
+    ]
+    if json_file is not None:
+        write_json({"backends": backends, "failures": failures}, json_file)
+        return
+    columns = ("kind", "name", "distribution", "status", "hardware_verified", "summary")
+    rows = [tuple(str(row[column]) for column in columns) for row in backends]
+    if rows:
+        click.echo(table(rows, ("KIND", "NAME", "DISTRIBUTION", "STATUS", "HARDWARE", "SUMMARY")))
+    else:
+        click.echo("no backend is installed" + (f" of kind {kind}" if kind else ""))
+    for failure in failures:
+        state = "blocked" if failure["blocked"] else f"failed to load: {failure['reason']}"
+        click.echo(f"plugin {failure['plugin']} ({failure['distribution']}): {state}")
+
+
+def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
+    missing = host.missing_requirements(backend)
+    return {
+        "kind": backend.spec.kind,
+        "name": backend.spec.name,
+        "distribution": backend.distribution,
+        "plugin": backend.plugin,
+        "summary": backend.spec.summary,
+        "status": f"needs {', '.join(missing)}" if missing else "ready",
+        "missing": list(missing),
+        "extra": backend.spec.extra,
+        "virtual_time": backend.spec.virtual_time,
+        "hardware_verified": backend.spec.hardware_verified or "not verified",
+    }

@@ -1,0 +1,25 @@
+"""`lsds schema`: the JSON schema of a config, or a config to start from."""
+
+from __future__ import annotations
+
+import click
+
+from lsds.cli.output import to_json, write_text
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("-o", "--output", default="-", metavar="FILE", help="Write to FILE instead of stdout.")
+@click.option("--example", is_flag=True, help="Print the default config as commented TOML instead.")
+def schema(output: str, example: bool) -> None:
+    """Print the JSON schema (draft 2020-12) of a config, with the options of every installed backend.
+
+    \b
+    Examples:
+      lsds schema -o rig.schema.json         then let an editor check rig.toml with it
+      lsds schema --example -o rig.toml      a config to start from
+    """
+    # Imported here: pydantic's models take longer to build than `--help` may take.
+    from lsds.config import json_schema
+    from lsds.config.dump import example_config
+
+    write_text(example_config() if example else to_json(json_schema()), output)

@@ -1,0 +1,155 @@
+"""Observers (recorder, live view) behind bounded queues: a slow one loses samples, never time of the loop."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class ObserverStatistics:
+    """How one observer fared. `failure` tells why it was taken off, empty where it was not."""
+
+    name: str
+    delivered: int
+    dropped: int
+    failure: str
+
+
+class Observers(Generic[T]):
+    """Hands every published item to each observer.
+
+    `threaded=True` (wall clock): each observer has its own thread and its own queue of `queue` items; where that is
+    full the oldest item is dropped and counted. `threaded=False` (virtual clock): observers run inline, in the order
+    in which they were added, and nothing is ever dropped. An observer that raises is taken off and hurts nobody else.
+    """
+
+    def __init__(self, *, threaded: bool, queue: int = 256) -> None:
+        self._threaded = threaded
+        self._queue = queue
+        self._outlets: list[_Outlet[T]] = []
+        self._closed = False
+
+    def add(self, name: str, observe: Callable[[T], object], close: Callable[[], object] | None = None) -> None:
+        """Add an observer; `close` is called once after its last item. Raises ValueError for a name taken."""
+        if any(outlet.name == name for outlet in self._outlets):
+            raise ValueError(f"there is an observer '{name}' already")
+        outlet = _ThreadedOutlet(name, observe, close, self._queue) if self._threaded else _Outlet(name, observe, close)
+        self._outlets.append(outlet)
+
+    def publish(self, item: T) -> None:
+        """Hand an item to every observer. Never raises, never waits for a threaded observer."""
+        if not self._closed:
+            for outlet in self._outlets:
+                outlet.put(item)
+
+    def statistics(self) -> tuple[ObserverStatistics, ...]:
+        """Return how each observer fared, in the order in which they were added."""
+        return tuple(outlet.statistics() for outlet in self._outlets)
+
+    def close(self, timeout_s: float = 2.0) -> None:
+        """Let every observer finish its queue, for at most `timeout_s` each. Does nothing the second time."""
+        if not self._closed:
+            self._closed = True
+            for outlet in self._outlets:
+                outlet.close(timeout_s)
+
+    def __enter__(self) -> Observers[T]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Outlet(Generic[T]):
+    """One observer, called inline."""
+
+    def __init__(self, name: str, observe: Callable[[T], object], close: Callable[[], object] | None) -> None:
+        self.name = name
+        self._observe = observe
+        self._close = close
+        self._delivered = 0
+        self._dropped = 0
+        self._failure = ""
+
+    def put(self, item: T) -> None:
+        self._deliver(item)
+
+    def close(self, timeout_s: float) -> None:
+        self._finish()
+
+    def statistics(self) -> ObserverStatistics:
+        return ObserverStatistics(self.name, self._delivered, self._dropped, self._failure)
+
+    def _deliver(self, item: T) -> None:
+        if self._failure:
+            self._dropped += 1
+            return
+        try:
+            self._observe(item)
+        except Exception as error:
+            self._failure = f"{type(error).__name__}: {error}"
+            self._dropped += 1
+        else:
+            self._delivered += 1
+
+    def _finish(self) -> None:
+        if self._close is not None:
+            try:
+                self._close()
+            except Exception as error:
+                self._failure = self._failure or f"closing: {type(error).__name__}: {error}"
+
+
+class _ThreadedOutlet(_Outlet[T]):
+    """One observer in its own thread, behind a drop-oldest queue."""
+
+    def __init__(
+        self, name: str, observe: Callable[[T], object], close: Callable[[], object] | None, queue: int
+    ) -> None:
+        super().__init__(name, observe, close)
+        self._items: deque[T] = deque()
+        self._room = queue
+        self._overflow = 0
+        self._ended = False
+        self._changed = threading.Condition()
+        self._thread = threading.Thread(target=self._pump, name=f"lsds-observer-{name}", daemon=True)
+        self._thread.start()
+
+    def put(self, item: T) -> None:
+        with self._changed:
+            if len(self._items) >= self._room:
+                self._items.popleft()
+                self._overflow += 1
+            self._items.append(item)
+            self._changed.notify()
+
+    def close(self, timeout_s: float) -> None:
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+        self._thread.join(timeout_s)
+        if self._thread.is_alive():
+            with self._changed:
+                self._overflow += len(self._items)
+                self._items.clear()
+            self._failure = self._failure or f"did not finish within {timeout_s} s"
+
+    def statistics(self) -> ObserverStatistics:
+        return ObserverStatistics(self.name, self._delivered, self._dropped + self._overflow, self._failure)
+
+    def _pump(self) -> None:
+        while True:
+            with self._changed:
+                while not self._items and not self._ended:
+                    self._changed.wait()
+                if not self._items:
+                    break
+                item = self._items.popleft()
+            self._deliver(item)
+        self._finish()
