@@ -1,0 +1,80 @@
+"""One generator of checks with two faces: a list to loop over, and a pytest decorator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from lsds.contracts.backend import Kind
+from lsds.plugins.host import PluginHost
+from lsds.testing.bench import Bench
+from lsds.testing.lifecycle import LIFECYCLE_CHECKS
+from lsds.testing.machine import check_any_order_of_calls
+from lsds.testing.motion import ARM_CHECKS, GRIPPER_CHECKS
+from lsds.testing.sensing import POSE_CHECKS, SENSOR_CHECKS
+
+Check = Callable[[Bench], None]
+
+_CHECKS: dict[Kind, tuple[Check, ...]] = {
+    "sensor": SENSOR_CHECKS,
+    "gripper": GRIPPER_CHECKS,
+    "arm": ARM_CHECKS,
+    "pose_source": POSE_CHECKS,
+}
+_MOVING: frozenset[Check] = frozenset({*GRIPPER_CHECKS, *ARM_CHECKS})
+
+
+@dataclass(frozen=True)
+class Case:
+    """One check of one backend; call it, it raises AssertionError with what is wrong."""
+
+    bench: Bench
+    check: Check
+
+    @property
+    def id(self) -> str:
+        """A readable name."""
+        return f"{self.bench.kind}-{self.bench.name}-{self.check.__name__.removeprefix('check_')}"
+
+    def __call__(self) -> None:
+        """Run the check. Skips, with the reason, what would move a real device unasked."""
+        if self.check in _MOVING and not self.bench.may_move:
+            pytest.skip("moves a real device; pass allow_motion=True and stand by the emergency stop")
+        self.check(self.bench)
+
+
+def cases(bench: Bench) -> list[Case]:
+    """Return every check there is for the bench's kind of device. Raises ValueError for a kind without checks."""
+    if bench.kind not in _CHECKS:
+        raise ValueError(f"there are no conformance checks for a {bench.kind}")
+    checks = (*LIFECYCLE_CHECKS, *_CHECKS[bench.kind], check_any_order_of_calls)
+    return [Case(bench, check) for check in checks]
+
+
+def conformance(
+    kind: Kind,
+    name: str,
+    *,
+    options: Mapping[str, Any] | None = None,
+    host: PluginHost | None = None,
+    allow_motion: bool = False,
+    expected_failures: Mapping[str, str] | None = None,
+) -> pytest.MarkDecorator:
+    """Decorate a test that takes `check` and calls it: it becomes one test for each check.
+
+    `options` is the backend's options table. `expected_failures` maps the name of a check (without "check_") to the
+    reason why it cannot pass yet; an expected failure that passes is an error, so the list stays honest.
+    """
+    bench = Bench(kind, name, options or {}, host or PluginHost(), allow_motion)
+    expected = dict(expected_failures or {})
+    parameters = []
+    for case in cases(bench):
+        reason = expected.pop(case.check.__name__.removeprefix("check_"), None)
+        marks = [pytest.mark.xfail(reason=reason, strict=True)] if reason else []
+        parameters.append(pytest.param(case, id=case.id, marks=marks))
+    if expected:
+        raise ValueError(f"expected_failures names checks that do not exist: {', '.join(expected)}")
+    return pytest.mark.parametrize("check", parameters)

@@ -1,0 +1,160 @@
+"""Checks of a device's life, alike for every kind."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from lsds.contracts.devices import Lifecycle
+from lsds.errors import LifecycleError
+from lsds.testing.bench import Bench
+
+STOP_BOUND_S = 2.0
+"""`stop` has to return within this, in real time."""
+
+_OUTSIDE = ("socket.connect", "socket.bind", "subprocess.Popen", "os.posix_spawn", "pty.spawn", "os.openpty")
+_recording: list[list[str]] = []
+
+
+def check_constructing_does_no_io(bench: Bench) -> None:
+    """Constructing opens no device, socket or process and starts no thread; the device is NEW."""
+    bench.build().close()  # Once first: what the factory imports lazily is read from disk here.
+    threads = set(threading.enumerate())
+    with _outside_calls() as calls:
+        device = bench.build()
+    try:
+        assert not calls, f"constructing reached outside: {calls}"
+        assert set(threading.enumerate()) <= threads, "constructing started a thread"
+        _assert_is(device, Lifecycle.NEW)
+    finally:
+        device.close()
+
+
+def check_walks_through_its_life(bench: Bench) -> None:
+    """NEW, CONNECTED, ARMED, CONNECTED, CLOSED; disarm and close do nothing the second time."""
+    device = bench.build()
+    device.connect()
+    _assert_is(device, Lifecycle.CONNECTED)
+    device.disarm()
+    _assert_is(device, Lifecycle.CONNECTED, "disarm of what is not armed has to do nothing")
+    if bench.may_move:
+        device.arm()
+        _assert_is(device, Lifecycle.ARMED)
+        device.disarm()
+        _assert_is(device, Lifecycle.CONNECTED)
+    device.close()
+    _assert_is(device, Lifecycle.CLOSED)
+    device.close()
+    _assert_is(device, Lifecycle.CLOSED)
+
+
+def check_closed_is_final(bench: Bench) -> None:
+    """After close every call but stop, disarm and close raises LifecycleError."""
+    device = bench.build()
+    device.connect()
+    device.close()
+    for call in (device.connect, device.arm, device.read):
+        with pytest.raises(LifecycleError):
+            call()
+    device.stop()
+    device.disarm()
+    _assert_is(device, Lifecycle.CLOSED)
+
+
+def check_refuses_before_connect(bench: Bench) -> None:
+    """A device that is not connected can be neither read nor armed, and can be closed."""
+    device = bench.build()
+    for call in (device.read, device.arm):
+        with pytest.raises(LifecycleError):
+            call()
+    device.close()
+    _assert_is(device, Lifecycle.CLOSED)
+
+
+def check_connects_once(bench: Bench) -> None:
+    """Connecting what is connected raises LifecycleError and leaves it readable."""
+    with bench.device() as device:
+        with pytest.raises(LifecycleError):
+            device.connect()
+        _assert_is(device, Lifecycle.CONNECTED)
+        bench.read(device)
+
+
+def check_stops_from_any_state_and_thread(bench: Bench) -> None:
+    """`stop` returns in bounded time, twice, from another thread, in every state, and closes nothing."""
+    states = [Lifecycle.NEW, Lifecycle.CONNECTED] + ([Lifecycle.ARMED] if bench.may_move else [])
+    for state in states:
+        with bench.device(state) as device:
+            for _ in range(2):
+                _stop_in_thread(device)
+            assert device.lifecycle is not Lifecycle.CLOSED, f"stop closed a device that was {state.value}"
+    with bench.device() as device:
+        device.close()
+        _stop_in_thread(device)
+
+
+def check_connect_moves_nothing_and_reads(bench: Bench) -> None:
+    """A sample comes soon after connect, and its time is not in the future."""
+    with bench.device() as device:
+        sample = bench.read(device)
+        assert sample.t_ns <= bench.clock.now(), "a sample from the future"
+
+
+def _assert_is(device: Any, wanted: Lifecycle, why: str = "") -> None:
+    found = device.lifecycle
+    assert found is wanted, f"the device is {found.value}, expected {wanted.value}" + (f": {why}" if why else "")
+
+
+def _stop_in_thread(device: Any) -> None:
+    errors: list[BaseException] = []
+
+    def call() -> None:
+        try:
+            device.stop()
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(STOP_BOUND_S)
+    assert not thread.is_alive(), f"stop() did not return within {STOP_BOUND_S} s"
+    assert not errors, f"stop() raised {errors[0]!r}"
+
+
+@contextmanager
+def _outside_calls() -> Iterator[list[str]]:
+    """Collect what reaches outside the process. An audit hook cannot be taken off, so there is one, with a switch."""
+    if not hasattr(_outside_calls, "installed"):
+        sys.addaudithook(_audit)
+        _outside_calls.installed = True  # type: ignore[attr-defined]
+    calls: list[str] = []
+    _recording.append(calls)
+    try:
+        yield calls
+    finally:
+        _recording.remove(calls)
+
+
+def _audit(event: str, arguments: tuple[Any, ...]) -> None:
+    if not _recording:
+        return
+    if event in _OUTSIDE:
+        _recording[-1].append(f"{event} {arguments[:2]}")
+    elif event == "open" and str(arguments[0]).startswith("/dev/") and arguments[0] != "/dev/urandom":
+        _recording[-1].append(f"open {arguments[0]}")
+
+
+LIFECYCLE_CHECKS = (
+    check_constructing_does_no_io,
+    check_walks_through_its_life,
+    check_closed_is_final,
+    check_refuses_before_connect,
+    check_connects_once,
+    check_stops_from_any_state_and_thread,
+    check_connect_moves_nothing_and_reads,
+)

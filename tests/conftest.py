@@ -1,0 +1,39 @@
+"""Fixtures of the whole suite."""
+
+from __future__ import annotations
+
+import copy
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+ROOT = Path(__file__).resolve().parent.parent
+# The suite runs from a checkout that is not installed, too.
+for folder in ("", "plugins", "drivers", "mocks", "tests"):
+    path = str(ROOT / folder) if folder else str(ROOT)
+    if path not in sys.path:
+        sys.path.append(path)
+
+from fake_cell import FAKE_RIG, fake_host  # noqa: E402
+
+settings.register_profile("lsds", deadline=None, derandomize=bool(os.environ.get("CI")))
+settings.load_profile("lsds")
+
+
+@pytest.fixture
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture
+def host():
+    return fake_host()
+
+
+@pytest.fixture
+def fake_rig():
+    """The raw config of a rig of fakes; change it as you like."""
+    return copy.deepcopy(FAKE_RIG)
