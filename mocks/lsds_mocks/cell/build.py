@@ -1,0 +1,84 @@
+"""From options to a cell, and the one place where the mocks of a rig meet in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.cell.cell import SimulatedCell
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.gel.brush import BrushGel
+from lsds_mocks.gel.kernel import DEFAULT_KERNEL
+from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.shapes import Cylinder
+from lsds_mocks.plant.friction import SurfaceFriction
+from lsds_mocks.plant.plant import Plant
+from lsds_mocks.plant.texture import Texture
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+
+SHARED_KEY = "lsds_mocks.cell"
+
+
+@dataclass(frozen=True, slots=True)
+class PlantParameters:
+    """Options in SI units."""
+
+    diameter_m: float
+    length_m: float
+    mass_kg: float
+    grip_height_m: float
+    finger_n_m: float
+    drop_slip_m: float
+    pad_height_m: float
+
+
+def build_plant(options: CellOptions, seed: list[int]) -> Plant:
+    """Make the plant; `seed` draws the texture of the object's surface."""
+    material = GelMaterial(modulus_pa=options.modulus_mpa * 1e6)
+    reference = GelMaterial()
+    shape = Cylinder(options.diameter_mm * 0.5e-3, material.height_m)
+    kernel = DEFAULT_KERNEL.scaled(reference.modulus_pa / material.modulus_pa)
+    gel = BrushGel(shape, material, kernel=kernel)
+    length = options.length_mm * 1e-3
+    texture = Texture(length, options.texture_amplitude, np.random.default_rng(seed))
+    friction = SurfaceFriction(
+        gel.points_m,
+        texture,
+        options.static_friction,
+        options.kinetic_friction,
+        options.stribeck_speed_mm_s * 1e-3,
+    )
+    parameters = PlantParameters(
+        diameter_m=options.diameter_mm * 1e-3,
+        length_m=length,
+        mass_kg=options.mass_kg,
+        grip_height_m=options.grip_height_mm * 1e-3,
+        finger_n_m=options.finger_stiffness_n_mm * 1e3,
+        drop_slip_m=options.drop_slip_mm * 1e-3,
+        pad_height_m=material.height_m,
+    )
+    return Plant(parameters, gel, friction)
+
+
+def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
+    """Make a cell that starts at the clock's present."""
+    return SimulatedCell(
+        build_plant(options, context.rng_seed("object surface")),
+        step_ns=round(options.step_ms * 1e6),
+        start_ns=context.clock.now(),
+        history_s=options.history_s,
+    )
+
+
+def build_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
+    """Factory of the cell backend `simulated`: installs the cell that the rig's mocks will find."""
+    return context.shared(SHARED_KEY, lambda: make_cell(options, context))
+
+
+def shared_cell(context: BuildContext) -> SimulatedCell:
+    """Return the rig's cell; one with default options where none was configured."""
+    return context.shared(SHARED_KEY, lambda: make_cell(CellOptions(), context))

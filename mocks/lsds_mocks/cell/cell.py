@@ -1,0 +1,132 @@
+"""The simulated cell: steps the plant lazily to the present and hands out what was so at past instants.
+
+Physics runs on an absolute grid of steps, commands are ordered by when they take effect, and every random stream is
+seeded by name: the same calls at the same times give bit-identical results, whatever was read in between.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from lsds.clock import NS_PER_S, seconds
+from lsds_mocks.cell.queue import Action, CommandQueue
+from lsds_mocks.gel.state import GelState, blend
+
+if TYPE_CHECKING:
+    from lsds.contracts import CellTruth
+    from lsds_mocks.plant.plant import Plant
+
+KEPT_STEPS = 256
+
+
+class Moment(NamedTuple):
+    """The moving parts at the end of one step, for devices that read the past at their own rate."""
+
+    t_ns: int
+    aperture_m: float
+    target_m: float
+    moving: bool
+    stalled: bool
+    arm_z_m: float
+    arm_v_m_s: float
+
+
+class Camera(Protocol):
+    """Something that takes the gel's state at instants it chooses in advance."""
+
+    @property
+    def next_exposure_ns(self) -> int:
+        """When it exposes next."""
+
+    def expose(self, state: GelState) -> None:
+        """Take the state at `next_exposure_ns`, and choose the next instant."""
+
+
+class SimulatedCell:
+    """A `Cell`. Devices post commands and look up moments; see `lsds_mocks.cell.build` for how one is made."""
+
+    def __init__(self, plant: Plant, *, step_ns: int, start_ns: int, history_s: float = 0.0) -> None:
+        self.plant = plant
+        self.step_ns = step_ns
+        self._dt_s = step_ns / NS_PER_S
+        self._t_ns = start_ns - start_ns % step_ns
+        self._queue = CommandQueue()
+        self._cameras: list[Camera] = []
+        self._lock = threading.RLock()
+        self._moments: deque[Moment] = deque([self._moment()], maxlen=KEPT_STEPS)
+        self._history: deque[CellTruth] = deque(maxlen=max(1, round(history_s / self._dt_s)))
+        self._keeps_history = history_s > 0
+
+    @property
+    def t_ns(self) -> int:
+        """Where the physics stands: the last step's end."""
+        return self._t_ns
+
+    def advance(self, t_ns: int) -> None:
+        """Do all whole steps that end by `t_ns`."""
+        with self._lock:
+            while self._t_ns + self.step_ns <= t_ns:
+                self._step()
+
+    def truth(self) -> CellTruth:
+        """Return the truth at the last step's end."""
+        with self._lock:
+            return self.plant.truth(self._t_ns)
+
+    def history(self) -> tuple[CellTruth, ...]:
+        """Return the truth of each step kept, oldest first; empty unless the option `history_s` asks for it."""
+        with self._lock:
+            return tuple(self._history)
+
+    def post(self, t_ns: int, source: str, action: Action) -> None:
+        """Let a command take effect at `t_ns`; safe from any thread, never waits for physics."""
+        self._queue.post(t_ns, source, action)
+
+    def moment(self, t_ns: int) -> Moment:
+        """Return the newest moment at or before `t_ns`, or the oldest kept."""
+        with self._lock:
+            for moment in reversed(self._moments):
+                if moment.t_ns <= t_ns:
+                    return moment
+            return self._moments[0]
+
+    def watch(self, camera: Camera) -> None:
+        """Let a camera expose from now on."""
+        with self._lock:
+            self._cameras.append(camera)
+
+    def unwatch(self, camera: Camera) -> None:
+        """Let it expose no more."""
+        with self._lock:
+            if camera in self._cameras:
+                self._cameras.remove(camera)
+
+    def gel_state(self) -> GelState:
+        """Return the gel's state at the last step's end."""
+        with self._lock:
+            return self.plant.gel.state()
+
+    def _step(self) -> None:
+        for action in self._queue.due(self._t_ns):
+            action(self.plant)
+        end = self._t_ns + self.step_ns
+        exposing = [camera for camera in self._cameras if camera.next_exposure_ns <= end]
+        before = self.plant.gel.state() if exposing else None
+        self.plant.step(self._dt_s)
+        for camera in exposing:
+            after = self.plant.gel.state()
+            while camera.next_exposure_ns <= end and before is not None:
+                share = seconds(camera.next_exposure_ns - self._t_ns) / self._dt_s
+                camera.expose(blend(before, after, min(max(share, 0.0), 1.0)))
+        self._t_ns = end
+        self._moments.append(self._moment())
+        if self._keeps_history:
+            self._history.append(self.plant.truth(end))
+
+    def _moment(self) -> Moment:
+        drive, arm = self.plant.fingers, self.plant.arm
+        return Moment(
+            self._t_ns, drive.aperture_m, drive.target_m, drive.moving, drive.stalled, arm.position_m, arm.velocity_m_s
+        )

@@ -1,0 +1,48 @@
+"""Options of the simulated cell: the object, its friction, the gel pads and the fingers that carry them."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class CellOptions(BaseModel):
+    """Options of `[cell.simulated]`. The default: a weighted PVC pipe standing on a table, gripped at its foot.
+
+    Lengths in millimetres here, because people type them; SI inside.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    step_ms: float = Field(default=2.0, ge=0.25, le=10, description="step of the physics, on an absolute grid")
+    gel: Literal["brush"] = Field(default="brush", description="tier of the gel model")
+
+    diameter_mm: float = Field(default=25.0, ge=4, le=45, description="outer diameter of the pipe")
+    length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the pipe, standing upright")
+    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the pipe and what is in it")
+    grip_height_mm: float = Field(default=50.0, ge=0, le=1000, description="pad centre above the table at the start")
+
+    static_friction: float = Field(default=0.55, ge=0.02, le=3, description="friction coefficient at rest")
+    kinetic_friction: float = Field(default=0.45, ge=0.01, le=3, description="friction coefficient while sliding fast")
+    stribeck_speed_mm_s: float = Field(default=10.0, gt=0, le=1000, description="speed over which friction falls")
+    texture_amplitude: float = Field(
+        default=0.08, ge=0, le=0.3, description="relative standard deviation of friction over the object's surface"
+    )
+
+    modulus_mpa: float = Field(default=0.2, ge=0.02, le=5, description="Young's modulus of the gel")
+    finger_stiffness_n_mm: float = Field(
+        default=5.0, gt=0, le=1000, description="normal stiffness of one finger with its gel holder, without the gel"
+    )
+    drop_slip_mm: float = Field(
+        default=60.0, gt=0, le=1000, description="slip through the fingers that counts as dropped"
+    )
+    history_s: float = Field(default=0.0, ge=0, le=3600, description="seconds of per-step truth to keep for study")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.kinetic_friction > self.static_friction:
+            raise ValueError("kinetic_friction must not exceed static_friction")
+        if self.grip_height_mm > self.length_mm:
+            raise ValueError("grip_height_mm must not exceed length_mm: the pads would close above the object")
+        return self

@@ -1,0 +1,36 @@
+"""Commands on their way to the plant, ordered by when they take effect and not by who called first."""
+
+from __future__ import annotations
+
+import heapq
+import threading
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lsds_mocks.plant.plant import Plant
+
+Action = Callable[["Plant"], None]
+
+
+class CommandQueue:
+    """Events (time, source, number) -> action. Posting is safe from any thread and never waits for physics."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[int, str, int, Action]] = []
+        self._count: dict[str, int] = {}
+        self._lock = threading.Lock()
+
+    def post(self, t_ns: int, source: str, action: Action) -> None:
+        """Let `action` take effect at the first step that starts at or after `t_ns`."""
+        with self._lock:
+            number = self._count.get(source, 0)
+            self._count[source] = number + 1
+            heapq.heappush(self._heap, (t_ns, source, number, action))
+
+    def due(self, t_ns: int) -> Iterator[Action]:
+        """Take out, in order, what is due at `t_ns`."""
+        while self._heap and self._heap[0][0] <= t_ns:
+            with self._lock:
+                action = heapq.heappop(self._heap)[3]
+            yield action

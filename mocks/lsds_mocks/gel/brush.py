@@ -1,0 +1,186 @@
+"""Gel tier 'brush': independent bristles over the contact patch, each with its own Coulomb limit.
+
+A bristle's root rests in the gel's base and its tip rides on the object until the force exceeds friction times the
+bristle's share of the normal force; then the tip is drawn back onto that limit (elastic predictor, plastic corrector,
+backward Euler). The pressure falls toward the patch's edge, so the edge slides first and the centre last. Local
+forces move the markers through `lsds_mocks.gel.kernel`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.gel.kernel import DEFAULT_KERNEL, MarkerKernel
+from lsds_mocks.gel.material import CONTACT_LEVEL, PRESSURE_EXPONENT, GelMaterial
+from lsds_mocks.gel.protocol import Reaction
+from lsds_mocks.gel.state import GelState
+from lsds_mocks.gel.surface import contact_fraction, surface_depth
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.shapes import Shape
+
+SLIDING = 1.0 - 1e-9
+_TINY = 1e-30
+
+
+def bristle_grid(
+    shape: Shape, material: GelMaterial, indentation_m: float, count: int
+) -> tuple[NDArray[np.float64], float]:
+    """Return about `count` points (2, N) over the patch at an indentation, and the area (m^2) of each."""
+    half_x, half_y = shape.half_extent(CONTACT_LEVEL * indentation_m)
+    columns = max(4, round(math.sqrt(count * half_x / half_y) * 1.4)) if half_x < half_y else round(math.sqrt(count))
+    rows = max(4, round(count / columns))
+    across = (np.arange(columns) + 0.5) / columns * 2 * half_x - half_x
+    along = (np.arange(rows) + 0.5) / rows * 2 * half_y - half_y
+    u, v = (axis.ravel() for axis in np.meshgrid(across, along))
+    cos, sin = math.cos(shape.angle_rad), math.sin(shape.angle_rad)
+    points = np.stack([u * cos - v * sin, u * sin + v * cos])
+    inside = (np.abs(points[0]) <= material.width_m / 2) & (np.abs(points[1]) <= material.height_m / 2)
+    return np.ascontiguousarray(points[:, inside]), 4 * half_x * half_y / (columns * rows)
+
+
+class BrushGel:
+    """A `GelModel` of bristles; `design_m` is the deepest indentation that the grid of points covers."""
+
+    def __init__(
+        self,
+        shape: Shape,
+        material: GelMaterial | None = None,
+        *,
+        count: int = 100,
+        design_m: float = 0.8e-3,
+        stiffness_at_m: float = 0.3e-3,
+        kernel: MarkerKernel = DEFAULT_KERNEL,
+    ) -> None:
+        self.shape = shape
+        self.material = material or GelMaterial()
+        self.kernel = kernel
+        self._points, self.area_m2 = bristle_grid(shape, self.material, design_m, count)
+        # One stiffness for all depths: one that grew while a bristle is bent would create energy.
+        per_area = self.material.shear_stiffness_n_m3(shape.perimeter_per_area(CONTACT_LEVEL * stiffness_at_m))
+        self.bristle_n_m = per_area * self.area_m2
+        size = self._points.shape[1]
+        self._gap = shape.gap(self._points[0], self._points[1])
+        self._u = np.zeros((2, size))
+        self._try = np.zeros((2, size))
+        self._limit2 = np.zeros(size)
+        self._scale = np.ones(size)
+        self._work = np.zeros(size)
+        self._pressure = np.zeros(size)
+        self._contact = np.zeros(size, bool)
+        self._slid = np.zeros(size, bool)
+        self._loaded: tuple[float, float, tuple[float, float] | None] = (0.0, 0.0, None)
+        self._marker_cache: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+
+    @property
+    def points_m(self) -> NDArray[np.float64]:
+        """Roots of the bristles, (2, N)."""
+        return self._points
+
+    def normal_force(self, indentation_m: float, coverage: float = 1.0) -> float:
+        """Stiffness times overlap volume, see `lsds_mocks.gel.material`."""
+        if indentation_m <= 0:
+            return 0.0
+        return self.material.normal_stiffness_n_m3 * self.shape.overlap_volume(indentation_m) * coverage
+
+    def press(self, indentation_m: float, normal_force_n: float, reach_m: tuple[float, float] | None = None) -> None:
+        """Share the normal force out over the bristles in contact."""
+        load = (indentation_m, normal_force_n, reach_m)
+        if load == self._loaded:
+            return
+        self._loaded = load
+        weight = np.maximum(CONTACT_LEVEL * indentation_m - self._gap, 0.0) ** PRESSURE_EXPONENT
+        if reach_m is not None:
+            weight *= (self._points[1] >= reach_m[0]) & (self._points[1] <= reach_m[1])
+        total = float(weight.sum())
+        self._pressure = weight * (normal_force_n / total) if total > 0 else np.zeros_like(weight)
+        self._contact = self._pressure > 0
+
+    def set_friction(self, friction: NDArray[np.float64]) -> None:
+        """Set the deflection at which each bristle lets go."""
+        np.multiply(friction, self._pressure, out=self._work)
+        self._work /= self.bristle_n_m
+        np.multiply(self._work, self._work, out=self._limit2)
+
+    def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
+        """Move all tips with the object, draw back those beyond their limit, add up the forces."""
+        x, y = self._try
+        np.add(self._u[0], dx_m, out=x)
+        np.add(self._u[1], dy_m, out=y)
+        if dtheta_rad:
+            x -= dtheta_rad * self._points[1]
+            y += dtheta_rad * self._points[0]
+        scale, work = self._scale, self._work
+        np.multiply(x, x, out=scale)
+        np.multiply(y, y, out=work)
+        scale += work
+        scale += _TINY
+        np.divide(self._limit2, scale, out=scale)
+        np.minimum(scale, 1.0, out=scale)
+        np.sqrt(scale, out=scale)
+        k = self.bristle_n_m
+        fx, fy = (k * (self._try @ scale)).tolist()
+        stuck = np.count_nonzero(scale >= SLIDING)
+        torque = 0.0
+        if dtheta_rad or fx:
+            torque = k * float((self._points[0] * y - self._points[1] * x) @ scale)
+        return Reaction(fx, fy, torque, k * stuck)
+
+    def commit(self) -> None:
+        """Keep the last trial's drawn-back deflections."""
+        np.multiply(self._try, self._scale, out=self._u)
+        np.less(self._scale, SLIDING, out=self._slid)
+
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which bristles slid in the last committed step, those without contact included."""
+        return self._slid
+
+    @property
+    def stick_ratio(self) -> float:
+        """Share of the bristles in contact that did not slide."""
+        touching = int(np.count_nonzero(self._contact))
+        if not touching:
+            return 1.0
+        return 1.0 - int(np.count_nonzero(self._contact & self._slid)) / touching
+
+    @property
+    def fully_sliding(self) -> bool:
+        """Whether every bristle in contact slid."""
+        return bool(self._contact.any()) and bool(self._slid[self._contact].all())
+
+    @property
+    def elastic_energy_j(self) -> float:
+        """Sum of half k u^2."""
+        return 0.5 * self.bristle_n_m * float((self._u * self._u).sum())
+
+    def state(self) -> GelState:
+        """Return a copy of the history."""
+        indentation, force, reach = self._loaded
+        return GelState(self._u.copy(), self._pressure, self._slid.copy(), indentation, force, reach)
+
+    def restore(self, state: GelState) -> None:
+        """Put a history back."""
+        self.press(state.indentation_m, state.normal_force_n, state.reach_m)
+        self._u[:] = state.deflection_m
+        self._slid[:] = state.slid
+
+    def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum of what each bristle's force does at each point; the matrix is kept for the last set of points."""
+        if self._marker_cache is None or self._marker_cache[0] is not xy_m:
+            self._marker_cache = (xy_m, self.kernel.matrix(xy_m, self._points))
+        force = np.concatenate([(self.bristle_n_m * state.deflection_m).ravel(), state.pressure_n])
+        return (self._marker_cache[1] @ force).reshape(2, -1).T
+
+    def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Depth of the surface, see `lsds_mocks.gel.surface`."""
+        return surface_depth(self.shape, state, x_m, y_m)
+
+    def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
+        """Fraction of the window in contact."""
+        return contact_fraction(self.shape, state, width_m, height_m)

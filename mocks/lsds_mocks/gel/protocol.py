@@ -1,0 +1,83 @@
+"""The seam behind which gel models of any fidelity fit.
+
+Plane of the gel: x right and y down in the image, origin at the pad's centre, metres. Rotation is positive from x
+to y (clockwise as seen in the image). The base of the gel rests in this frame; the object moves against it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.state import GelState
+
+
+class Reaction(NamedTuple):
+    """What the object does to the gel after a trial motion: force (N) along x and y, torque (N m) about the pad's
+    centre, and the tangent stiffness (N/m) along y, a lower bound where part of the patch slides."""
+
+    force_x_n: float
+    force_y_n: float
+    torque_nm: float
+    stiffness_y_n_m: float
+
+
+class GelModel(Protocol):
+    """A gel with friction and memory, driven by the object's rigid motion.
+
+    Each step: `press`, `set_friction`, then any number of `trial`s, of which the last is made real by `commit`.
+    Trials never touch the history. The history is a `GelState`: a value that can be copied, kept and put back.
+    """
+
+    @property
+    def points_m(self) -> NDArray[np.float64]:
+        """Where friction is asked for, (2, N)."""
+
+    def normal_force(self, indentation_m: float, coverage: float = 1.0) -> float:
+        """Normal force (N) at a rigid indentation, with the object over a fraction of the pad's length."""
+
+    def press(self, indentation_m: float, normal_force_n: float, reach_m: tuple[float, float] | None = None) -> None:
+        """Set indentation and normal force; `reach_m` limits the contact to low <= y <= high."""
+
+    def set_friction(self, friction: NDArray[np.float64]) -> None:
+        """Set the friction coefficient at each point, (N,)."""
+
+    def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
+        """Return the reaction to a rigid motion of the object since the last commit."""
+
+    def commit(self) -> None:
+        """Make the last trial real."""
+
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which points slid in the last committed step, (N,)."""
+
+    @property
+    def stick_ratio(self) -> float:
+        """Fraction of the contact area that did not slide in the last committed step; 1 where nothing touches."""
+
+    @property
+    def fully_sliding(self) -> bool:
+        """Whether there is contact and every point of it slid in the last committed step."""
+
+    @property
+    def elastic_energy_j(self) -> float:
+        """Shear energy stored in the gel."""
+
+    def state(self) -> GelState:
+        """Return a copy of the history."""
+
+    def restore(self, state: GelState) -> None:
+        """Put a history back."""
+
+    def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement (M, 2) in metres of surface points `xy_m` (M, 2) of the undeformed gel."""
+
+    def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Depth in metres (>= 0, into the gel) of the surface on the grid of `y_m` (H,) by `x_m` (W,)."""
+
+    def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
+        """Fraction of a centred window that the object touches."""

@@ -1,0 +1,40 @@
+"""Friction between the object's surface and the gel: static and kinetic coefficients, Stribeck fall, texture."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.plant.texture import Texture
+
+
+class SurfaceFriction:
+    """Friction coefficients at a set of gel points.
+
+    A point at rest has the static coefficient; one that slid in the last step has
+    mu_k + (mu_s - mu_k) exp(-(v / v_s)^2) (Stribeck); both times the texture under the point.
+    """
+
+    def __init__(
+        self, points_m: NDArray[np.float64], texture: Texture, static: float, kinetic: float, stribeck_m_s: float
+    ) -> None:
+        self.static = static
+        self.kinetic = kinetic
+        self._stribeck = stribeck_m_s
+        self._texture = texture
+        self._index = texture.index(points_m[0], points_m[1])
+        self._factor = np.ones(points_m.shape[1])
+        self._out = np.ones(points_m.shape[1])
+
+    def at(self, travel_m: float, sliding: NDArray[np.bool_], speed_m_s: float) -> NDArray[np.float64]:
+        """Return coefficients (N,), valid until the next call."""
+        fall = (self.static - self.kinetic) * (1.0 - math.exp(-((speed_m_s / self._stribeck) ** 2)))
+        np.multiply(sliding, -fall, out=self._out)
+        self._out += self.static
+        self._out *= self._texture.at(self._index, travel_m, self._factor)
+        return self._out

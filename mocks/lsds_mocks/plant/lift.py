@@ -1,0 +1,98 @@
+"""The object's vertical motion under gravity, table and grip, one implicit step at a time.
+
+Backward Euler with the gel's friction as a function of the unknown end velocity:
+v' = v + dt (F(v') / m - g), where F, the pull of all fingers, never rises with v'. The left side minus the right is
+monotone, so a bracketed Newton iteration on it cannot fail, at any step. Implicit friction never creates energy,
+unlike explicit LuGre and Haessig-Friedland schemes at these stiffnesses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lsds_mocks.gel.protocol import GelModel, Reaction
+
+GRAVITY_M_S2 = 9.81
+TOLERANCE_M_S = 1e-11
+_ITERATIONS = 60
+
+
+@dataclass(slots=True)
+class ObjectMotion:
+    """Height (m) of the object's foot above the table, its upward velocity (m/s), whether it stands,
+    and the force and tangent stiffness of the last step's friction, from which the next step starts its search."""
+
+    height_m: float = 0.0
+    velocity_m_s: float = 0.0
+    supported: bool = True
+    force_n: float = 0.0
+    stiffness_n_m: float = 0.0
+
+
+def step_object(
+    body: ObjectMotion,
+    gel: GelModel,
+    *,
+    carrier_velocity_m_s: float,
+    mass_kg: float,
+    dt_s: float,
+    fingers: int = 2,
+    limit_n: float,
+) -> float:
+    """Advance `body` and `gel` by `dt_s`; return the tangential force (N) that one finger's gel feels, along +y.
+
+    `carrier_velocity_m_s` is the gel's base moving up. The gel's y points down, so the object lagging behind moves
+    along +y in it. `limit_n` bounds the friction force of one finger and brackets the solution.
+    """
+    weight = mass_kg * GRAVITY_M_S2
+    if body.supported:
+        reaction = gel.trial(0.0, dt_s * carrier_velocity_m_s)
+        if fingers * reaction.force_y_n <= weight:
+            gel.commit()
+            body.velocity_m_s = 0.0
+            return reaction.force_y_n
+    velocity, reaction = _solve(body, gel, carrier_velocity_m_s, mass_kg, dt_s, fingers, limit_n)
+    body.supported = body.height_m + dt_s * velocity <= 0.0
+    if body.supported:
+        velocity = -body.height_m / dt_s
+        reaction = gel.trial(0.0, dt_s * (carrier_velocity_m_s - velocity))
+    gel.commit()
+    body.height_m = 0.0 if body.supported else body.height_m + dt_s * velocity
+    body.velocity_m_s = 0.0 if body.supported else velocity  # the table takes the impact up without a rebound
+    body.force_n, body.stiffness_n_m = reaction.force_y_n, reaction.stiffness_y_n_m
+    return reaction.force_y_n
+
+
+def _solve(
+    body: ObjectMotion,
+    gel: GelModel,
+    carrier_m_s: float,
+    mass_kg: float,
+    dt_s: float,
+    fingers: int,
+    limit_n: float,
+) -> tuple[float, Reaction]:
+    """Return the end velocity and the reaction of the gel's last trial, which was at that velocity."""
+    free = body.velocity_m_s - dt_s * GRAVITY_M_S2
+    gain = fingers * dt_s / mass_kg
+    low, high = free - gain * limit_n - 1e-12, free + gain * limit_n + 1e-12
+    slope = gain * dt_s * body.stiffness_n_m
+    # The last step's tangent is almost always still right, and then the first trial is already the solution.
+    velocity = min(max((free + gain * body.force_n + slope * carrier_m_s) / (1.0 + slope), low), high)
+    for _ in range(_ITERATIONS):
+        reaction = gel.trial(0.0, dt_s * (carrier_m_s - velocity))
+        excess = velocity - free - gain * reaction.force_y_n
+        if abs(excess) < TOLERANCE_M_S:
+            break
+        if excess > 0:
+            high = velocity
+        else:
+            low = velocity
+        velocity -= excess / (1.0 + gain * dt_s * reaction.stiffness_y_n_m)
+        if not low < velocity < high:
+            velocity = 0.5 * (low + high)
+    else:
+        reaction = gel.trial(0.0, dt_s * (carrier_m_s - velocity))
+    return velocity, reaction

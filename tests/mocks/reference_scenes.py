@@ -1,0 +1,89 @@
+"""Run the brush through the reference scenes; `python tests/mocks/reference_scenes.py DIR [--fit]` prints the errors.
+
+DIR holds the finite-pad reference solution (`sphere.npz`, `pipe.npz`, `block.npz`, `torsion.npz`).
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from lsds_mocks.gel.brush import BrushGel
+from lsds_mocks.gel.kernel import basis
+from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.shapes import Cylinder, Punch, Sphere
+
+FRICTION = 0.6
+SCENES = {
+    "sphere": (Sphere(12e-3), 0.4e-3, (0.05e-3, 0.0, 0.0)),
+    "pipe": (Cylinder(12.5e-3, 20.16e-3 / np.cos(0.35), 0.35), 0.3e-3, (0.04e-3, 0.06e-3, 0.0)),
+    "block": (Punch(10e-3, 10e-3), 0.15e-3, (0.04e-3, 0.0, 0.0)),
+    "torsion": (Sphere(12e-3), 0.4e-3, (0.0, 0.0, 0.03)),
+}
+
+
+def run(name, frames=14):
+    """Return the gel and its states, frame 0 after pressing."""
+    shape, depth, motion = SCENES[name]
+    gel = BrushGel(shape, GelMaterial(), design_m=depth, stiffness_at_m=depth)
+    gel.press(depth, gel.normal_force(depth))
+    gel.set_friction(np.full(gel.points_m.shape[1], FRICTION))
+    states, reactions = [gel.state()], []
+    for _ in range(frames):
+        for _ in range(5):
+            reaction = gel.trial(*(m / 5 for m in motion))
+            gel.commit()
+        states.append(gel.state())
+        reactions.append(reaction)
+    return gel, states, reactions
+
+
+def load(directory, name):
+    return np.load(Path(directory) / f"{name}.npz")
+
+
+def rows(directory, name):
+    """Return the kernel's parts applied to the brush's forces, (frames * 2 M, 12), and the reference, flattened."""
+    gel, states, _ = run(name)
+    reference = load(directory, name)
+    parts = basis(reference["marker_xy_mm"] * 1e-3, gel.points_m)
+    left, right = [], []
+    for state, u in zip(states, reference["marker_u_mm"], strict=True):
+        force = np.concatenate([(gel.bristle_n_m * state.deflection_m).ravel(), state.pressure_n])
+        left.append((parts @ force).T)
+        right.append(u.ravel() * 1e-3)
+    return np.concatenate(left), np.concatenate(right)
+
+
+def fit(directory):
+    """Least squares over all scenes, each weighted alike."""
+    pairs = [rows(directory, name) for name in SCENES]
+    left = np.concatenate([a / np.sqrt(np.mean(b**2)) for a, b in pairs])
+    right = np.concatenate([b / np.sqrt(np.mean(b**2)) for a, b in pairs])
+    ridge = 1e-3 * np.sqrt((left**2).sum(0).mean()) * np.eye(left.shape[1])
+    return np.linalg.lstsq(np.concatenate([left, ridge]), np.concatenate([right, np.zeros(12)]), rcond=None)[0]
+
+
+def errors(directory, name):
+    """Return marker RMS per component (m) over all frames, and relative errors of forces."""
+    gel, states, reactions = run(name)
+    reference = load(directory, name)
+    xy = reference["marker_xy_mm"] * 1e-3
+    ours = np.array([gel.marker_displacement(state, xy).T for state in states])
+    rms = float(np.sqrt(np.mean((ours - reference["marker_u_mm"] * 1e-3) ** 2)))
+    signal = float(np.sqrt(np.mean((reference["marker_u_mm"] * 1e-3) ** 2)))
+    normal = states[0].normal_force_n / float(reference["normal_N"][0]) - 1
+    first = np.hypot(reactions[0].force_x_n, reactions[0].force_y_n) / np.linalg.norm(reference["tangential_N"][1])
+    last = np.hypot(reactions[-1].force_x_n, reactions[-1].force_y_n) / np.linalg.norm(reference["tangential_N"][-1])
+    torque = reactions[0].torque_nm * 1e3 / float(reference["torque_Nmm"][1]) if name == "torsion" else np.nan
+    return {"rms_um": rms * 1e6, "signal_um": signal * 1e6, "normal": normal, "shear_first": first - 1,
+            "shear_last": last - 1, "torque_first": torque - 1}
+
+
+if __name__ == "__main__":
+    where = sys.argv[1]
+    if "--fit" in sys.argv:
+        print(", ".join(f"{c:.4g}" for c in fit(where)))
+    for scene in SCENES:
+        print(scene, {k: round(v, 3) for k, v in errors(where, scene).items()})
