@@ -23,8 +23,11 @@ from lsds.contracts.values import (
 class Tracker(Protocol):
     """Finds the reference's dots in each frame."""
 
-    def start(self, frame: Frame) -> MarkerReference:
-        """Take the undeformed frame as reference and forget all else. Raises DataError where no dots are found."""
+    def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
+        """Take the undeformed frame as reference and forget all else.
+
+        `pad` is (rows, columns) of dots as printed, where known. Raises DataError where no dots are found.
+        """
 
     def update(self, frame: Frame) -> MarkerTracks:
         """Follow the dots into the next frame. Never raises for what an image shows: what is not found is flagged."""

@@ -1,0 +1,1 @@
+"""From image to features: reference, dots, deformation field, contact, features."""

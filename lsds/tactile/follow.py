@@ -1,0 +1,171 @@
+"""Following the dots of a gel from frame to frame: predict, refine, verify; and ask the whole grid when in doubt.
+
+The fast path trusts the motion so far: every marker is refined from its predicted position and must land on
+something dark, close to the prediction, without the grid tearing or folding. Where more than a stray marker fails,
+the dots of the whole image are found and matched again (`association`). What is not sure is flagged, never guessed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.contracts import MarkerReference, MarkerTracks, TrackFlag
+from lsds.tactile.association import associate
+from lsds.tactile.dots import find_dots
+from lsds.tactile.lattice import Lattice
+from lsds.tactile.reference import find_reference
+from lsds.tactile.views import HALF, FrameViews, views_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Frame
+    from lsds.tactile.localise import Localiser
+
+#: A refined position this far from the prediction, in pitches, is a surprise that the whole grid has to confirm.
+SURPRISE = 0.2
+#: A refined position this far from the dot it was started on, in pitches, has slid off it.
+SLID_OFF = 0.12
+#: Area of a grid cell relative to the reference beyond which a corner of it must be wrong.
+AREA_RATIO = (0.35, 2.2)
+#: More failing markers than this ask the whole grid; fewer are single dots worn off or hidden.
+STRAY = 2
+_OK, _LOST = TrackFlag.OK.value, TrackFlag.LOST.value
+_OUT, _INCONSISTENT, _AMBIGUOUS = (
+    TrackFlag.OUT_OF_VIEW.value,
+    TrackFlag.INCONSISTENT.value,
+    TrackFlag.AMBIGUOUS.value,
+)
+
+
+class DotFollower:
+    """State of a dot tracker: the reference, the last positions and their velocities."""
+
+    def __init__(self, localiser: Localiser) -> None:
+        self._localiser = localiser
+        self._reference: MarkerReference | None = None
+
+    def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
+        """Take the undeformed frame as reference. `pad` (rows, columns) as printed, where known, resolves more.
+
+        Raises DataError where the frame shows no grid of dots.
+        """
+        views = views_of(frame)
+        found = find_reference(views, pad)
+        reference, diameter = found.reference, found.diameter_px
+        xy = self._localiser.start(views.grey, reference.xy_px, diameter)
+        self._reference = MarkerReference(
+            xy, reference.cell, reference.shape, reference.pitch_px, reference.axes, reference.image_size
+        )
+        self._lattice = Lattice(self._reference, found.complete)
+        self._edge_px = self._localiser.visible * diameter
+        corner, right, below = self._lattice.corner, self._lattice.corner_right, self._lattice.corner_below
+        self._reference_area = _area(xy, corner, right, below)
+        self.reset()
+        return self._reference
+
+    def reset(self) -> None:
+        """Forget motion: the dots are expected where the reference shows them, with no velocity."""
+        reference = self._started()
+        self._xy = reference.xy_px.copy()
+        self._velocity = np.zeros_like(self._xy)
+        self._trusted = self._xy
+        self._failed = np.zeros(reference.count, bool)
+        self._doubt = False
+        self._t_ns: int | None = None
+
+    def update(self, frame: Frame) -> MarkerTracks:
+        """Follow the dots into `frame`."""
+        reference, lattice = self._started(), self._lattice
+        views = views_of(frame)
+        dt = 0.0 if self._t_ns is None else max(0.0, (frame.t_ns - self._t_ns) * 1e-9)
+        predicted = self._xy + self._velocity * dt
+        mask = views.dark
+        xy = self._localiser.refine(views.grey, predicted)
+        flags = self._verify(xy, predicted, mask, SURPRISE)
+        failed = flags != _OK
+        if self._doubt or np.count_nonzero(failed & ~self._failed) > STRAY:
+            xy, predicted, flags = self._ask_grid(views, predicted, mask)
+            failed = flags != _OK
+            self._doubt = bool(np.count_nonzero(failed) > 0.5 * len(failed))
+        elif failed.any():
+            # Stray losses: expect them where their neighbours have gone.
+            predicted = self._carry(predicted, xy - predicted, failed)
+        settled = np.where(failed[:, None], predicted, xy)
+        if dt > 0:
+            self._velocity = (settled - self._xy) / dt
+            self._velocity[failed | self._failed] = np.median(self._velocity, axis=0)
+        if self._doubt:
+            self._velocity[:] = 0.0
+        else:
+            self._trusted = settled
+        self._xy, self._failed, self._t_ns = settled, failed, frame.t_ns
+        out_of_view = failed & ~lattice.in_view(settled, self._edge_px)
+        flags[out_of_view & (flags != _AMBIGUOUS)] = _OUT
+        xy = xy.copy()
+        xy[failed] = np.nan
+        return MarkerTracks(frame.t_ns, frame.seq, xy, ~failed, flags.astype(np.uint8))
+
+    def _started(self) -> MarkerReference:
+        if self._reference is None:
+            raise RuntimeError("start() has to see the undeformed frame before update() or reset()")
+        return self._reference
+
+    def _ask_grid(
+        self, views: FrameViews, predicted: NDArray[np.float64], mask: NDArray[np.uint8]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
+        """Find all dots, match them with the markers, refine from there."""
+        match = associate(predicted, find_dots(mask).xy_px, self._lattice, self._trusted)
+        xy = self._localiser.refine(views.grey, match.expected_px)
+        flags = self._verify(xy, match.expected_px, mask, SLID_OFF)
+        flags[(match.dot < 0) & (flags == _OK)] = _LOST
+        if match.ambiguous:
+            flags[flags == _OK] = _AMBIGUOUS
+        return xy, match.expected_px, flags
+
+    def _verify(
+        self, xy: NDArray[np.float64], expected: NDArray[np.float64], mask: NDArray[np.uint8], reach: float
+    ) -> NDArray[np.intp]:
+        """Flag markers that are not on a dark spot, strayed more than `reach` pitches, or tear the grid."""
+        lattice = self._lattice
+        seen = np.isfinite(xy).all(axis=1)
+        seen &= lattice.in_view(np.where(seen[:, None], xy, -1.0), self._edge_px)
+        flags = np.full(len(xy), _LOST)
+        inside = np.where(seen[:, None], xy, 0.0)
+        pixel = (inside / HALF).astype(np.intp)
+        flags[seen & (mask[pixel[:, 1], pixel[:, 0]] > 0)] = _OK
+        strayed = np.abs(inside - expected).max(axis=1) > reach * lattice.pitch_px
+        flags[(flags == _OK) & strayed] = _INCONSISTENT
+        corner, right, below = lattice.corner, lattice.corner_right, lattice.corner_below
+        ratio = _area(inside, corner, right, below) / self._reference_area
+        ok = flags == _OK
+        torn = ((ratio < AREA_RATIO[0]) | (ratio > AREA_RATIO[1])) & ok[corner] & ok[right] & ok[below]
+        if torn.any():
+            suspects = np.concatenate([corner[torn], right[torn], below[torn]])
+            # Every marker sits in up to three such triangles; the one they share is the culprit.
+            votes = np.bincount(suspects, minlength=len(xy))
+            flags[(votes >= 2) | ((votes > 0) & (votes == votes.max()))] = _INCONSISTENT
+        return flags
+
+    def _carry(
+        self, predicted: NDArray[np.float64], moved: NDArray[np.float64], failed: NDArray[np.bool_]
+    ) -> NDArray[np.float64]:
+        """Shift the prediction of failed markers by the mean surprise of their good neighbours."""
+        lattice = self._lattice
+        lost = np.flatnonzero(failed)
+        neighbour = np.minimum(lattice.neighbour[lost], lattice.count - 1)
+        good = lattice.has_neighbour[lost] & (lattice.neighbour[lost] < lattice.count) & ~failed[neighbour]
+        total = np.where(good[..., None], moved[neighbour], 0.0).sum(axis=1)
+        shifted = predicted.copy()
+        shifted[lost] += total / np.maximum(good.sum(axis=1), 1)[:, None]
+        return shifted
+
+
+def _area(
+    xy: NDArray[np.float64], corner: NDArray[np.intp], right: NDArray[np.intp], below: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Signed areas of the triangles (corner, right, below), px^2 times two."""
+    a, b = xy[right] - xy[corner], xy[below] - xy[corner]
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

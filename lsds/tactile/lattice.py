@@ -1,0 +1,91 @@
+"""The reference's dots as a graph: neighbours along the printed grid, and the ring of cells around it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import MarkerReference
+
+_STEPS = ((0, 1), (0, -1), (1, 0), (-1, 0))
+
+
+class Lattice:
+    """Nodes 0..count-1 are the markers in the reference's order, the rest is the ring of cells that touch them.
+
+    `neighbour` (nodes, 4) node right, left, below, above, with `has_neighbour` telling which exist; `known_empty`
+    (ring,) where the reference showed that no dot is printed; `complete` where the whole pad is in the reference.
+    """
+
+    def __init__(self, reference: MarkerReference, complete: bool = False) -> None:
+        self.count = reference.count
+        self.home_px = reference.xy_px
+        self.pitch_px = float(np.mean(reference.pitch_px))
+        self.width, self.height = reference.image_size
+        self.complete = complete
+        cells = [(int(r), int(c)) for r, c in reference.cell]
+        node = {cell: i for i, cell in enumerate(cells)}
+        origin: list[int] = []
+        offset: list[tuple[float, float]] = []
+        steps = reference.axes * np.array(reference.pitch_px)[:, None]
+        for i, (row, column) in enumerate(cells):
+            for d_row, d_column in _STEPS:
+                cell = (row + d_row, column + d_column)
+                if cell not in node:
+                    node[cell] = len(node)
+                    origin.append(i)
+                    offset.append(tuple(d_column * steps[0] + d_row * steps[1]))
+        self._node = node
+        self._cells = list(node)
+        self._origin = np.array(origin, np.intp)
+        self._offset = np.array(offset).reshape(-1, 2)
+        self.neighbour = np.zeros((len(node), 4), np.intp)
+        self.has_neighbour = np.zeros((len(node), 4), bool)
+        for cell, i in node.items():
+            for k, (d_row, d_column) in enumerate(_STEPS):
+                j = node.get((cell[0] + d_row, cell[1] + d_column))
+                if j is not None:
+                    self.neighbour[i, k], self.has_neighbour[i, k] = j, True
+        ring_px = self.extend(reference.xy_px)[self.count :]
+        self.known_empty = np.full(len(ring_px), self.complete)
+        if not self.complete:
+            self.known_empty = self.in_view(ring_px, 0.35 * self.pitch_px)
+        self._shifted: dict[tuple[int, int], NDArray[np.intp]] = {}
+        right = self.neighbour[: self.count, 0]
+        below = self.neighbour[: self.count, 2]
+        #: Markers with a marker to the right and one below: the corners of a cell, for area consistency.
+        self.corner = np.flatnonzero(
+            self.has_neighbour[: self.count, 0]
+            & self.has_neighbour[: self.count, 2]
+            & (right < self.count)
+            & (below < self.count)
+        )
+        self.corner_right, self.corner_below = right[self.corner], below[self.corner]
+
+    def extend(self, marker_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return positions (nodes, 2) of the markers (N, 2) given and of the ring that moves along with them."""
+        return np.concatenate([marker_px, marker_px[self._origin] + self._offset])
+
+    def in_view(self, xy_px: NDArray[np.float64], margin_px: float) -> NDArray[np.bool_]:
+        """Return which positions (K, 2) lie in the image, at least `margin_px` from its border."""
+        x, y = xy_px.T
+        return np.asarray(
+            (x >= margin_px) & (y >= margin_px) & (x <= self.width - 1 - margin_px) & (y <= self.height - 1 - margin_px)
+        )
+
+    def shifted(self, shift: tuple[int, int]) -> NDArray[np.intp]:
+        """Return (nodes,) the node `shift` = (rows, columns) further on for every node, -1 where there is none."""
+        if shift not in self._shifted:
+            self._shifted[shift] = np.array(
+                [self._node.get((row + shift[0], column + shift[1]), -1) for row, column in self._cells], np.intp
+            )
+        return self._shifted[shift]
+
+    def dropped(self, shift: tuple[int, int]) -> NDArray[np.intp]:
+        """Return the nodes that no node reaches under `shift`: their dots would belong to nothing printed."""
+        source = self.shifted(shift)
+        return np.setdiff1d(np.arange(len(self._cells)), source[: self.count])

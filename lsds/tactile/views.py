@@ -1,0 +1,78 @@
+"""The views of one tactile image that several steps need, each computed once and only when asked for.
+
+Tracker and depth both need the halved image and the dots' mask; `views_of` lets whoever comes second find the work
+done, without either knowing of the other.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Frame
+
+#: Views are halved once for everything that needs no sub-pixel accuracy (finding dots, light, depth).
+HALF = 2
+
+
+#: A pixel belongs to a dot where it is darker than this fraction of the mean around it.
+DARKNESS = 0.72
+#: Window of the local mean, px of the half-size image: about half a pitch, always with some background in it.
+MEAN_WINDOW = 17
+
+
+class FrameViews:
+    """One frame as grey, halved and halved grey images. `image` is uint8 (height, width, 3) RGB."""
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame = frame
+
+    @cached_property
+    def grey(self) -> NDArray[np.uint8]:
+        """Luminance at full resolution, uint8 (height, width)."""
+        return np.asarray(cv2.cvtColor(self.frame.image, cv2.COLOR_RGB2GRAY), np.uint8)
+
+    @cached_property
+    def half_grey(self) -> NDArray[np.uint8]:
+        """Luminance at half resolution (area average), uint8 (height / 2, width / 2)."""
+        height, width = self.grey.shape
+        return np.asarray(
+            cv2.resize(self.grey, (width // HALF, height // HALF), interpolation=cv2.INTER_AREA), np.uint8
+        )
+
+    @cached_property
+    def half_rgb(self) -> NDArray[np.uint8]:
+        """Colour at half resolution (area average), uint8 (height / 2, width / 2, 3)."""
+        height, width = self.frame.image.shape[:2]
+        return np.asarray(
+            cv2.resize(self.frame.image, (width // HALF, height // HALF), interpolation=cv2.INTER_AREA), np.uint8
+        )
+
+    @cached_property
+    def dark(self) -> NDArray[np.uint8]:
+        """Dots' mask at half resolution: 255 where darker than the surroundings, else 0.
+
+        The threshold is a ratio to the local mean, so the dim start-up frames, the uneven lighting and the colours
+        of a contact change nothing.
+        """
+        grey = self.half_grey
+        mean = cv2.blur(grey, (MEAN_WINDOW, MEAN_WINDOW), borderType=cv2.BORDER_REFLECT)
+        cv2.convertScaleAbs(mean, mean, DARKNESS)
+        return np.asarray(cv2.compare(grey, mean, cv2.CMP_LT), np.uint8)
+
+
+_last: FrameViews | None = None
+
+
+def views_of(frame: Frame) -> FrameViews:
+    """Return the views of a frame; those of the last frame asked for are kept."""
+    global _last
+    if _last is None or _last.frame is not frame:
+        _last = FrameViews(frame)
+    return _last
