@@ -77,8 +77,14 @@ def errors(directory, name):
     first = np.hypot(reactions[0].force_x_n, reactions[0].force_y_n) / np.linalg.norm(reference["tangential_N"][1])
     last = np.hypot(reactions[-1].force_x_n, reactions[-1].force_y_n) / np.linalg.norm(reference["tangential_N"][-1])
     torque = reactions[0].torque_nm * 1e3 / float(reference["torque_Nmm"][1]) if name == "torsion" else np.nan
-    return {"rms_um": rms * 1e6, "signal_um": signal * 1e6, "normal": normal, "shear_first": first - 1,
-            "shear_last": last - 1, "torque_first": torque - 1}
+    return {
+        "rms_um": rms * 1e6,
+        "signal_um": signal * 1e6,
+        "normal": normal,
+        "shear_first": first - 1,
+        "shear_last": last - 1,
+        "torque_first": torque - 1,
+    }
 
 
 if __name__ == "__main__":

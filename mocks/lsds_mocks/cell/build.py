@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,26 +13,13 @@ from lsds_mocks.gel.kernel import DEFAULT_KERNEL
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Cylinder
 from lsds_mocks.plant.friction import SurfaceFriction
-from lsds_mocks.plant.plant import Plant
+from lsds_mocks.plant.plant import Plant, PlantParameters
 from lsds_mocks.plant.texture import Texture
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
 
 SHARED_KEY = "lsds_mocks.cell"
-
-
-@dataclass(frozen=True, slots=True)
-class PlantParameters:
-    """Options in SI units."""
-
-    diameter_m: float
-    length_m: float
-    mass_kg: float
-    grip_height_m: float
-    finger_n_m: float
-    drop_slip_m: float
-    pad_height_m: float
 
 
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:

@@ -175,7 +175,7 @@ class BrushGel:
         if self._marker_cache is None or self._marker_cache[0] is not xy_m:
             self._marker_cache = (xy_m, self.kernel.matrix(xy_m, self._points))
         force = np.concatenate([(self.bristle_n_m * state.deflection_m).ravel(), state.pressure_n])
-        return (self._marker_cache[1] @ force).reshape(2, -1).T
+        return np.asarray((self._marker_cache[1] @ force).reshape(2, -1).T)
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Depth of the surface, see `lsds_mocks.gel.surface`."""

@@ -23,14 +23,13 @@ def surface_depth(
 ) -> NDArray[np.float32]:
     """Depth (H, W) in metres: the object's own surface in contact, a smooth shoulder beside it.
 
-    Depth = s log(1 + exp(o / s)), a soft maximum of the overlap o and zero that never rises above the flat gel.
+    Depth = (o + sqrt(o^2 + 4 s^2)) / 2, a soft maximum of the overlap o and zero that never rises above the flat gel.
     """
     depth = np.zeros((len(y_m), len(x_m)), np.float32)
     if state.indentation_m <= 0:
         return depth
     overlap = state.indentation_m - shape.gap(x_m[None, :], y_m[:, None])
-    soft = SHOULDER * state.indentation_m
-    depth += np.logaddexp(0.0, np.clip(overlap / soft, -60.0, None)) * soft
+    depth += 0.5 * (overlap + np.sqrt(overlap * overlap + (2 * SHOULDER * state.indentation_m) ** 2))
     if state.reach_m is not None:
         depth *= ((y_m >= state.reach_m[0]) & (y_m <= state.reach_m[1])).astype(np.float32)[:, None]
     return depth

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from lsds.contracts import CellTruth
 from lsds_mocks.plant.axis import ArmAxis, FingerDrive
@@ -18,8 +19,10 @@ OPEN_APERTURE_M = 0.05
 _LEAST_COVERAGE = 0.05
 
 
-class PlantOptions(Protocol):
-    """What the plant needs to know about the object and the fingers."""
+@dataclass(frozen=True, slots=True)
+class PlantParameters:
+    """The object (diameter, length, mass), where the pads meet it at the start (height of their centre above the
+    table), one finger's normal stiffness, the slip that counts as dropped, and the pad's height."""
 
     diameter_m: float
     length_m: float
@@ -34,11 +37,11 @@ class Plant:
     """All that moves. One gel stands for both fingers, which are alike; `travel_m` is how far the object has moved
     down (+y) against the gel since the start."""
 
-    def __init__(self, options: PlantOptions, gel: GelModel, friction: SurfaceFriction) -> None:
-        self.options = options
+    def __init__(self, parameters: PlantParameters, gel: GelModel, friction: SurfaceFriction) -> None:
+        self.parameters = parameters
         self.gel = gel
         self.friction = friction
-        self.arm = ArmAxis(options.grip_height_m)
+        self.arm = ArmAxis(parameters.grip_height_m)
         self.fingers = FingerDrive(OPEN_APERTURE_M, OPEN_APERTURE_M)
         self.body = ObjectMotion()
         self.travel_m = 0.0
@@ -63,17 +66,17 @@ class Plant:
             self.body,
             self.gel,
             carrier_velocity_m_s=self.arm.velocity_m_s,
-            mass_kg=self.options.mass_kg,
+            mass_kg=self.parameters.mass_kg,
             dt_s=dt_s,
             fingers=FINGERS,
             limit_n=self.normal_n * 2 * self.friction.static,
         )
-        self.travel_m = self.arm.position_m - self.options.grip_height_m - self.body.height_m
+        self.travel_m = self.arm.position_m - self.parameters.grip_height_m - self.body.height_m
         self.relative_m_s = (self.travel_m - travelled) / dt_s
         self.slip_m_s = self.relative_m_s if self.normal_n > 0 and self.gel.fully_sliding else 0.0
         self.slip_distance_m += abs(self.slip_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
-        self.dropped = self.dropped or not held or self.slip_distance_m > self.options.drop_slip_m
+        self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
 
     def _press(self) -> None:
         """Close the gel on the object where the fingers or the object's end have moved."""
@@ -82,19 +85,19 @@ class Plant:
         if key == self._pressed_at:
             return
         self._pressed_at = key
-        half = self.options.pad_height_m / 2
+        half = self.parameters.pad_height_m / 2
         coverage = 1.0 if reach is None else max(0.0, reach[1] - reach[0]) / (2 * half)
         if coverage < _LEAST_COVERAGE:
             coverage = 0.0
-        closure = (self.options.diameter_m - self.fingers.aperture_m) / 2
-        depth, self.normal_n = squeeze(self.gel, closure, self.options.finger_n_m, coverage)
+        closure = (self.parameters.diameter_m - self.fingers.aperture_m) / 2
+        depth, self.normal_n = squeeze(self.gel, closure, self.parameters.finger_n_m, coverage)
         self.gel.press(depth, self.normal_n, reach)
 
     def _reach(self) -> tuple[float, float] | None:
         """Which stretch of the pad (y, down) the object covers; None where it covers all of it."""
-        half = self.options.pad_height_m / 2
-        above_foot = self.options.grip_height_m + self.travel_m
-        to_top = self.options.length_m - above_foot
+        half = self.parameters.pad_height_m / 2
+        above_foot = self.parameters.grip_height_m + self.travel_m
+        to_top = self.parameters.length_m - above_foot
         if above_foot >= half and to_top >= half:
             return None
         return max(-half, -to_top), min(half, above_foot)
@@ -103,14 +106,14 @@ class Plant:
     def required_normal_n(self) -> float:
         """Least normal force per finger that carries the object against gravity and the arm's acceleration."""
         pull = GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0)
-        return self.options.mass_kg * pull / (FINGERS * self.friction.static)
+        return self.parameters.mass_kg * pull / (FINGERS * self.friction.static)
 
     @property
     def energy_j(self) -> float:
         """Kinetic, potential and elastic energy of object and gels, for the energy audit."""
         body = self.body
-        kinetic = 0.5 * self.options.mass_kg * body.velocity_m_s**2
-        return kinetic + self.options.mass_kg * GRAVITY_M_S2 * body.height_m + FINGERS * self.gel.elastic_energy_j
+        kinetic = 0.5 * self.parameters.mass_kg * body.velocity_m_s**2
+        return kinetic + self.parameters.mass_kg * GRAVITY_M_S2 * body.height_m + FINGERS * self.gel.elastic_energy_j
 
     def truth(self, t_ns: int) -> CellTruth:
         """Return the truth, stamped `t_ns`."""

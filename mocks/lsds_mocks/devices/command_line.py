@@ -1,0 +1,58 @@
+"""The way of a command from a device mock to the plant: seeded latency, in order, cut short by a stop."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lsds_mocks.cell.cell import SimulatedCell
+    from lsds_mocks.cell.queue import Action
+    from lsds_mocks.plant.plant import Plant
+
+
+class CommandLine:
+    """Sends actions to the cell under one device's name.
+
+    An action takes effect `latency` after it was sent, rounded up to the device's own cycle, never before an earlier
+    one. A stop takes effect at once and cancels what was sent before it and has not taken effect.
+    """
+
+    def __init__(
+        self, cell: SimulatedCell, name: str, *, latency_ms: float, jitter_ms: float, cycle_ns: int, seed: list[int]
+    ) -> None:
+        self._cell = cell
+        self._name = name
+        self._latency_ms = latency_ms
+        self._jitter_ms = jitter_ms
+        self._cycle_ns = cycle_ns
+        self._rng = np.random.default_rng(seed)
+        self._last_ns = 0
+        self._stops: list[int] = []
+
+    def send(self, now_ns: int, action: Action, *, lost: float = 0.0) -> int:
+        """Send; return when it takes effect (ns). With probability `lost` it never does."""
+        spread, fate = self._rng.uniform(-1, 1), self._rng.random()
+        latency_ns = max(0.0, self._latency_ms - 0.5e-6 * self._cycle_ns + spread * self._jitter_ms) * 1e6
+        effect_ns = math.ceil((now_ns + latency_ns) / self._cycle_ns) * self._cycle_ns
+        self._last_ns = effect_ns = max(self._last_ns, effect_ns)
+        if fate >= lost:
+            self.post(effect_ns, action)
+        return effect_ns
+
+    def post(self, effect_ns: int, action: Action) -> None:
+        """Let an action take effect at an instant unless a stop comes before it."""
+        generation = len(self._stops)
+
+        def unless_stopped(plant: Plant) -> None:
+            if len(self._stops) <= generation or self._stops[generation] >= effect_ns:
+                action(plant)
+
+        self._cell.post(effect_ns, self._name, unless_stopped)
+
+    def stop(self, now_ns: int, action: Action) -> None:
+        """Let `action` take effect at once, ahead of all that is under way."""
+        self._stops.append(now_ns)
+        self._cell.post(now_ns, self._name, action)

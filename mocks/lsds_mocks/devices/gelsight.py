@@ -1,0 +1,138 @@
+"""Mock GelSight Mini: renders what the shared plant's gel looks like, when somebody reads it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lsds.clock import NS_PER_S
+from lsds.contracts import Frame, Lifecycle, SensorSpec
+from lsds.errors import StaleData
+from lsds.lifecycle import LifecycleGuard
+from lsds_mocks.cell.build import shared_cell
+from lsds_mocks.devices.shutter import Shutter, Snapshot
+from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX, shape_of
+from lsds_mocks.optics.renderer import Renderer
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lsds.contracts import BuildContext
+    from lsds_mocks.devices.gelsight_options import GelSightOptions
+    from lsds_mocks.gel.state import GelState
+
+NAME = "mock-gelsight-mini"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarkerTruth:
+    """Exact dot centres at an instant: `xy_px` and undeformed `rest_px` (N, 2) in pixels, row by row of the pad;
+    `contact_fraction` is the part of the image that the object touches."""
+
+    t_ns: int
+    seq: int
+    xy_px: NDArray[np.float64]
+    rest_px: NDArray[np.float64]
+    contact_fraction: float
+
+
+class MockGelSightMini:
+    """A `TactileSensor` in the simulated cell."""
+
+    def __init__(self, options: GelSightOptions, context: BuildContext) -> None:
+        self.options = options
+        self.cell = shared_cell(context)
+        self._clock = context.clock
+        self._seed = context.rng_seed("gelsight timing")
+        self._guard = LifecycleGuard(NAME)
+        self._renderer = Renderer(options.look(), context.rng_seed("gelsight gel"))
+        self._shutter: Shutter | None = None
+        self._shown: tuple[Snapshot, Frame] | None = None
+        self._image: tuple[tuple[int, int], NDArray[np.uint8]] | None = None
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._guard.state
+
+    @property
+    def spec(self) -> SensorSpec:
+        """Image size, rate, scale, pad."""
+        pad = None if self.options.pad == "none" else shape_of(self.options.pad)
+        return SensorSpec(WIDTH_PX, HEIGHT_PX, self.options.rate_hz, self._renderer.metres_per_px, pad)
+
+    def connect(self) -> None:
+        """Start exposing."""
+        with self._guard.connecting():
+            now = self._clock.now()
+            self.cell.advance(now)
+            self._shutter = Shutter(self.options, now, self._seed)
+            self.cell.watch(self._shutter)
+
+    def arm(self) -> None:
+        """Nothing to activate."""
+        with self._guard.arming():
+            pass
+
+    def stop(self) -> None:
+        """Nothing moves."""
+
+    def disarm(self) -> None:
+        """Back to readable only."""
+        with self._guard.disarming():
+            pass
+
+    def close(self) -> None:
+        """Stop exposing."""
+        with self._guard.closing():
+            if self._shutter is not None:
+                self.cell.unwatch(self._shutter)
+
+    def read(self) -> Frame:
+        """Return the newest readable frame. Raises StaleData before the first and when the newest is too old."""
+        self._guard.require_readable()
+        now = self._clock.now()
+        self.cell.advance(now)
+        snapshot = self._shutter.newest(now) if self._shutter else None
+        if snapshot is None:
+            raise StaleData(NAME, "no frame has arrived yet", remedy="wait for the first frame and read again")
+        age_ms = (now - snapshot.t_ns) / 1e6
+        if age_ms > self.options.stale_after_ms:
+            raise StaleData(NAME, f"the newest frame is {age_ms:.0f} ms old", remedy="check the camera and its cable")
+        if self._shown is None or self._shown[0] is not snapshot:
+            self._shown = (snapshot, self._render(snapshot))
+        return self._shown[1]
+
+    def marker_truth(self, seq: int | None = None) -> MarkerTruth:
+        """Return exact dots of the last frame read, or of frame `seq` while it is among the last 64 exposed.
+
+        Raises LookupError where there is no such frame.
+        """
+        snapshot = self._shown[0] if self._shown is not None and seq is None else None
+        if snapshot is None and self._shutter is not None:
+            snapshot = next((s for s in self._shutter.kept if s.seq == seq), None)
+        if snapshot is None:
+            raise LookupError(f"{NAME}: no frame {'has been read' if seq is None else seq} to tell the truth about")
+        return self._truth(snapshot.state, snapshot.t_ns, snapshot.seq)
+
+    def marker_truth_now(self) -> MarkerTruth:
+        """Return exact dots at the last step's end; `seq` is -1."""
+        return self._truth(self.cell.gel_state(), self.cell.t_ns, -1)
+
+    def _truth(self, state: GelState, t_ns: int, seq: int) -> MarkerTruth:
+        gel, scale = self.cell.plant.gel, self._renderer.metres_per_px
+        xy = self._renderer.markers(gel, state)
+        fraction = gel.contact_fraction(state, WIDTH_PX * scale, HEIGHT_PX * scale)
+        return MarkerTruth(t_ns, seq, xy, self._renderer.rest_px.copy(), fraction)
+
+    def _render(self, snapshot: Snapshot) -> Frame:
+        if self._image is None or self._image[0] != snapshot.image_of:
+            t_ns, seq = snapshot.image_of
+            gel = self.cell.plant.gel
+            xy = self._renderer.markers(gel, snapshot.state)
+            self._image = (
+                snapshot.image_of,
+                self._renderer.render(gel, snapshot.state, xy, t_ns / NS_PER_S, seq),
+            )
+        return Frame(self._image[1], snapshot.t_ns, snapshot.seq)

@@ -1,0 +1,85 @@
+"""When a mock camera exposes, when each frame becomes readable, and which frames get lost on the way."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.clock import NS_PER_S
+
+if TYPE_CHECKING:
+    from lsds_mocks.devices.gelsight_options import GelSightOptions
+    from lsds_mocks.gel.state import GelState
+
+KEPT = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """One exposure: what the gel was at `t_ns`. `image_of` is the (t_ns, seq) whose image it shows: its own, or an
+    earlier one where the camera repeats itself."""
+
+    seq: int
+    t_ns: int
+    available_ns: int
+    state: GelState
+    image_of: tuple[int, int]
+
+
+class Shutter:
+    """Exposes on a jittered schedule drawn frame by frame from its own random stream, so that nothing that is read
+    or not read changes it. Keeps snapshots until they are superseded."""
+
+    def __init__(self, options: GelSightOptions, start_ns: int, seed: list[int]) -> None:
+        self._options = options
+        self._rng = np.random.default_rng(seed)
+        self._period_ns = NS_PER_S / options.rate_hz
+        self._start_ns = start_ns
+        self._first_ns = start_ns + options.first_frame_ms * 1e6
+        self._seq = 0
+        self._available_ns = 0
+        self._waiting: deque[Snapshot] = deque()
+        self.kept: deque[Snapshot] = deque(maxlen=KEPT)
+        self._next_ns = 0
+        self._schedule()
+
+    @property
+    def next_exposure_ns(self) -> int:
+        """When the next frame is exposed."""
+        return self._next_ns
+
+    def expose(self, state: GelState) -> None:
+        """Take the state of `next_exposure_ns`."""
+        options, t_ns, seq = self._options, self._next_ns, self._seq
+        lost, repeated, tail = self._rng.random(), self._rng.random(), self._rng.exponential()
+        latency_ns = round((options.latency_ms + options.latency_jitter_ms * min(tail, 8.0)) * 1e6)
+        self._available_ns = max(self._available_ns, t_ns + latency_ns)
+        image_of = (t_ns, seq)
+        since_start_s = (t_ns - self._start_ns) / NS_PER_S
+        frozen = options.freeze_at_s is not None and since_start_s >= options.freeze_at_s
+        if self.kept and (frozen or repeated < options.duplicate_probability):
+            state, image_of = self.kept[-1].state, self.kept[-1].image_of
+        snapshot = Snapshot(seq, t_ns, self._available_ns, state, image_of)
+        self.kept.append(snapshot)
+        silent = options.silent_at_s is not None and since_start_s >= options.silent_at_s
+        if not silent and lost >= options.drop_probability:
+            self._waiting.append(snapshot)
+        # Nobody can read the past: what a newer readable frame hides by now is gone for good.
+        while len(self._waiting) >= 2 and self._waiting[1].available_ns <= t_ns:
+            self._waiting.popleft()
+        self._seq += 1
+        self._schedule()
+
+    def newest(self, now_ns: int) -> Snapshot | None:
+        """Return the newest frame that has become readable."""
+        while len(self._waiting) >= 2 and self._waiting[1].available_ns <= now_ns:
+            self._waiting.popleft()
+        return self._waiting[0] if self._waiting and self._waiting[0].available_ns <= now_ns else None
+
+    def _schedule(self) -> None:
+        bound = 0.3 * self._period_ns
+        jitter = min(max(self._rng.standard_normal() * self._options.jitter_ms * 1e6, -bound), bound)
+        self._next_ns = round(self._first_ns + self._seq * self._period_ns + jitter)

@@ -1,0 +1,156 @@
+"""Mock UR5e: follows vertical Cartesian velocities of the TCP, with the controller's 500 Hz grid and limits.
+
+The plant models vertical motion only; commands with a horizontal or a turning part are refused rather than ignored.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from lsds.contracts import ArmCommand, ArmSpec, ArmState, Lifecycle, Pose, Twist
+from lsds.errors import CommandExpired, DeviceFault, LimitExceeded
+from lsds.lifecycle import LifecycleGuard
+from lsds_mocks.cell.build import shared_cell
+from lsds_mocks.devices.command_line import CommandLine
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_mocks.cell.queue import Action
+    from lsds_mocks.devices.ur5e_options import UR5eOptions
+    from lsds_mocks.plant.plant import Plant
+
+NAME = "mock-ur5e"
+CYCLE_NS = 2_000_000
+REACH_M = 0.85
+TCP_X_M, TCP_Y_M = 0.4, 0.0
+
+
+class MockUR5e:
+    """An `Arm` in the simulated cell. TCP height in the base frame is the pads' height above the table."""
+
+    def __init__(self, options: UR5eOptions, context: BuildContext) -> None:
+        self.options = options
+        self.cell = shared_cell(context)
+        self._clock = context.clock
+        self._guard = LifecycleGuard(NAME)
+        self._line = CommandLine(
+            self.cell,
+            NAME,
+            latency_ms=options.latency_ms,
+            jitter_ms=options.latency_jitter_ms,
+            cycle_ns=CYCLE_NS,
+            seed=context.rng_seed("ur5e latency"),
+        )
+        self._connected_ns = 0
+        self._sent = 0
+        self._running = 0
+        self._protective_stop = False
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._guard.state
+
+    @property
+    def spec(self) -> ArmSpec:
+        """Speed, acceleration, reach."""
+        return ArmSpec(self.options.speed_limit_m_s, self.options.acceleration_limit_m_s2, REACH_M)
+
+    def connect(self) -> None:
+        """Make it readable."""
+        with self._guard.connecting():
+            self._connected_ns = self._clock.now()
+
+    def arm(self) -> None:
+        """Make it commandable; clears a protective stop, as a person at the pendant would."""
+        with self._guard.arming():
+            self._protective_stop = False
+
+    def stop(self) -> None:
+        """Decelerate to rest."""
+        if self._guard.state not in (Lifecycle.NEW, Lifecycle.CLOSED):
+            self._line.stop(self._clock.now(), self._brake)
+
+    def disarm(self) -> None:
+        """Come to rest and take no more commands."""
+        with self._guard.disarming() as armed:
+            if armed:
+                self.stop()
+
+    def close(self) -> None:
+        """Come to rest and give back."""
+        with self._guard.closing() as first:
+            if first:
+                self._line.stop(self._clock.now(), self._brake)
+
+    def read(self) -> ArmState:
+        """Return the state of the controller's last cycle."""
+        self._guard.require_readable()
+        now = self._clock.now()
+        self.cell.advance(now)
+        cycle = now - now % CYCLE_NS
+        moment = self.cell.moment(cycle)
+        return ArmState(
+            t_ns=moment.t_ns,
+            seq=max(0, (cycle - self._connected_ns) // CYCLE_NS + 1),
+            tcp_pose=Pose((TCP_X_M, TCP_Y_M, moment.arm_z_m)),
+            tcp_twist=Twist((0.0, 0.0, moment.arm_v_m_s)),
+            protective_stop=self._protective_stop,
+        )
+
+    def command(self, command: ArmCommand) -> ArmCommand:
+        """Send; speed and acceleration are limited to the arm's own.
+
+        Raises LifecycleError, LimitExceeded (not finite, not vertical, acceleration not positive), CommandExpired,
+        DeviceFault while in protective stop.
+        """
+        self._guard.require_armed()
+        self._check(command)
+        now = self._clock.now()
+        if now >= command.expires_ns:
+            late_ms = (now - command.expires_ns) / 1e6
+            raise CommandExpired(NAME, f"command came {late_ms:.1f} ms after its expiry", remedy="send a fresh one")
+        speed, limit = command.twist.linear_m_s[2], self.options.speed_limit_m_s
+        acceleration = command.acceleration_m_s2
+        if self.options.protective_stop_on_excess and (
+            abs(speed) > limit or acceleration > self.options.acceleration_limit_m_s2
+        ):
+            self._protective_stop = True
+            self._line.stop(now, self._brake)
+            raise DeviceFault(NAME, "protective stop: command beyond the limits", remedy="disarm and arm again")
+        speed = min(max(speed, -limit), limit)
+        acceleration = min(acceleration, self.options.acceleration_limit_m_s2)
+        self._sent += 1
+        follow, expire = self._follow(self._sent, speed, acceleration), self._expire(self._sent)
+        effect_ns = self._line.send(now, follow, lost=self.options.command_loss)
+        self._line.post(max(effect_ns, command.expires_ns), expire)
+        return ArmCommand(Twist((0.0, 0.0, speed)), acceleration, command.expires_ns)
+
+    def _check(self, command: ArmCommand) -> None:
+        numbers = (*command.twist.linear_m_s, *command.twist.angular_rad_s, command.acceleration_m_s2)
+        if not all(map(math.isfinite, numbers)):
+            raise LimitExceeded(NAME, f"not a finite command: {command}", remedy="command numbers only")
+        if any(command.twist.linear_m_s[:2]) or any(command.twist.angular_rad_s):
+            raise LimitExceeded(NAME, "the simulated cell models vertical motion only", remedy="command z only")
+        if command.acceleration_m_s2 <= 0:
+            raise LimitExceeded(NAME, "acceleration must be above zero")
+        if self._protective_stop:
+            raise DeviceFault(NAME, "in protective stop", remedy="disarm and arm again")
+
+    def _follow(self, number: int, speed_m_s: float, acceleration_m_s2: float) -> Action:
+        def action(plant: Plant) -> None:
+            self._running = number
+            plant.arm.target_m_s, plant.arm.limit_m_s2 = speed_m_s, acceleration_m_s2
+
+        return action
+
+    def _expire(self, number: int) -> Action:
+        def action(plant: Plant) -> None:
+            if self._running == number:
+                self._brake(plant)
+
+        return action
+
+    def _brake(self, plant: Plant) -> None:
+        plant.arm.target_m_s, plant.arm.limit_m_s2 = 0.0, self.options.stop_acceleration_m_s2

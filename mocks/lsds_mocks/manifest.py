@@ -1,0 +1,48 @@
+"""What this package offers to lsds. Light on purpose: listing plugins must not import numpy or cv2."""
+
+from __future__ import annotations
+
+import pluggy
+
+from lsds.contracts.backend import BackendSpec
+
+hookimpl = pluggy.HookimplMarker("lsds")
+
+
+@hookimpl
+def lsds_backends() -> list[BackendSpec]:
+    """Return the simulated cell and the devices that live in it."""
+    return [
+        BackendSpec(
+            "cell",
+            "simulated",
+            "lsds_mocks.cell.build:build_cell",
+            "lsds_mocks.cell.options:CellOptions",
+            summary="pipe on a table between two gel fingers: friction, slip, lift",
+            virtual_time=True,
+        ),
+        BackendSpec(
+            "sensor",
+            "mock-gelsight-mini",
+            "lsds_mocks.devices.gelsight:MockGelSightMini",
+            "lsds_mocks.devices.gelsight_options:GelSightOptions",
+            summary="simulated GelSight Mini: 320x240 RGB with dots, 25 Hz, latency, noise",
+            virtual_time=True,
+        ),
+        BackendSpec(
+            "gripper",
+            "mock-hand-e",
+            "lsds_mocks.devices.hand_e:MockHandE",
+            "lsds_mocks.devices.hand_e_options:HandEOptions",
+            summary="simulated Robotiq Hand-E: ticks, speed and force bytes, latency, object detection",
+            virtual_time=True,
+        ),
+        BackendSpec(
+            "arm",
+            "mock-ur5e",
+            "lsds_mocks.devices.ur5e:MockUR5e",
+            "lsds_mocks.devices.ur5e_options:UR5eOptions",
+            summary="simulated UR5e: follows vertical Cartesian velocities",
+            virtual_time=True,
+        ),
+    ]

@@ -1,0 +1,1 @@
+"""From surface and markers to an image: 320 x 240 RGB, as a GelSight Mini after the vendor's crop."""

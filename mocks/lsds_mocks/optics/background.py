@@ -1,0 +1,36 @@
+"""The untouched gel's light: a smooth surface through nine measured colours, and each gel's own tint."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+GRID_RGB = np.array(
+    [
+        [(48, 111, 110), (61, 128, 135), (43, 109, 115)],
+        [(92, 118, 119), (130, 137, 148), (85, 116, 125)],
+        [(80, 106, 85), (111, 123, 103), (77, 107, 91)],
+    ],
+    np.float64,
+)
+"""Mean colours of the nine thirds of the image on public GelSight Mini recordings, top row first."""
+TINT = 0.04
+
+
+def background(variation: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return (240, 320, 3) float32 RGB levels: quadratic in x and y through the thirds' centres."""
+    tint = 1 + variation * TINT * rng.uniform(-1, 1, 3)
+    across, down = _quadratic(WIDTH_PX), _quadratic(HEIGHT_PX)
+    return np.asarray(np.einsum("yi,xj,ijc->yxc", down, across, GRID_RGB * tint), np.float32)
+
+
+def _quadratic(size: int) -> NDArray[np.float64]:
+    """Lagrange weights (size, 3) of nodes at 1/6, 1/2 and 5/6 of the side."""
+    t = ((np.arange(size) + 0.5) / size - 0.5) * 3
+    return np.stack([t * (t - 1) / 2, 1 - t * t, t * (t + 1) / 2], axis=1)

@@ -1,0 +1,78 @@
+"""The whole image: lit surface, dots, brightness, noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from lsds_mocks.optics.background import background
+from lsds_mocks.optics.dots import DotPainter
+from lsds_mocks.optics.exposure import Brightness
+from lsds_mocks.optics.noise import CameraNoise
+from lsds_mocks.optics.pad import CENTRE_PX, PadName, dot_positions, scale_of
+from lsds_mocks.optics.shading import Shader
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.gel.state import GelState
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How one sensor's images look; `pad` None for a gel without dots. `gel_seed` draws what varies between gels."""
+
+    pad: PadName | None
+    mm_per_px: float
+    dot_diameter_px: float
+    dot_core: float
+    dot_blur_px: float
+    variation: float
+    noise: float
+    drift: float
+    swing_levels: float
+    start_up: bool
+
+
+class Renderer:
+    """Renders gel states. Same state, time and number: same image, bit by bit."""
+
+    def __init__(self, look: Look, seed: list[int]) -> None:
+        gel_rng, noise_rng, light_rng = np.random.default_rng(seed).spawn(3)
+        self.metres_per_px = scale_of(look.pad, look.mm_per_px) if look.pad else look.mm_per_px * 1e-3
+        self.rest_px = dot_positions(look.pad, look.variation, gel_rng) if look.pad else np.zeros((0, 2))
+        self._rest_m = (self.rest_px - CENTRE_PX) * self.metres_per_px
+        self._shader = Shader(background(look.variation, gel_rng), self.metres_per_px)
+        self._dots = DotPainter(look.dot_diameter_px, look.dot_core, look.dot_blur_px) if look.pad else None
+        self._noise = CameraNoise(look.noise, noise_rng)
+        self._light = Brightness(look.start_up, look.drift, look.swing_levels, light_rng)
+
+    def markers(self, gel: GelModel, state: GelState) -> NDArray[np.float64]:
+        """Return exact dot centres (N, 2) in pixels."""
+        if not len(self.rest_px):
+            return self.rest_px.copy()
+        return np.asarray(self.rest_px + gel.marker_displacement(state, self._rest_m) / self.metres_per_px)
+
+    def render(
+        self, gel: GelModel, state: GelState, xy_px: NDArray[np.float64], t_s: float, seq: int
+    ) -> NDArray[np.uint8]:
+        """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
+        lit = self._shader.shade(
+            (state.indentation_m, state.reach_m), lambda x, y: gel.depth(state, x, y), state.indentation_m > 0
+        )
+        gain = self._light.common(t_s)
+        if self._dots is None:
+            image = cv2.convertScaleAbs(lit, alpha=gain)
+        else:
+            cover = cv2.cvtColor(self._dots.paint(xy_px), cv2.COLOR_GRAY2RGB)
+            image = cv2.multiply(lit, cover, dst=cover, scale=gain / 255.0)
+        start = self._light.start(seq)
+        if start is not None:
+            image = cv2.transform(image, np.diag(start))
+        out = np.asarray(image, np.uint8)
+        self._noise.apply(out, seq)
+        return out
