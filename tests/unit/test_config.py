@@ -1,0 +1,264 @@
+from __future__ import annotations
+
+import json
+import tomllib
+
+import pytest
+from fake_cell import FAKE_RIG, plugin
+from jsonschema import Draft202012Validator
+from pydantic import BaseModel, ConfigDict
+
+from lsds.config import RigConfig, check_config, dump_config, json_schema, load_config
+from lsds.config.dump import example_config
+from lsds.config.overrides import parse_override
+from lsds.contracts import BackendSpec
+from lsds.errors import ConfigError, ConfigIssue
+
+FAKES = "\n".join(f'[{kind}]\nbackend = "{section["backend"]}"' for kind, section in FAKE_RIG.items())
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    path: str
+
+
+def write(tmp_path, text):
+    path = tmp_path / "rig.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def issues(call, *arguments, **keywords):
+    with pytest.raises(ConfigError) as caught:
+        call(*arguments, **keywords)
+    return {issue.path: issue for issue in caught.value.issues}
+
+
+def test_the_default_is_the_simulated_cell():
+    config = RigConfig()
+    assert config.sensor.backend == "mock-gelsight-mini"
+    assert config.gripper.backend == "mock-hand-e"
+    assert config.arm.backend == "mock-ur5e"
+    assert config.cell.backend == "simulated"
+    assert config.clock == "auto"
+    assert config.controller.enabled
+    with pytest.raises(ValueError, match="frozen"):
+        config.seed = 3
+
+
+def test_a_file_and_overrides(tmp_path, host):
+    path = write(tmp_path, FAKES + "\n[gripper.fake-gripper]\nlatency_ms = 40\n[task]\nlift_s = 2.5\n")
+    overrides = ["task.lift_s=1", "gripper.fake-gripper.fail=arm", "clock=wall", 'arm.backend="none"', "seed = 9"]
+    config = load_config(path, overrides, host=host)
+    assert config.task.lift_s == 1
+    assert config.gripper.options() == {"latency_ms": 40, "fail": "arm"}
+    assert config.clock == "wall"
+    assert not config.arm.chosen
+    assert config.seed == 9
+
+
+def test_a_section_may_hold_options_alone(host):
+    data = {**FAKE_RIG, "gripper": {"mock-hand-e": {"x": 1}}}
+    assert RigConfig.model_validate(data).gripper.backend == "mock-hand-e"
+
+
+def test_swapping_a_backend_is_one_line(tmp_path, host):
+    text = FAKES + "\n[gripper.fake-gripper]\nlatency_ms = 40\n[gripper.real-gripper]\nlatency_ms = 2\n"
+    one = load_config(write(tmp_path, text), host=host)
+    other = load_config(write(tmp_path, text.replace('"fake-gripper"', '"real-gripper"')), host=host)
+    assert one.gripper.options() == {"latency_ms": 40}
+    assert other.gripper.options() == {"latency_ms": 2}
+
+
+def test_all_problems_at_once(tmp_path, host):
+    text = FAKES.replace('"fake-arm"', '"fake-amr"') + (
+        "\n[gripper.fake-gripper]\nlatncy_ms = 40\n[gripper.real-gripper]\nlatency_ms = 'slow'\n"
+        "[gripper.hand-f]\nport = 1\n[tactil]\n[task]\nlift_s = -1\n[safety]\nwatchdog_s = 'soon'\n"
+    )
+    found = issues(load_config, write(tmp_path, "seed = 1.5\nclock = 'virtul'\n" + text), host=host)
+    assert set(found) == {
+        "seed",
+        "clock",
+        "arm.backend",
+        "gripper.fake-gripper.latncy_ms",
+        "gripper.real-gripper.latency_ms",
+        "gripper.hand-f",
+        "tactil",
+        "task.lift_s",
+        "safety.watchdog_s",
+    }
+    assert "did you mean 'virtual'?" in found["clock"].remedy
+    assert "did you mean 'fake-arm'?" in found["arm.backend"].remedy
+    assert "did you mean 'latency_ms'?" in found["gripper.fake-gripper.latncy_ms"].remedy
+    assert "did you mean 'tactile'?" in found["tactil"].remedy
+    assert "'slow'" in found["gripper.real-gripper.latency_ms"].problem
+
+
+def test_an_option_outside_its_table_is_told_where_it_belongs(fake_rig, host):
+    fake_rig["gripper"]["port"] = "/dev/ttyUSB0"
+    found = issues(check_config, fake_rig, "rig", host)
+    assert list(found) == ["gripper.port"]
+    assert "[gripper.fake-gripper]" in found["gripper.port"].remedy
+
+
+def test_no_device_is_allowed_where_a_rig_can_do_without(fake_rig, host):
+    for kind in ("gripper", "arm", "pose_source", "cell"):
+        fake_rig[kind] = {"backend": "none"}
+    assert not check_config(fake_rig, "rig", host).gripper.chosen
+    fake_rig["sensor"] = {"backend": "none"}
+    assert "cannot do without a sensor" in issues(check_config, fake_rig, "rig", host)["sensor.backend"].problem
+
+
+def test_options_that_are_required_are_missed_without_a_table(fake_rig, host):
+    host.register(
+        plugin(BackendSpec("sensor", "strict", "fake_cell:FakeSensor", f"{__name__}:Strict")),
+        distribution="d",
+        name="strict",
+    )
+    fake_rig["sensor"] = {"backend": "strict"}
+    assert list(issues(check_config, fake_rig, "rig", host)) == ["sensor.strict.path"]
+
+
+def test_a_backend_that_is_not_chosen_may_be_broken(fake_rig, host):
+    fake_rig["gripper"]["odd-options"] = {"x": 1}
+    assert check_config(fake_rig, "rig", host)
+    fake_rig["gripper"]["backend"] = "odd-options"
+    assert "not a pydantic model" in issues(check_config, fake_rig, "rig", host)["gripper.odd-options"].problem
+
+
+def test_a_conflict_is_an_issue_and_a_qualified_name_resolves_it(fake_rig, host):
+    spec = BackendSpec("gripper", "fake-gripper", "fake_cell:FakeGripper", "fake_cell:Options")
+    host.register(plugin(spec), distribution="other", name="other")
+    assert "say which" in issues(check_config, fake_rig, "rig", host)["gripper.backend"].problem
+    fake_rig["gripper"] = {"backend": "other:fake-gripper", "fake-gripper": {"latency_ms": 5}}
+    config = check_config(fake_rig, "rig", host)
+    assert config.gripper.options() == {"latency_ms": 5}
+    assert load_text(dump_config(config), host) == config
+
+
+def test_blocked_plugins_are_not_there(fake_rig, host):
+    fake_rig["plugins"] = {"block": ["fakes"]}
+    found = issues(check_config, fake_rig, "rig", host)
+    assert "sensor.backend" in found
+    assert "blocked" in found["sensor.backend"].remedy
+
+
+def load_text(text, host):
+    return check_config(tomllib.loads(text), "text", host)
+
+
+# -- files that cannot be read ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("seed = 1\nclock = wall\n", ["line 2", "column 9", "quotes"]),
+        ("[gripper\nbackend = 'x'\n", ["line 1", "column 9"]),
+        ("seed = 1\nseed = 2\n", ["line 2", "overwrite"]),
+        ('clock = "wall', ["Unterminated string", "end of document"]),
+        (b"seed = 1\n# \xff\n", ["line 2", "0xff", "UTF-8"]),
+    ],
+)
+def test_what_is_not_toml_is_shown_by_place(tmp_path, host, text, words):
+    with pytest.raises(ConfigError) as caught:
+        load_config(write(tmp_path, text), host=host)
+    assert len(caught.value.issues) == 1
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_byte_order_mark_does_not_matter(tmp_path, host):
+    assert load_config(write(tmp_path, b"\xef\xbb\xbf" + FAKES.encode()), host=host)
+
+
+def test_missing_file_and_directory(tmp_path, host):
+    with pytest.raises(ConfigError, match=r"there is no such file.*lsds schema --example"):
+        load_config(tmp_path / "nope.toml", host=host)
+    with pytest.raises(ConfigError, match="is a directory"):
+        load_config(tmp_path, host=host)
+
+
+# -- --set ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "path", "value"),
+    [
+        ("seed=3", ("seed",), 3),
+        ("gripper.hand-e.port=/dev/ttyUSB0", ("gripper", "hand-e", "port"), "/dev/ttyUSB0"),
+        ("a.b=true", ("a", "b"), True),
+        ("a.b=True", ("a", "b"), "True"),
+        ("a.b=[1, 2]", ("a", "b"), [1, 2]),
+        ('a."b c".d = "x=y"', ("a", "b c", "d"), "x=y"),
+        ("a=x=y", ("a",), "x=y"),
+        ("a=hand-e", ("a",), "hand-e"),
+        ("a=1\nb=2", ("a",), "1\nb=2"),
+        ('a=""', ("a",), ""),
+    ],
+)
+def test_override(text, path, value):
+    assert parse_override(text) == (path, value)
+
+
+@pytest.mark.parametrize("text", ["seed", "=3", "a..b=1", "a b=1", "a=", "a=[1,", 'a="x', "a.=1", "[a]=1", "a#=1"])
+def test_wrong_overrides_are_issues(text, host):
+    assert isinstance(parse_override(text), ConfigIssue)
+
+
+def test_overrides_report_with_everything_else(host):
+    found = issues(load_config, None, ["seed", "seed.x.y=1", "task.lift_s=-1"], host=host)
+    assert "--set seed" in found
+    assert "task.lift_s" in found
+
+
+def test_an_override_through_a_value_is_an_issue(tmp_path, host):
+    found = issues(load_config, write(tmp_path, "seed = 1\n" + FAKES), ["seed.x=1"], host=host)
+    assert "'seed' is not a table" in found["--set seed.x=1"].problem
+
+
+# -- writing and the schema -------------------------------------------------------------------------------
+
+
+def test_the_example_is_the_default_with_comments():
+    text = example_config()
+    assert RigConfig.model_validate(tomllib.loads(text)) == RigConfig()
+    assert "lift_s = 3.0  # how long to lift" in text
+
+
+def test_the_schema_is_sound_and_accepts_what_the_loader_accepts(host):
+    schema = json_schema(host)
+    assert schema["$schema"].endswith("2020-12/schema")
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    good = {**FAKE_RIG, "gripper": {"backend": "fake-gripper", "fake-gripper": {"latency_ms": 3}}}
+    assert check_config(good, "good", host)
+    validator.validate(good)
+    validator.validate({"gripper": {"backend": "none"}})
+    validator.validate({"gripper": {"backend": "fakes:fake-gripper"}})
+    json.dumps(schema)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"gripper": {"backend": "hand-f"}},
+        {"gripper": {"backend": "fake-gripper", "fake-gripper": {"latncy_ms": 3}}},
+        {"gripper": {"backend": "fake-gripper", "fake-gripper": {"latency_ms": -3}}},
+        {"gripper": {"backend": "fake-gripper", "port": "x"}},
+        {"sensor": {"backend": "none"}},
+        {"detector": {"backend": "brain", "brain": {"x": 1}}},
+        {"tactil": {}},
+        {"seed": "x"},
+    ],
+)
+def test_the_schema_refuses_what_the_loader_refuses(host, bad):
+    assert not Draft202012Validator(json_schema(host)).is_valid(bad)
+    with pytest.raises(ConfigError):
+        check_config({**FAKE_RIG, **bad}, "bad", host)
+
+
+def test_the_schema_keeps_going_past_a_broken_backend(host):
+    table = json_schema(host)["properties"]["gripper"]["properties"]["odd-options"]
+    assert "not a pydantic model" in table["description"]
