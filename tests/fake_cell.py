@@ -191,7 +191,7 @@ class Brain:
     def __init__(self, options: object, context: BuildContext) -> None:
         self.options = options
 
-    def start(self, frame: object) -> None: ...
+    def start(self, frame: object, pad: object = None) -> None: ...
 
     def update(self, observation: object) -> None: ...
 
@@ -229,6 +229,7 @@ def _spec(kind: str, name: str, attribute: str, *, options: bool = True, **more:
 
 SPECS = [
     _spec("sensor", "fake-sensor", "FakeSensor", summary="a fake fingertip"),
+    _spec("sensor", "real-sensor", "FakeSensor", virtual_time=False),
     _spec("gripper", "fake-gripper", "FakeGripper"),
     _spec("gripper", "real-gripper", "FakeGripper", virtual_time=False, hardware_verified="Hand-E, 2024-05-01"),
     _spec("gripper", "incomplete", "Incomplete"),

@@ -1,0 +1,1 @@
+"""Studies: what each part costs, and what it earns."""
