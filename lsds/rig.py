@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lsds.bringup import Result, bring_up_error
@@ -92,6 +93,8 @@ class Rig:
     def stop(self) -> tuple[str, ...]:
         """End all motion now, from any thread and state. Never raises; returns what went wrong, empty for nothing.
 
+        A keyboard interrupt in the middle is raised after every device was told.
+
         Under the wall clock every device is stopped in its own thread, and `STOP_TIMEOUT_S` bounds the whole call: a
         device that hangs keeps no other moving. Under the virtual clock, where nothing can hang on hardware, it runs
         inline and so stays deterministic.
@@ -99,16 +102,19 @@ class Rig:
         problems: list[str] = []
         calls = [_guarded(device.stop, self._label(kind), problems) for kind, device in self._devices]
         if self.virtual:
-            for call in calls:
-                call()
+            _all_of(calls)
             return tuple(problems)
         wall = WallClock()
         deadline = wall.now() + nanoseconds(STOP_TIMEOUT_S)
         threads = [threading.Thread(target=call, daemon=True) for call in calls]
         for thread in threads:
             thread.start()
-        for thread, (kind, _) in zip(threads, self._devices, strict=True):
+
+        def await_(thread: threading.Thread) -> None:
             thread.join(max(0.0, seconds(deadline - wall.now())))
+
+        _all_of([partial(await_, thread) for thread in threads])
+        for thread, (kind, _) in zip(threads, self._devices, strict=True):
             if thread.is_alive():
                 problems.append(f"{self._label(kind)}: stop() did not return within {STOP_TIMEOUT_S} s")
         return tuple(problems)
@@ -122,8 +128,10 @@ class Rig:
 
         Raises one ExceptionGroup of all failures. An interrupt in the middle is raised after the others are closed.
         """
-        self.stop()
-        self._all("closing the rig", lambda device: device.close())
+        try:
+            self.stop()
+        finally:
+            self._all("closing the rig", lambda device: device.close())
 
     def __enter__(self) -> Rig:
         self.connect()
@@ -204,6 +212,18 @@ def _guarded(call: Callable[[], None], label: str, problems: list[str]) -> Calla
             problems.append(f"{label}: stop() raised {type(error).__name__}: {error}")
 
     return run
+
+
+def _all_of(calls: list[Callable[[], None]]) -> None:
+    """Make every call, also where an interrupt comes in the middle, and raise that at the end."""
+    interrupt: BaseException | None = None
+    for call in calls:
+        try:
+            call()
+        except BaseException as error:
+            interrupt = error
+    if interrupt is not None:
+        raise interrupt
 
 
 def _once_more(call: Callable[[Device], None], device: Device) -> None:

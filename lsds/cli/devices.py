@@ -7,17 +7,20 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, table, write_json
+from lsds.cli.output import json_flag, table, write_json
 from lsds.contracts.backend import Kind
 from lsds.plugins.host import PluginHost
 
 CAMERAS = Path("/dev/v4l/by-id")
 SERIAL_PORTS = Path("/dev/serial/by-id")
+_FINGERTIPS = ("gelsight", "digit")
+"""Parts of the names under which tactile cameras announce themselves on USB."""
+
 _KINDS: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@json_option
+@json_flag
 def devices(json_file: str | None) -> None:
     """List cameras and serial ports by their stable names, and what each device backend still needs.
 
@@ -49,22 +52,29 @@ def devices(json_file: str | None) -> None:
     click.echo(table(rows, ("KIND", "BACKEND", "STATUS")) if rows else "no device backend is installed")
 
 
-def links(folder: Path) -> list[dict[str, str]]:
-    """Return the links udev keeps in a folder: a stable name, and the device it stands for at present."""
+def links(folder: Path) -> list[dict[str, Any]]:
+    """Return the links udev keeps in a folder: a stable name, the device it stands for, whether it is a fingertip."""
     try:
         entries = sorted(folder.iterdir())
     except OSError:
         return []
-    return [{"path": str(entry), "device": str(entry.resolve())} for entry in entries]
+    return [
+        {
+            "path": str(entry),
+            "device": str(entry.resolve()),
+            "tactile": any(maker in entry.name.lower() for maker in _FINGERTIPS),
+        }
+        for entry in entries
+    ]
 
 
-def _show(title: str, found: list[dict[str, str]], folder: Path) -> None:
+def _show(title: str, found: list[dict[str, Any]], folder: Path) -> None:
     if not found:
         click.echo(f"{title}: none ({folder} has no entries)")
         return
     click.echo(f"{title}:")
     for link in found:
-        click.echo(f"  {link['path']} -> {link['device']}")
+        click.echo(f"  {link['path']} -> {link['device']}" + ("  (tactile fingertip)" if link["tactile"] else ""))
 
 
 def _needs(missing: Any, simulated: bool) -> str:

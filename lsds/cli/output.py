@@ -20,15 +20,20 @@ from lsds.errors import DataError
 F = TypeVar("F", bound=Callable[..., Any])
 
 json_option: Callable[[F], F] = click.option(
+    "--json", "json_file", metavar="FILE", default=None, help="Write the result as JSON to FILE; '-' is stdout."
+)
+"""The `--json FILE` option; the command receives it as `json_file`, None where it was not given."""
+
+json_flag: Callable[[F], F] = click.option(
     "--json",
     "json_file",
-    metavar="FILE",
+    metavar="[FILE]",
     is_flag=False,
     flag_value="-",
     default=None,
-    help="Write the result as JSON to FILE; without FILE, or with '-', to stdout.",
+    help="Write the result as JSON to FILE, or to stdout where no FILE is named.",
 )
-"""The `--json [FILE]` option; the command receives it as `json_file`."""
+"""The same with an optional FILE, for commands without arguments: elsewhere it could swallow, and overwrite, one."""
 
 
 def to_json(value: Any) -> str:
@@ -49,7 +54,7 @@ def write_text(text: str, target: str | Path) -> None:
     if str(target) == "-":
         click.echo(text, nl=False)
         return
-    path = Path(target)
+    path = Path(target).resolve()  # A link stays a link: what it points at is replaced.
     if path.exists() and not path.is_file():  # /dev/stdout, a pipe: there is no place to take.
         try:
             path.write_text(text, encoding="utf-8")

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, table, write_json
+from lsds.cli.output import json_flag, table, write_json
 from lsds.contracts.backend import KINDS
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
@@ -14,7 +14,7 @@ from lsds.plugins.registry import Backend
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.option("--kind", type=click.Choice(KINDS), default=None, help="Only backends of one kind.")
-@json_option
+@json_flag
 def plugins(kind: str | None, json_file: str | None) -> None:
     """List the backends on offer and the plugins that failed, with the reason.
 

@@ -20,6 +20,6 @@ def schema(output: str, example: bool) -> None:
     """
     # Imported here: pydantic's models take longer to build than `--help` may take.
     from lsds.config import json_schema
-    from lsds.config.dump import example_config
+    from lsds.config.example import example_config
 
     write_text(example_config() if example else to_json(json_schema()), output)

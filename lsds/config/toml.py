@@ -16,7 +16,11 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def dumps(data: Mapping[str, Any], comment: Callable[[tuple[str, ...]], str] = lambda _: "") -> str:
-    """Return nested mappings as TOML; None is left out. `comment` may say something about a key, by its path."""
+    """Return nested mappings as TOML; None is left out.
+
+    `comment` may say something about a key, by its path; a None with something to say for itself is written as a
+    comment.
+    """
     lines: list[str] = []
     _table(data, (), lines, comment)
     return "\n".join(lines).strip() + "\n"
@@ -50,15 +54,18 @@ def _table(
     data: Mapping[str, Any], path: tuple[str, ...], lines: list[str], comment: Callable[[tuple[str, ...]], str]
 ) -> None:
     inner = {key: value for key, value in data.items() if isinstance(value, Mapping)}
-    plain = {key: value for key, value in data.items() if key not in inner and value is not None}
-    if path and (plain or not inner):
+    plain = {key: value for key, value in data.items() if key not in inner}
+    if path and (any(value is not None for value in plain.values()) or not inner):
         lines.append("")
         if note := comment(path):
             lines.append(f"# {note}")
         lines.append(f"[{'.'.join(map(key_text, path))}]")
     for key, value in plain.items():
         note = comment((*path, key))
-        lines.append(f"{key_text(key)} = {value_text(value)}" + (f"  # {note}" if note else ""))
+        if value is not None:
+            lines.append(f"{key_text(key)} = {value_text(value)}" + (f"  # {note}" if note else ""))
+        elif note:
+            lines.append(f"# {key_text(key)} =  # {note}; not set")
     for key, value in inner.items():
         _table(value, (*path, key), lines, comment)
 

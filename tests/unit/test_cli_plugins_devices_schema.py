@@ -65,7 +65,10 @@ def test_devices(monkeypatch, capsys, tmp_path):
     target = tmp_path / "devices.json"
     assert main(["devices", "--json", str(target)]) == 0
     data = json.loads(target.read_text())
-    assert data["cameras"] == [{"path": str(cameras / "usb-GelSight_Mini-index0"), "device": str(tmp_path / "video0")}]
+    (camera,) = data["cameras"]
+    assert camera["path"] == str(cameras / "usb-GelSight_Mini-index0")
+    assert camera["device"] == str(tmp_path / "video0")
+    assert camera["tactile"] is True
     assert {"kind": "gripper", "name": "no-sdk", "missing": ["a_vendor_sdk_nobody_has"], "simulated": True} in data[
         "backends"
     ]

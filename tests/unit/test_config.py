@@ -9,10 +9,11 @@ from jsonschema import Draft202012Validator
 from pydantic import BaseModel, ConfigDict
 
 from lsds.config import RigConfig, check_config, dump_config, json_schema, load_config
-from lsds.config.dump import example_config
+from lsds.config.example import example_config
 from lsds.config.overrides import parse_override
 from lsds.contracts import BackendSpec
 from lsds.errors import ConfigError, ConfigIssue
+from lsds.plugins import PluginHost
 
 FAKES = "\n".join(f'[{kind}]\nbackend = "{section["backend"]}"' for kind, section in FAKE_RIG.items())
 
@@ -222,9 +223,17 @@ def test_an_override_through_a_value_is_an_issue(tmp_path, host):
 
 
 def test_the_example_is_the_default_with_comments():
-    text = example_config()
+    text = example_config(host=PluginHost(entry_points=[]))
     assert RigConfig.model_validate(tomllib.loads(text)) == RigConfig()
     assert "lift_s = 3.0  # how long to lift" in text
+    assert "# mm_per_px =  # scale of the image" in text
+
+
+def test_the_example_shows_the_options_of_what_is_chosen(host, fake_rig):
+    text = example_config(check_config(fake_rig, "fakes", host), host)
+    assert "[gripper.fake-gripper]\nlatency_ms = 0.0  # age of what is read" in text
+    assert "# The gripper; installed: fake-gripper, gone" in text
+    assert load_text(text, host).gripper.options() == {"latency_ms": 0.0, "fail": ""}
 
 
 def test_the_schema_is_sound_and_accepts_what_the_loader_accepts(host):

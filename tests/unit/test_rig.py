@@ -102,12 +102,13 @@ def test_all_failures_are_in_the_tree_with_trouble_while_closing(build, monkeypa
     assert "closing: OSError: stuck" in message
 
 
-@pytest.mark.parametrize("call", ["connect", "close"])
+@pytest.mark.parametrize("call", ["connect", "stop", "close"])
 def test_an_interrupt_in_the_middle_leaves_nothing_open(build, call):
     rig = build(gripper=failing("fake-gripper", f"interrupt {call}"))
     with pytest.raises(KeyboardInterrupt), rig:
         pass
     assert all(device.lifecycle is Lifecycle.CLOSED for device in rig.devices)
+    assert "fake-arm.stop" in calls(rig)
 
 
 def test_closing_goes_on_past_failures_and_reports_them_together(build):

@@ -1,0 +1,80 @@
+"""A config to start from: every key with its default and a comment, the options of the chosen backends included."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from lsds.config import toml
+from lsds.config.model import RigConfig
+from lsds.contracts.backend import KINDS, Kind
+from lsds.errors import PluginError
+from lsds.plugins.host import PluginHost
+
+_PURPOSE: dict[Kind, str] = {
+    "sensor": "The tactile fingertip",
+    "gripper": "The gripper",
+    "arm": "The arm",
+    "pose_source": "What sees where bodies are",
+    "cell": "The plant that simulated devices share; not built where all devices are real",
+    "tracker": "Follows the dots of the gel from frame to frame",
+    "detector": "Tells whether the object slips",
+    "estimator": "Tells how fast it slips",
+    "controller": "Turns slip into an aperture",
+}
+
+
+def example_config(config: RigConfig | None = None, host: PluginHost | None = None) -> str:
+    """Return a configuration (the default one) as TOML with a comment on every key that has a description.
+
+    Options of a chosen backend that are not given are shown with their defaults, where the backend is installed.
+    """
+    host = host or PluginHost()
+    data = (config or RigConfig()).model_dump()
+    models: dict[tuple[str, ...], type[BaseModel]] = {}
+    for kind in KINDS:
+        _show_options(kind, data[kind], host, models)
+
+    def comment(path: tuple[str, ...]) -> str:
+        if len(path) == 1 and path[0] in KINDS:
+            return _section_comment(path[0], host)
+        if path[:2] in models:
+            return _description(models[path[:2]], path[2:])
+        return _description(RigConfig, path)
+
+    return toml.dumps(data, comment)
+
+
+def _show_options(kind: Kind, section: dict[str, Any], host: PluginHost, models: dict[Any, type[BaseModel]]) -> None:
+    name = section["backend"].rpartition(":")[2]
+    try:
+        model = host.options_model(host.find(kind, section["backend"]))
+        if model is None:
+            return
+        section[name] = model.model_validate(section.get(name, {})).model_dump(mode="json")
+    except (PluginError, ValidationError):
+        return  # Not installed here, or it has options without a default: then the table is the reader's to write.
+    models[kind, name] = model
+
+
+def _section_comment(kind: Kind, host: PluginHost) -> str:
+    installed = ", ".join(host.names(kind))
+    return _PURPOSE[kind] + (f"; installed: {installed}" if installed else "")
+
+
+def _description(model: type[BaseModel], path: tuple[str, ...]) -> str:
+    """Return what a model says about a key, following nested models; for a table the first line of its docstring."""
+    for depth, part in enumerate(path):
+        field = model.model_fields.get(part)
+        if field is None:
+            return ""
+        nested = field.annotation if isinstance(field.annotation, type) else type(None)
+        if not issubclass(nested, BaseModel):
+            return _one_line(field.description) if depth == len(path) - 1 else ""
+        model = nested
+    return _one_line(model.__doc__)
+
+
+def _one_line(text: str | None) -> str:
+    return (text or "").strip().split("\n\n")[0].replace("\n", " ").strip()
