@@ -48,7 +48,7 @@ def has_mocks() -> bool:
 def test_simulated_devices_are_found():
     if not has_mocks():
         pytest.skip("lsds_mocks has no manifest in this checkout")
-    assert not [failure for failure in HOST.failures if not failure.blocked]
+    assert not [failure for failure in HOST.failures if failure.plugin == "lsds-mocks"]
     assert {backend.spec.kind for backend in SIMULATED} >= {"sensor", "gripper", "arm"}
 
 
