@@ -93,9 +93,8 @@ def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lat
     squared = np.einsum("nmk,nmk->nm", to_dot, to_dot)
     nearest = squared.argmin(axis=1)
     alone = to_dot[np.arange(lattice.count), nearest]
-    around = np.where(
-        has[: lattice.count, :, None], alone[np.minimum(neighbour[: lattice.count], lattice.count - 1)], 0
-    )
+    marker = np.minimum(neighbour[: lattice.count], lattice.count - 1)
+    around = np.where(has[: lattice.count, :, None], alone[marker], 0)
     inner = has[: lattice.count] & (neighbour[: lattice.count] < lattice.count)
     unlike = np.hypot(*(around - alone[:, None, :]).transpose(2, 0, 1)) * inner
     score = np.hypot(alone[:, 0], alone[:, 1]) + unlike.sum(axis=1) / np.maximum(inner.sum(axis=1), 1)
@@ -154,11 +153,12 @@ def _hypothesis(
     motion = _off_segment(
         np.median((dots[dot] - trusted)[found], axis=0), np.median((predicted - trusted)[found], axis=0)
     )
-    cost = MISS_WEIGHT * (missing + surplus) + MOTION_WEIGHT * motion / lattice.pitch_px**2
+    against = int(missing + surplus)
+    cost = MISS_WEIGHT * against + MOTION_WEIGHT * motion / lattice.pitch_px**2
     if found.all() and float(np.abs(dots[dot] - lattice.home_px).max()) < HOME * lattice.pitch_px:
         # Every dot back in its place: an elastic gel at rest needs no other witness.
-        cost = -MARGIN
-    return _Hypothesis(cost, missing + surplus, np.where(found, dot, -1), expected)
+        cost = float(-MARGIN)
+    return _Hypothesis(cost, against, np.where(found, dot, -1), expected)
 
 
 def _off_segment(point: NDArray[np.float64], end: NDArray[np.float64]) -> float:

@@ -27,7 +27,7 @@ class CutDots:
         self._dx, self._dy = dx.ravel().astype(np.float64), dy.ravel().astype(np.float64)
         image = grey.astype(np.float64)
         self._template = _sample(image, xy_px[:, :1] + self._dx, xy_px[:, 1:] + self._dy)
-        gradient_y, gradient_x = np.gradient(image)
+        gradient_y, gradient_x = (np.asarray(g, np.float64) for g in np.gradient(image))
         at_x, at_y = xy_px[:, :1] + self._dx, xy_px[:, 1:] + self._dy
         self._gradient = np.stack([_sample(gradient_x, at_x, at_y), _sample(gradient_y, at_x, at_y)], axis=-1)
 
@@ -35,12 +35,10 @@ class CutDots:
         """Refine in place those of the positions (N, 2) whose dots the border cuts."""
         height, width = grey.shape
         limit = np.array([width - 1, height - 1])
-        with np.errstate(invalid="ignore"):
-            cut = np.flatnonzero(
-                (np.minimum(xy_px, limit - xy_px).min(axis=1) < self._reach)
-                & (xy_px >= 0).all(axis=1)
-                & (xy_px <= limit).all(axis=1)
-            )
+        whole = (xy_px >= self._reach) & (xy_px <= limit - self._reach)
+        if whole.all():
+            return
+        cut = np.flatnonzero(~whole.all(axis=1) & (xy_px >= 0).all(axis=1) & (xy_px <= limit).all(axis=1))
         if not len(cut):
             return
         template, gradient, start = self._template[cut], self._gradient[cut], xy_px[cut]

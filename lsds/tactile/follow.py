@@ -30,6 +30,11 @@ SURPRISE = 0.2
 SLID_OFF = 0.12
 #: Area of a grid cell relative to the reference beyond which a corner of it must be wrong.
 AREA_RATIO = (0.35, 2.2)
+#: Motion is extrapolated over at most this gap (s), and by at most this many pitches.
+LONGEST_GAP_S = 0.25
+FURTHEST = 0.75
+#: Frames after which a grid with several markers missing is looked at as a whole again.
+RECHECK = 12
 #: More failing markers than this ask the whole grid; fewer are single dots worn off or hidden.
 STRAY = 2
 _OK, _LOST = TrackFlag.OK.value, TrackFlag.LOST.value
@@ -61,8 +66,7 @@ class DotFollower:
         )
         self._lattice = Lattice(self._reference, found.complete)
         self._edge_px = self._localiser.visible * diameter
-        corner, right, below = self._lattice.corner, self._lattice.corner_right, self._lattice.corner_below
-        self._reference_area = _area(xy, corner, right, below)
+        self._reference_area = self._areas(xy)
         self.reset()
         return self._reference
 
@@ -74,19 +78,22 @@ class DotFollower:
         self._trusted = self._xy
         self._failed = np.zeros(reference.count, bool)
         self._doubt = False
+        self._unchecked = 0
         self._t_ns: int | None = None
 
     def update(self, frame: Frame) -> MarkerTracks:
         """Follow the dots into `frame`."""
-        reference, lattice = self._started(), self._lattice
+        _reference, lattice = self._started(), self._lattice
         views = views_of(frame)
         dt = 0.0 if self._t_ns is None else max(0.0, (frame.t_ns - self._t_ns) * 1e-9)
-        predicted = self._xy + self._velocity * dt
+        predicted = self._predict(dt)
         mask = views.dark
         xy = self._localiser.refine(views.grey, predicted)
         flags = self._verify(xy, predicted, mask, SURPRISE)
         failed = flags != _OK
-        if self._doubt or np.count_nonzero(failed & ~self._failed) > STRAY:
+        self._unchecked = self._unchecked + 1 if np.count_nonzero(failed) > STRAY else 0
+        if self._doubt or self._unchecked > RECHECK or np.count_nonzero(failed & ~self._failed) > STRAY:
+            self._unchecked = 0
             xy, predicted, flags = self._ask_grid(views, predicted, mask)
             failed = flags != _OK
             self._doubt = bool(np.count_nonzero(failed) > 0.5 * len(failed))
@@ -107,6 +114,14 @@ class DotFollower:
         xy = xy.copy()
         xy[failed] = np.nan
         return MarkerTracks(frame.t_ns, frame.seq, xy, ~failed, flags.astype(np.uint8))
+
+    def _predict(self, dt: float) -> NDArray[np.float64]:
+        """Extrapolate, but not over a gap in the stream, and not so far that another dot's place would be reached."""
+        if dt > LONGEST_GAP_S:
+            return self._xy.copy()
+        step = self._velocity * dt
+        furthest = FURTHEST * self._lattice.pitch_px
+        return self._xy + np.clip(step, -furthest, furthest)
 
     def _started(self) -> MarkerReference:
         if self._reference is None:
@@ -130,24 +145,33 @@ class DotFollower:
     ) -> NDArray[np.intp]:
         """Flag markers that are not on a dark spot, strayed more than `reach` pitches, or tear the grid."""
         lattice = self._lattice
-        seen = np.isfinite(xy).all(axis=1)
-        seen &= lattice.in_view(np.where(seen[:, None], xy, -1.0), self._edge_px)
         flags = np.full(len(xy), _LOST)
-        inside = np.where(seen[:, None], xy, 0.0)
-        pixel = (inside / HALF).astype(np.intp)
+        seen = lattice.in_view(xy, self._edge_px)
+        inside = xy if seen.all() else np.where(seen[:, None], xy, 0.0)
+        pixel = (inside * (1 / HALF)).astype(np.intp)
         flags[seen & (mask[pixel[:, 1], pixel[:, 0]] > 0)] = _OK
-        strayed = np.abs(inside - expected).max(axis=1) > reach * lattice.pitch_px
-        flags[(flags == _OK) & strayed] = _INCONSISTENT
-        corner, right, below = lattice.corner, lattice.corner_right, lattice.corner_below
-        ratio = _area(inside, corner, right, below) / self._reference_area
-        ok = flags == _OK
-        torn = ((ratio < AREA_RATIO[0]) | (ratio > AREA_RATIO[1])) & ok[corner] & ok[right] & ok[below]
-        if torn.any():
-            suspects = np.concatenate([corner[torn], right[torn], below[torn]])
-            # Every marker sits in up to three such triangles; the one they share is the culprit.
-            votes = np.bincount(suspects, minlength=len(xy))
-            flags[(votes >= 2) | ((votes > 0) & (votes == votes.max()))] = _INCONSISTENT
+        offset = np.abs(inside - expected)
+        strayed = np.maximum(offset[:, 0], offset[:, 1]) > reach * lattice.pitch_px
+        if strayed.any():
+            flags[(flags == _OK) & strayed] = _INCONSISTENT
+        ratio = self._areas(inside) / self._reference_area
+        if ratio.min() < AREA_RATIO[0] or ratio.max() > AREA_RATIO[1]:
+            corner, right, below = lattice.corner, lattice.corner_right, lattice.corner_below
+            ok = flags == _OK
+            torn = ((ratio < AREA_RATIO[0]) | (ratio > AREA_RATIO[1])) & ok[corner] & ok[right] & ok[below]
+            if torn.any():
+                suspects = np.concatenate([corner[torn], right[torn], below[torn]])
+                # Every marker sits in up to three such triangles; the one they share is the culprit.
+                votes = np.bincount(suspects, minlength=len(xy))
+                flags[(votes >= 2) | ((votes > 0) & (votes == votes.max()))] = _INCONSISTENT
         return flags
+
+    def _areas(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Signed areas of the triangles (corner, right, below) of the grid's cells, px^2 times two."""
+        lattice = self._lattice
+        point = np.ascontiguousarray(xy).view(np.complex128)[:, 0]
+        corner = point[lattice.corner]
+        return np.asarray(((point[lattice.corner_right] - corner).conj() * (point[lattice.corner_below] - corner)).imag)
 
     def _carry(
         self, predicted: NDArray[np.float64], moved: NDArray[np.float64], failed: NDArray[np.bool_]
@@ -161,11 +185,3 @@ class DotFollower:
         shifted = predicted.copy()
         shifted[lost] += total / np.maximum(good.sum(axis=1), 1)[:, None]
         return shifted
-
-
-def _area(
-    xy: NDArray[np.float64], corner: NDArray[np.intp], right: NDArray[np.intp], below: NDArray[np.intp]
-) -> NDArray[np.float64]:
-    """Signed areas of the triangles (corner, right, below), px^2 times two."""
-    a, b = xy[right] - xy[corner], xy[below] - xy[corner]
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

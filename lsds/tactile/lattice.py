@@ -26,6 +26,7 @@ class Lattice:
         self.home_px = reference.xy_px
         self.pitch_px = float(np.mean(reference.pitch_px))
         self.width, self.height = reference.image_size
+        self._limit = np.array([self.width - 1.0, self.height - 1.0])
         self.complete = complete
         cells = [(int(r), int(c)) for r, c in reference.cell]
         node = {cell: i for i, cell in enumerate(cells)}
@@ -72,10 +73,8 @@ class Lattice:
 
     def in_view(self, xy_px: NDArray[np.float64], margin_px: float) -> NDArray[np.bool_]:
         """Return which positions (K, 2) lie in the image, at least `margin_px` from its border."""
-        x, y = xy_px.T
-        return np.asarray(
-            (x >= margin_px) & (y >= margin_px) & (x <= self.width - 1 - margin_px) & (y <= self.height - 1 - margin_px)
-        )
+        inside = (xy_px >= margin_px) & (xy_px <= self._limit - margin_px)
+        return np.asarray(inside[:, 0] & inside[:, 1])
 
     def shifted(self, shift: tuple[int, int]) -> NDArray[np.intp]:
         """Return (nodes,) the node `shift` = (rows, columns) further on for every node, -1 where there is none."""

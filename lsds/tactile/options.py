@@ -6,8 +6,6 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-FeatureSet = Literal["baseline", "proposed", "combined", "released13", "all"]
-
 
 class TactileOptions(BaseModel):
     """From image to features. Lengths in millimetres here, because people type them; metres everywhere inside."""
@@ -20,6 +18,5 @@ class TactileOptions(BaseModel):
     reference_frames: int = Field(
         default=5, ge=1, le=500, description="untouched frames averaged into the reference frame"
     )
-    feature_set: FeatureSet = Field(default="combined", description="which named set detectors and estimators see")
     contact_threshold_mm: float = Field(default=0.05, gt=0, le=5, description="depth that counts as contact")
-    depth_scale: int = Field(default=8, ge=1, le=16, description="depth is solved at 1/depth_scale of the image")
+    depth_scale: Literal[2, 4, 8, 16] = Field(default=8, description="depth is solved at 1/depth_scale of the image")

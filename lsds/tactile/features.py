@@ -1,0 +1,165 @@
+"""Features of the deformation field, frame by frame: causal, streaming, reset-able.
+
+Nearly all of them are linear in the displacements, so one matrix product a frame yields them. Rates divide by the
+measured interval. A feature that the present frame cannot define (a rate on the first frame) is NaN, never zero.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.contracts import FeatureVector
+from lsds.tactile.differential import gradient_operators
+from lsds.tactile.entropy import displacement_entropy
+from lsds.tactile.feature_sets import NAMES
+from lsds.tactile.lost_markers import fill_lost
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import ContactPatch, DeformationField
+
+#: Fewer valid markers than this share of the reference leave the field's features undefined.
+LEAST_VALID = 0.5
+
+
+class FeatureExtractor:
+    """Turns fields into feature vectors; remembers the last values for the rates."""
+
+    def __init__(self) -> None:
+        self._operators: _Operators | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last frame."""
+        self._last: _Shape | None = None
+        self._last_area = math.nan
+        self._last_theta = math.nan
+
+    def extract(self, field: DeformationField, contact: ContactPatch | None) -> FeatureVector:
+        """Return all features of the frame, in the order of `feature_sets.NAMES`."""
+        if self._operators is None or self._operators.reference is not field.reference:
+            self._operators = _Operators(field)
+        dt = field.dt_s
+        now = self._operators.shape(field)
+        last = self._last if self._last is not None else _UNDEFINED
+        v_x, v_y, mean_speed = _velocity(field, now, last)
+        theta = math.atan2(v_y, v_x) if v_x or v_y else math.nan
+        area = math.nan if contact is None else contact.area_fraction
+        count = self._operators.count
+        log2n = math.log2(count)
+        values = (
+            v_x,
+            v_y,
+            math.hypot(v_x, v_y),
+            now.div_sum,
+            now.curl_sum,
+            (now.div_sum - last.div_sum) / dt,
+            (now.curl_sum - last.curl_sum) / dt,
+            area,
+            (area - self._last_area) / dt,
+            now.entropy,
+            (now.entropy - last.entropy) / dt,
+            mean_speed,
+            now.div_sum / self._operators.terms,
+            now.curl_sum / self._operators.terms,
+            (now.div_sum - last.div_sum) / self._operators.terms / dt,
+            (now.curl_sum - last.curl_sum) / self._operators.terms / dt,
+            now.div_affine,
+            now.curl_affine,
+            now.curl_affine / 2,
+            (now.curl_affine - last.curl_affine) / 2 / dt,
+            now.mean_norm,
+            log2n * now.mean_norm,
+            log2n * (now.mean_norm - last.mean_norm),
+            theta,
+            math.remainder(theta - self._last_theta, math.tau),
+        )
+        self._last, self._last_area, self._last_theta = now, area, theta
+        return FeatureVector(NAMES, np.array(values))
+
+
+class _Shape:
+    """The features of one frame that need no other."""
+
+    __slots__ = (
+        "all_valid",
+        "curl_affine",
+        "curl_sum",
+        "div_affine",
+        "div_sum",
+        "entropy",
+        "mean_norm",
+        "mean_x",
+        "mean_y",
+    )
+
+    def __init__(
+        self,
+        linear: tuple[float, ...] = (math.nan,) * 6,
+        mean_norm: float = math.nan,
+        entropy: float = math.nan,
+        all_valid: bool = False,
+    ) -> None:
+        self.mean_x, self.mean_y, self.div_sum, self.curl_sum, self.div_affine, self.curl_affine = linear
+        self.mean_norm = mean_norm
+        self.entropy = entropy
+        self.all_valid = all_valid
+
+
+_UNDEFINED = _Shape()
+
+
+class _Operators:
+    """The linear features of one reference, as rows that act on flattened displacements."""
+
+    def __init__(self, field: DeformationField) -> None:
+        self.reference = field.reference
+        self.count = field.reference.count
+        position = field.position_m
+        divergence, curl = gradient_operators(field.reference, position)
+        #: How many markers have a difference quotient: the sum's number of terms.
+        self.terms = max(1, int(np.count_nonzero(np.abs(divergence).sum(axis=1))))
+        mean = np.zeros((2, 2 * self.count))
+        mean[0, 0::2] = mean[1, 1::2] = 1 / self.count
+        # Least-squares gradient: d(x) = t + G (x - c) has G = sum d (x - c)^T [sum (x - c)(x - c)^T]^-1.
+        offset = position - position.mean(axis=0)
+        weight = offset @ np.linalg.inv(offset.T @ offset)
+        div_affine, curl_affine = np.zeros(2 * self.count), np.zeros(2 * self.count)
+        div_affine[0::2], div_affine[1::2] = weight[:, 0], weight[:, 1]
+        curl_affine[0::2], curl_affine[1::2] = -weight[:, 1], weight[:, 0]
+        self._rows = np.ascontiguousarray(
+            np.vstack([mean, divergence.sum(axis=0), curl.sum(axis=0), div_affine, curl_affine])
+        )
+
+    def shape(self, field: DeformationField) -> _Shape:
+        displacement, valid = field.displacement_m, field.valid
+        complete = bool(valid.all())
+        if not complete:
+            if np.count_nonzero(valid) < max(3, LEAST_VALID * self.count):
+                return _UNDEFINED
+            filled, affine = fill_lost(field)
+            displacement = displacement[valid]
+        norm = np.sqrt(np.einsum("ni,ni->n", displacement, displacement))
+        linear = (self._rows @ (displacement if complete else filled).ravel()).tolist()
+        if not complete and affine is not None:
+            # The affine pair rests on markers really seen; the sums on the field with its holes filled.
+            linear[4], linear[5] = affine.divergence, affine.curl
+        return _Shape(tuple(linear), float(norm.mean()), displacement_entropy(norm), complete)
+
+
+def _velocity(field: DeformationField, now: _Shape, last: _Shape) -> tuple[float, float, float]:
+    """Mean velocity (x, y) and mean speed over the markers seen in both frames."""
+    velocity: NDArray[np.float64] = field.velocity_m_s
+    if now.all_valid and last.all_valid:
+        speed = float(np.sqrt(np.einsum("ni,ni->n", velocity, velocity)).mean())
+        return (now.mean_x - last.mean_x) / field.dt_s, (now.mean_y - last.mean_y) / field.dt_s, speed
+    both = np.isfinite(velocity[:, 0])
+    if now is _UNDEFINED or np.count_nonzero(both) < LEAST_VALID * len(both):
+        return math.nan, math.nan, math.nan
+    velocity = velocity[both]
+    v_x, v_y = velocity.mean(axis=0).tolist()
+    return v_x, v_y, float(np.hypot(velocity[:, 0], velocity[:, 1]).mean())

@@ -1,0 +1,79 @@
+"""One frame's way from image to observation: track -> field -> contact -> features.
+
+The same object serves the running cell and a recording, frame by frame; there is no other way through, so offline
+and online numbers are the same numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.contracts import Observation
+from lsds.errors import DataError
+from lsds.tactile.depth import DepthEstimator
+from lsds.tactile.features import FeatureExtractor
+from lsds.tactile.field import FieldBuilder
+from lsds.tactile.reference import average_frames
+
+if TYPE_CHECKING:
+    from lsds.contracts import Frame, MarkerReference, MarkerTracks, SensorSpec, Tracker
+    from lsds.tactile.options import TactileOptions
+
+
+class Perception:
+    """State from frame to frame: the tracker's, the last field's and the last features'."""
+
+    def __init__(self, tracker: Tracker, spec: SensorSpec, options: TactileOptions) -> None:
+        self._tracker = tracker
+        self._spec = spec
+        self._options = options
+        self.metres_per_px = spec.metres_per_px if options.mm_per_px is None else options.mm_per_px * 1e-3
+        self._features = FeatureExtractor()
+        self.reference: MarkerReference | None = None
+        self.reference_frame: Frame | None = None
+
+    def start(self, frames: Sequence[Frame]) -> MarkerReference:
+        """Take the untouched gel from one or more frames. Raises DataError where they show no usable reference."""
+        for frame in frames:
+            check_frame(frame, self._spec)
+        self.reference_frame = average_frames(frames)
+        self.reference = self._tracker.start(self.reference_frame, self._spec.pad)
+        self._field = FieldBuilder(self.reference, self.metres_per_px)
+        self._depth = DepthEstimator(
+            self.reference_frame,
+            self.metres_per_px,
+            scale=self._options.depth_scale,
+            threshold_m=self._options.contact_threshold_mm * 1e-3,
+        )
+        self._features.reset()
+        return self.reference
+
+    def reset(self) -> None:
+        """Forget motion, keep the reference."""
+        self._tracker.reset()
+        self._field.reset()
+        self._features.reset()
+
+    def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
+        """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
+        check_frame(frame, self._spec)
+        tracks = self._tracker.update(frame)
+        field = self._field.build(tracks)
+        contact = self._depth.measure(frame)
+        features = self._features.extract(field, contact)
+        return Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features), tracks
+
+
+def check_frame(frame: Frame, spec: SensorSpec) -> None:
+    """Raise DataError where the image is not uint8 RGB of the sensor's size; the message names the frame."""
+    image = frame.image
+    expected = (spec.height_px, spec.width_px, 3)
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.shape != expected:
+        what = f"{image.dtype} {image.shape}" if isinstance(image, np.ndarray) else type(image).__name__
+        raise DataError(
+            f"frame {frame.seq}: expected a uint8 RGB image {expected}, got {what} "
+            "(convert grey images to three channels; resize to the sensor's size)"
+        )
