@@ -21,7 +21,7 @@ from lsds.errors import LimitExceeded, SafetyStop
 class SafetyOptions(BaseModel):
     """Options of the `[safety]` table: limits of the cell, over and above those of each device."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     max_grip_force_n: float = Field(default=100.0, gt=0, le=500, description="most that the gripper may push with")
     max_finger_speed_m_s: float = Field(default=0.15, gt=0, le=1, description="fastest closing or opening")

@@ -17,6 +17,7 @@ for folder in ("", "plugins", "drivers", "mocks", "tests"):
     if path not in sys.path:
         sys.path.append(path)
 
+import installed  # noqa: E402
 from fake_cell import FAKE_RIG, fake_host  # noqa: E402
 
 settings.register_profile("lsds", deadline=None, derandomize=bool(os.environ.get("CI")))
@@ -37,3 +38,12 @@ def host():
 def fake_rig():
     """The raw config of a rig of fakes; change it as you like."""
     return copy.deepcopy(FAKE_RIG)
+
+
+@pytest.fixture
+def installed_host():
+    """The host of the first-party plugins; skips where the default rig cannot be built from them yet."""
+    missing = [package for package in ("lsds_plugins", "lsds_mocks") if not installed.has_manifest(package)]
+    if missing:
+        pytest.skip(f"no manifest in {', '.join(missing)}")
+    return installed.installed_host()

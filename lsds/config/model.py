@@ -51,13 +51,13 @@ class BackendSection(BaseModel):
 class ControllerSection(BackendSection):
     """The controller's section, with the switch that tells a closed loop from an open one."""
 
-    enabled: bool = Field(default=True, description="false watches slip and leaves the gripper as it is")
+    enabled: bool = Field(default=True, strict=True, description="false watches slip and leaves the gripper as it is")
 
 
 class ScheduleOptions(BaseModel):
     """How often each task of the loop runs. The sensor runs at its own nominal rate."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the gripper's state")
     arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="reading and commanding the arm")
@@ -79,7 +79,7 @@ class RigConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    seed: int = Field(default=0, ge=0, lt=2**63, description="of every random stream in the run")
+    seed: int = Field(default=0, strict=True, ge=0, lt=2**63, description="of every random stream in the run")
     clock: Literal["auto", "virtual", "wall"] = Field(
         default="auto", description="auto is virtual where every chosen device can run on simulated time"
     )

@@ -42,7 +42,8 @@ def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") ->
         else:
             message = detail["msg"].removeprefix("Value error, ").replace("Input should", "should")
             given = "" if isinstance(detail["input"], Mapping | list) else f", got {detail['input']!r}"
-            yield ConfigIssue(where, message + given)
+            remedy = f"put it in quotes: '\"{detail['input']}\"'" if kind == "string_type" and given else ""
+            yield ConfigIssue(where, message + given, remedy)
 
 
 def _keys_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:

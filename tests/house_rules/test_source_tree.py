@@ -81,6 +81,15 @@ def test_no_pickle_is_ever_loaded(path):
     assert not names & {"pickle", "joblib", "dill", "cloudpickle", "shelve", "marshal"}
 
 
+@pytest.mark.parametrize("path", SOURCES, ids=name)
+def test_nothing_but_the_kit_imports_a_test_library(path):
+    if name(path).startswith("lsds/testing/"):
+        return
+    modules = {a.name for node in ast.walk(tree(path)) if isinstance(node, ast.Import) for a in node.names}
+    modules |= {node.module or "" for node in ast.walk(tree(path)) if isinstance(node, ast.ImportFrom)}
+    assert not {m for m in modules if m.split(".")[0] in ("pytest", "hypothesis") or m.startswith("lsds.testing")}
+
+
 def test_every_package_has_an_init():
     folders = {path.parent for path in SOURCES}
     assert [name(folder) for folder in sorted(folders) if not (folder / "__init__.py").exists()] == []

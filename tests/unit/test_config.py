@@ -149,6 +149,30 @@ def load_text(text, host):
     return check_config(tomllib.loads(text), "text", host)
 
 
+@pytest.mark.parametrize(
+    ("override", "path"),
+    [
+        ("seed=true", "seed"),
+        ('seed="3"', "seed"),
+        ("controller.enabled=1", "controller.enabled"),
+        ("safety.watchdog_s=true", "safety.watchdog_s"),
+        ("schedule.arm_rate_hz=fast", "schedule.arm_rate_hz"),
+        ("schedule.arm_rate_hz=nan", "schedule.arm_rate_hz"),
+        ("gripper.backend=3", "gripper.backend"),
+        ("gripper=3", "gripper"),
+        ("plugins.block=3", "plugins.block"),
+        ("plugins=3", "plugins"),
+    ],
+)
+def test_a_wrong_type_is_one_issue(tmp_path, host, override, path):
+    assert list(issues(load_config, write(tmp_path, FAKES), [override], host=host)) == [path]
+
+
+def test_a_number_for_a_text_is_told_to_take_quotes(tmp_path, host):
+    found = issues(load_config, write(tmp_path, FAKES), ["gripper.fake-gripper.fail=3"], host=host)
+    assert found["gripper.fake-gripper.fail"].remedy == "put it in quotes: '\"3\"'"
+
+
 # -- files that cannot be read ----------------------------------------------------------------------------
 
 
@@ -271,3 +295,22 @@ def test_the_schema_refuses_what_the_loader_refuses(host, bad):
 def test_the_schema_keeps_going_past_a_broken_backend(host):
     table = json_schema(host)["properties"]["gripper"]["properties"]["odd-options"]
     assert "not a pydantic model" in table["description"]
+
+
+# -- what is installed ------------------------------------------------------------------------------------
+
+
+def test_the_default_loads_and_is_valid_with_the_installed_plugins(installed_host):
+    config = load_config(host=installed_host)
+    validator = Draft202012Validator(json_schema(installed_host))
+    validator.validate(json.loads(config.model_dump_json()))
+    example = example_config(host=installed_host)
+    validator.validate(tomllib.loads(example))
+    assert load_text(example, installed_host).sensor.backend == "mock-gelsight-mini"
+
+
+def test_every_config_of_the_repository_loads(installed_host, root):
+    validator = Draft202012Validator(json_schema(installed_host))
+    for path in sorted([*root.glob("examples/**/*.toml"), *root.glob("docs/**/*.toml")]):
+        load_config(path, host=installed_host)
+        validator.validate(tomllib.loads(path.read_text(encoding="utf-8")))
