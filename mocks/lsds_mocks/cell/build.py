@@ -14,7 +14,7 @@ from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Cylinder
 from lsds_mocks.plant.friction import SurfaceFriction
 from lsds_mocks.plant.plant import Plant, PlantParameters
-from lsds_mocks.plant.texture import Texture
+from lsds_mocks.plant.texture import Chatter, Texture
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -30,13 +30,16 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     kernel = DEFAULT_KERNEL.scaled(reference.modulus_pa / material.modulus_pa)
     gel = BrushGel(shape, material, kernel=kernel)
     length = options.length_mm * 1e-3
-    texture = Texture(length, options.texture_amplitude, np.random.default_rng(seed))
+    texture_rng, chatter_rng = np.random.default_rng(seed).spawn(2)
+    texture = Texture(length, options.texture_amplitude, texture_rng)
     friction = SurfaceFriction(
         gel.points_m,
         texture,
-        options.static_friction,
-        options.kinetic_friction,
-        options.stribeck_speed_mm_s * 1e-3,
+        static=options.static_friction,
+        kinetic=options.kinetic_friction,
+        stribeck_m_s=options.stribeck_speed_mm_s * 1e-3,
+        chatter=Chatter(length, chatter_rng),
+        chatter_amplitude=options.chatter_amplitude,
     )
     parameters = PlantParameters(
         diameter_m=options.diameter_mm * 1e-3,

@@ -29,6 +29,12 @@ class CellOptions(BaseModel):
     texture_amplitude: float = Field(
         default=0.08, ge=0, le=0.3, description="relative standard deviation of friction over the object's surface"
     )
+    chatter_amplitude: float = Field(
+        default=0.2,
+        ge=0,
+        le=0.6,
+        description="relative standard deviation of the whole patch's kinetic friction along the slide",
+    )
 
     modulus_mpa: float = Field(default=0.2, ge=0.02, le=5, description="Young's modulus of the gel")
     finger_stiffness_n_mm: float = Field(

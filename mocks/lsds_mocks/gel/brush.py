@@ -125,7 +125,7 @@ class BrushGel:
         np.sqrt(scale, out=scale)
         k = self.bristle_n_m
         fx, fy = (k * (self._try @ scale)).tolist()
-        stuck = np.count_nonzero(scale >= SLIDING)
+        stuck = int(np.count_nonzero(scale >= SLIDING))
         torque = 0.0
         if dtheta_rad or fx:
             torque = k * float((self._points[0] * y - self._points[1] * x) @ scale)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How one sensor's images look; `pad` None for a gel without dots. `gel_seed` draws what varies between gels."""
+    """How one sensor's images look; `pad` None for a gel without dots; `variation` scales what differs between gels."""
 
     pad: PadName | None
     mm_per_px: float
@@ -42,11 +42,11 @@ class Renderer:
     """Renders gel states. Same state, time and number: same image, bit by bit."""
 
     def __init__(self, look: Look, seed: list[int]) -> None:
-        gel_rng, noise_rng, light_rng = np.random.default_rng(seed).spawn(3)
+        print_rng, tint_rng, noise_rng, light_rng = np.random.default_rng(seed).spawn(4)
         self.metres_per_px = scale_of(look.pad, look.mm_per_px) if look.pad else look.mm_per_px * 1e-3
-        self.rest_px = dot_positions(look.pad, look.variation, gel_rng) if look.pad else np.zeros((0, 2))
+        self.rest_px = dot_positions(look.pad, look.variation, print_rng) if look.pad else np.zeros((0, 2))
         self._rest_m = (self.rest_px - CENTRE_PX) * self.metres_per_px
-        self._shader = Shader(background(look.variation, gel_rng), self.metres_per_px)
+        self._shader = Shader(background(look.variation, tint_rng), self.metres_per_px)
         self._dots = DotPainter(look.dot_diameter_px, look.dot_core, look.dot_blur_px) if look.pad else None
         self._noise = CameraNoise(look.noise, noise_rng)
         self._light = Brightness(look.start_up, look.drift, look.swing_levels, light_rng)

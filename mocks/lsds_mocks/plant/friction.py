@@ -10,31 +10,53 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds_mocks.plant.texture import Texture
+    from lsds_mocks.plant.texture import Chatter, Texture
+
+
+LEAST = 0.3
+"""Sliding friction never falls below this part of the kinetic coefficient, whatever the chatter."""
 
 
 class SurfaceFriction:
     """Friction coefficients at a set of gel points.
 
     A point at rest has the static coefficient; one that slid in the last step has
-    mu_k + (mu_s - mu_k) exp(-(v / v_s)^2) (Stribeck); both times the texture under the point.
+    mu_k (1 + chatter) + (mu_s - mu_k) exp(-(v / v_s)^2) (Stribeck), at most the static one; both times the texture
+    under the point. The chatter, too, grows with speed as the Stribeck term fades.
     """
 
     def __init__(
-        self, points_m: NDArray[np.float64], texture: Texture, static: float, kinetic: float, stribeck_m_s: float
+        self,
+        points_m: NDArray[np.float64],
+        texture: Texture,
+        *,
+        static: float,
+        kinetic: float,
+        stribeck_m_s: float,
+        chatter: Chatter,
+        chatter_amplitude: float,
     ) -> None:
         self.static = static
         self.kinetic = kinetic
         self._stribeck = stribeck_m_s
         self._texture = texture
+        self._chatter = chatter
+        self._amplitude = chatter_amplitude
         self._index = texture.index(points_m[0], points_m[1])
         self._factor = np.ones(points_m.shape[1])
         self._out = np.ones(points_m.shape[1])
 
     def at(self, travel_m: float, sliding: NDArray[np.bool_], speed_m_s: float) -> NDArray[np.float64]:
         """Return coefficients (N,), valid until the next call."""
-        fall = (self.static - self.kinetic) * (1.0 - math.exp(-((speed_m_s / self._stribeck) ** 2)))
-        np.multiply(sliding, -fall, out=self._out)
+        moving = self.sliding_coefficient(travel_m, speed_m_s)
+        np.multiply(sliding, moving - self.static, out=self._out)
         self._out += self.static
         self._out *= self._texture.at(self._index, travel_m, self._factor)
         return self._out
+
+    def sliding_coefficient(self, travel_m: float, speed_m_s: float) -> float:
+        """Return the coefficient of sliding points before texture."""
+        speed_share = 1.0 - math.exp(-((speed_m_s / self._stribeck) ** 2))
+        kinetic = self.kinetic * (1.0 + self._amplitude * self._chatter.at(travel_m))
+        moving = self.static + (kinetic - self.static) * speed_share
+        return min(max(moving, LEAST * self.kinetic), self.static)

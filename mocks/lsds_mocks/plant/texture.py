@@ -6,6 +6,7 @@ smooth random fields of several correlation lengths, periodic along the object's
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import cv2
@@ -47,12 +48,41 @@ class Texture:
         return np.take(self._flat, index + shift, mode="wrap", out=out)
 
 
+class Chatter:
+    """A random function of travel alone, unit variance, the same under the whole patch.
+
+    Soft gels slide in waves of detachment, which bristles that know nothing of each other cannot show; to the markers
+    it looks as if the whole patch's kinetic friction went up and down while the object travels.
+    """
+
+    LENGTHS_M = (0.6e-3, 2.0e-3, 6.0e-3)
+    SHARES = (0.5, 0.7, 0.5)
+
+    def __init__(self, length_m: float, rng: np.random.Generator) -> None:
+        rows = max(64, round(length_m / ROW_M))
+        total = np.zeros(rows, np.float64)
+        for scale, share in zip(self.LENGTHS_M, self.SHARES, strict=True):
+            total += share * _field(rows, 1, scale, rng)[:, 0]
+        self._values: list[float] = (total / np.hypot.reduce(self.SHARES)).tolist()
+
+    def at(self, travel_m: float) -> float:
+        """Return the value after a travel, linear between the map's rows."""
+        row = travel_m / ROW_M
+        low = math.floor(row)
+        share, size = row - low, len(self._values)
+        return (1 - share) * self._values[low % size] + share * self._values[(low + 1) % size]
+
+
 def _field(rows: int, columns: int, scale_m: float, rng: np.random.Generator) -> NDArray[np.float32]:
-    """A smooth unit-variance field: white noise on a grid of the correlation length, interpolated."""
-    coarse = (max(4, round(rows * ROW_M / scale_m)), max(2, round(columns * COLUMN_M / scale_m) + 1))
-    noise = rng.standard_normal(coarse).astype(np.float32)
-    noise = np.concatenate([noise, noise[:3]])  # wraps around, so that the map is periodic along the object
-    height = round(rows * len(noise) / coarse[0])
-    field = cv2.resize(noise, (columns, height), interpolation=cv2.INTER_CUBIC)[height - rows - 1 : height - 1]
-    field = field[:rows]
+    """A smooth unit-variance field, periodic in rows: white noise on a grid of the scale, cubically interpolated."""
+    coarse = max(4, round(rows * ROW_M / scale_m))
+    noise = rng.standard_normal((coarse, max(1, round(columns * COLUMN_M / scale_m)))).astype(np.float32)
+    across = cv2.resize(noise, (columns, coarse), interpolation=cv2.INTER_CUBIC)
+    at = np.arange(rows) * (coarse / rows)
+    low = np.floor(at).astype(np.intp)
+    t = (at - low).astype(np.float32)[:, None]
+    weights = (-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2)
+    field = np.zeros((rows, columns), np.float32)
+    for k, weight in enumerate(weights):
+        field += 0.5 * weight * across[(low + k - 1) % coarse]
     return np.asarray((field - field.mean()) / field.std(), np.float32)
