@@ -60,9 +60,8 @@ def main():
             f"{np.median(physics + render):.0f} us median, {np.percentile(physics + render, 95):.0f} us p95"
         )
     net, travel = net_speeds(STRONG_M, 0.038, 1.6, 3.0)
-    print(
-        f"held, lifting: v_net p50/p95/max {np.percentile(net, [50, 95, 100]).round(2)} px/s, travel {travel.mean():.2f} px"
-    )
+    quantiles = np.percentile(net, [50, 95, 100]).round(2)
+    print(f"held, lifting: v_net p50/p95/max {quantiles} px/s, travel {travel.mean():.2f} px")
     for speed in (0.008, 0.023, 0.038, 0.045, 0.067):
         net, travel = net_speeds(WEAK_M, speed, 1.6, 1.6 + min(3.0, 0.05 / speed))
         print(

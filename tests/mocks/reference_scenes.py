@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.kernel import basis
+from lsds_mocks.gel.markers import tip_weights
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Cylinder, Punch, Sphere
 
@@ -26,7 +27,7 @@ SCENES = {
 def run(name, frames=14):
     """Return the gel and its states, frame 0 after pressing."""
     shape, depth, motion = SCENES[name]
-    gel = BrushGel(shape, GelMaterial(), design_m=depth, stiffness_at_m=depth)
+    gel = BrushGel(shape, GelMaterial(), design_m=depth)
     gel.press(depth, gel.normal_force(depth))
     gel.set_friction(np.full(gel.points_m.shape[1], FRICTION))
     states, reactions = [gel.state()], []
@@ -47,12 +48,16 @@ def rows(directory, name):
     """Return the kernel's parts applied to the brush's forces, (frames * 2 M, 12), and the reference, flattened."""
     gel, states, _ = run(name)
     reference = load(directory, name)
-    parts = basis(reference["marker_xy_mm"] * 1e-3, gel.points_m)
+    xy = reference["marker_xy_mm"] * 1e-3
+    weights = tip_weights(xy, gel.points_m, gel.middle(states[0]))
+    at_tips = basis(gel.points_m.T, gel.points_m)
+    both = np.kron(np.eye(2), weights)
+    parts = basis(xy, gel.points_m) - both @ at_tips
     left, right = [], []
     for state, u in zip(states, reference["marker_u_mm"], strict=True):
-        force = np.concatenate([(gel.bristle_n_m * state.deflection_m).ravel(), state.pressure_n])
+        force = np.concatenate([state.shear_n.ravel(), state.pressure_n])
         left.append((parts @ force).T)
-        right.append(u.ravel() * 1e-3)
+        right.append(u.ravel() * 1e-3 - both @ state.deflection_m.ravel())
     return np.concatenate(left), np.concatenate(right)
 
 

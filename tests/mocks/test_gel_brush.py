@@ -44,7 +44,7 @@ def test_normal_force_agrees_with_the_finite_pad_reference(shape, depth, force, 
     ],
 )
 def test_shear_stiffness_agrees_with_the_finite_pad_reference(shape, depth, stiffness, tolerance):
-    gel = pressed(shape, depth, design_m=depth, stiffness_at_m=depth, mu=10.0)
+    gel = pressed(shape, depth, design_m=depth, mu=10.0)
     assert gel.trial(1e-5, 0.0).force_x_n / 1e-5 == pytest.approx(stiffness, rel=tolerance)
 
 
@@ -74,7 +74,7 @@ def test_coulomb_limit_holds_at_every_point_and_in_sum(path):
         gel.set_friction(np.full(gel.points_m.shape[1], MU))
         reaction = drag(gel, dx, dy, dtheta)
         state = gel.state()
-        shear = gel.bristle_n_m * np.hypot(*state.deflection_m)
+        shear = np.hypot(*state.shear_n)
         assert (shear <= MU * state.pressure_n * (1 + 1e-9) + 1e-15).all()
         assert np.hypot(reaction.force_x_n, reaction.force_y_n) <= MU * force * (1 + 1e-9)
 
@@ -130,7 +130,7 @@ def test_a_micrometre_moves_the_dots():
     before = gel.marker_displacement(gel.state(), xy)
     drag(gel, dy=1e-6)
     moved = gel.marker_displacement(gel.state(), xy) - before
-    assert moved[0, 1] == pytest.approx(1e-6, rel=0.3)
+    assert moved[0, 1] == pytest.approx(1e-6, rel=0.1)
     assert 0.05e-6 < moved[1, 1] < 0.7 * moved[0, 1]
 
 

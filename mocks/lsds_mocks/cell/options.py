@@ -30,7 +30,7 @@ class CellOptions(BaseModel):
         default=0.08, ge=0, le=0.3, description="relative standard deviation of friction over the object's surface"
     )
     chatter_amplitude: float = Field(
-        default=0.2,
+        default=0.25,
         ge=0,
         le=0.6,
         description="relative standard deviation of the whole patch's kinetic friction along the slide",

@@ -92,7 +92,7 @@ class MockHandE:
         moment = self.cell.moment(refreshed)
         return GripperState(
             t_ns=moment.t_ns,
-            seq=max(0, (refreshed - self._connected_ns) // CYCLE_NS + 1),
+            seq=max(0, refreshed // CYCLE_NS - self._connected_ns // CYCLE_NS),
             aperture_m=self.units.aperture_m(self.units.tick(moment.aperture_m)),
             target_m=self.units.aperture_m(self.units.tick(moment.target_m)),
             moving=moment.moving,

@@ -93,7 +93,7 @@ class MockUR5e:
         moment = self.cell.moment(cycle)
         return ArmState(
             t_ns=moment.t_ns,
-            seq=max(0, (cycle - self._connected_ns) // CYCLE_NS + 1),
+            seq=max(0, cycle // CYCLE_NS - self._connected_ns // CYCLE_NS),
             tcp_pose=Pose((TCP_X_M, TCP_Y_M, moment.arm_z_m)),
             tcp_twist=Twist((0.0, 0.0, moment.arm_v_m_s)),
             protective_stop=self._protective_stop,

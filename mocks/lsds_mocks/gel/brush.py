@@ -2,8 +2,8 @@
 
 A bristle's root rests in the gel's base and its tip rides on the object until the force exceeds friction times the
 bristle's share of the normal force; then the tip is drawn back onto that limit (elastic predictor, plastic corrector,
-backward Euler). The pressure falls toward the patch's edge, so the edge slides first and the centre last. Local
-forces move the markers through `lsds_mocks.gel.kernel`.
+backward Euler). The pressure falls toward the patch's edge, so the edge slides first and the centre last.
+`lsds_mocks.gel.markers` says where the dots go.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL, MarkerKernel
+from lsds_mocks.gel.markers import MarkerField
 from lsds_mocks.gel.material import CONTACT_LEVEL, PRESSURE_EXPONENT, GelMaterial
 from lsds_mocks.gel.protocol import Reaction
 from lsds_mocks.gel.state import GelState
@@ -28,10 +29,8 @@ SLIDING = 1.0 - 1e-9
 _TINY = 1e-30
 
 
-def bristle_grid(
-    shape: Shape, material: GelMaterial, indentation_m: float, count: int
-) -> tuple[NDArray[np.float64], float]:
-    """Return about `count` points (2, N) over the patch at an indentation, and the area (m^2) of each."""
+def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, count: int) -> NDArray[np.float64]:
+    """Return about `count` points (2, N) over the patch at an indentation."""
     half_x, half_y = shape.half_extent(CONTACT_LEVEL * indentation_m)
     columns = max(4, round(math.sqrt(count * half_x / half_y) * 1.4)) if half_x < half_y else round(math.sqrt(count))
     rows = max(4, round(count / columns))
@@ -41,7 +40,7 @@ def bristle_grid(
     cos, sin = math.cos(shape.angle_rad), math.sin(shape.angle_rad)
     points = np.stack([u * cos - v * sin, u * sin + v * cos])
     inside = (np.abs(points[0]) <= material.width_m / 2) & (np.abs(points[1]) <= material.height_m / 2)
-    return np.ascontiguousarray(points[:, inside]), 4 * half_x * half_y / (columns * rows)
+    return np.ascontiguousarray(points[:, inside])
 
 
 class BrushGel:
@@ -54,16 +53,12 @@ class BrushGel:
         *,
         count: int = 100,
         design_m: float = 0.8e-3,
-        stiffness_at_m: float = 0.3e-3,
         kernel: MarkerKernel = DEFAULT_KERNEL,
     ) -> None:
         self.shape = shape
         self.material = material or GelMaterial()
         self.kernel = kernel
-        self._points, self.area_m2 = bristle_grid(shape, self.material, design_m, count)
-        # One stiffness for all depths: one that grew while a bristle is bent would create energy.
-        per_area = self.material.shear_stiffness_n_m3(shape.perimeter_per_area(CONTACT_LEVEL * stiffness_at_m))
-        self.bristle_n_m = per_area * self.area_m2
+        self._points = bristle_grid(shape, self.material, design_m, count)
         size = self._points.shape[1]
         self._gap = shape.gap(self._points[0], self._points[1])
         self._u = np.zeros((2, size))
@@ -72,10 +67,11 @@ class BrushGel:
         self._scale = np.ones(size)
         self._work = np.zeros(size)
         self._pressure = np.zeros(size)
+        self._k = 1.0
         self._contact = np.zeros(size, bool)
         self._slid = np.zeros(size, bool)
         self._loaded: tuple[float, float, tuple[float, float] | None] = (0.0, 0.0, None)
-        self._marker_cache: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._field: MarkerField | None = None
 
     @property
     def points_m(self) -> NDArray[np.float64]:
@@ -94,17 +90,32 @@ class BrushGel:
         if load == self._loaded:
             return
         self._loaded = load
-        weight = np.maximum(CONTACT_LEVEL * indentation_m - self._gap, 0.0) ** PRESSURE_EXPONENT
+        edge = CONTACT_LEVEL * max(indentation_m, 1e-12)
+        weight = np.maximum(1.0 - self._gap / edge, 0.0) ** PRESSURE_EXPONENT
+        self._stiffen(edge, weight > 0)
         if reach_m is not None:
             weight *= (self._points[1] >= reach_m[0]) & (self._points[1] <= reach_m[1])
         total = float(weight.sum())
         self._pressure = weight * (normal_force_n / total) if total > 0 else np.zeros_like(weight)
         self._contact = self._pressure > 0
 
+    def _stiffen(self, edge_m: float, under: NDArray[np.bool_]) -> None:
+        """Share the contact's shear stiffness out over the bristles under the object.
+
+        Where bristles get stiffer they are drawn back so that their force stays, which cannot add to their energy.
+        """
+        touching = int(np.count_nonzero(under))
+        if not touching:
+            return
+        per_area = self.material.shear_stiffness_n_m3(self.shape.perimeter_per_area(edge_m))
+        stiffness = per_area * self.shape.area(edge_m) / touching
+        self._u *= min(self._k / stiffness, 1.0)
+        self._k = stiffness
+
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the deflection at which each bristle lets go."""
         np.multiply(friction, self._pressure, out=self._work)
-        self._work /= self.bristle_n_m
+        self._work /= self._k
         np.multiply(self._work, self._work, out=self._limit2)
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
@@ -123,13 +134,12 @@ class BrushGel:
         np.divide(self._limit2, scale, out=scale)
         np.minimum(scale, 1.0, out=scale)
         np.sqrt(scale, out=scale)
-        k = self.bristle_n_m
+        k = self._k
         fx, fy = (k * (self._try @ scale)).tolist()
-        stuck = int(np.count_nonzero(scale >= SLIDING))
         torque = 0.0
         if dtheta_rad or fx:
             torque = k * float((self._points[0] * y - self._points[1] * x) @ scale)
-        return Reaction(fx, fy, torque, k * stuck)
+        return Reaction(fx, fy, torque, k * int(np.count_nonzero(scale >= SLIDING)))
 
     def commit(self) -> None:
         """Keep the last trial's drawn-back deflections."""
@@ -157,12 +167,12 @@ class BrushGel:
     @property
     def elastic_energy_j(self) -> float:
         """Sum of half k u^2."""
-        return 0.5 * self.bristle_n_m * float((self._u * self._u).sum())
+        return 0.5 * self._k * float((self._u * self._u).sum())
 
     def state(self) -> GelState:
         """Return a copy of the history."""
         indentation, force, reach = self._loaded
-        return GelState(self._u.copy(), self._pressure, self._slid.copy(), indentation, force, reach)
+        return GelState(self._u.copy(), self._k * self._u, self._pressure, self._slid.copy(), indentation, force, reach)
 
     def restore(self, state: GelState) -> None:
         """Put a history back."""
@@ -171,11 +181,16 @@ class BrushGel:
         self._slid[:] = state.slid
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sum of what each bristle's force does at each point; the matrix is kept for the last set of points."""
-        if self._marker_cache is None or self._marker_cache[0] is not xy_m:
-            self._marker_cache = (xy_m, self.kernel.matrix(xy_m, self._points))
-        force = np.concatenate([(self.bristle_n_m * state.deflection_m).ravel(), state.pressure_n])
-        return np.asarray((self._marker_cache[1] @ force).reshape(2, -1).T)
+        """See `lsds_mocks.gel.markers`; the matrices are kept for the last set of points."""
+        if self._field is None or self._field.xy_m is not xy_m:
+            self._field = MarkerField(xy_m, self._points, self.kernel)
+        force = np.concatenate([state.shear_n.ravel(), state.pressure_n])
+        return self._field.displacement(force, state.deflection_m, self.middle(state))
+
+    def middle(self, state: GelState) -> NDArray[np.float64]:
+        """Return (N,) how far inside the contact each bristle stands: 1 under first touch, 0 at the rim and beyond."""
+        share = np.maximum(1.0 - self._gap / (CONTACT_LEVEL * max(state.indentation_m, 1e-12)), 0.0)
+        return np.asarray(np.where(state.pressure_n > 0, share, 0.0))
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Depth of the surface, see `lsds_mocks.gel.surface`."""

@@ -3,7 +3,8 @@
 For a tangential force f at distance vector r: u = [sum_j a_j g_j(r) + b_j g_j(r) r r^T / l_j^2] f, for a normal force
 p pressing into the gel: u = sum_j c_j g_j(r) r / l_j p, with Gaussians g_j = exp(-r^2 / 2 l_j^2) of four lengths. The
 twelve coefficients are a least-squares fit to the finite-pad reference solution (E = 0.2 MPa; they scale with 1/E).
-Being a function of distance only it knows no walls.
+Being a function of distance only it knows no walls. Under the contact
+`lsds_mocks.gel.markers` corrects it; the fit is of both together.
 """
 
 from __future__ import annotations
@@ -57,8 +58,8 @@ class MarkerKernel:
 
 DEFAULT_KERNEL = MarkerKernel(
     (
-        *(4.43e-3, -6.151e-4, 1.555e-4, 6.323e-6),
-        *(-1.015e-4, 5.496e-4, 9.527e-5, 5.177e-5),
-        *(-2.483e-4, 6.268e-5, 7.316e-5, 2.992e-5),
+        *(4.021e-3, -1.258e-3, 4.961e-4, -1.084e-4),
+        *(-4.281e-4, 6.28e-4, 6.991e-5, 1.117e-4),
+        *(2.307e-4, 6.499e-5, 6.69e-5, 3.932e-5),
     )
 )

@@ -31,6 +31,9 @@ class Shape(Protocol):
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
         """Half extents (m) of the overlap along the shape's own axes."""
 
+    def area(self, indentation_m: float) -> float:
+        """Area (m^2) of the overlap's outline."""
+
     def perimeter_per_area(self, indentation_m: float) -> float:
         """Perimeter to area ratio (1/m) of the overlap's outline, free ends at the pad's walls not counted."""
 
@@ -56,6 +59,10 @@ class Cylinder:
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
         """Half width of the strip, half its length."""
         return math.sqrt(2 * self.radius_m * indentation_m), self.length_m / 2
+
+    def area(self, indentation_m: float) -> float:
+        """Width of the strip times its length."""
+        return 2 * self.half_extent(indentation_m)[0] * self.length_m
 
     def perimeter_per_area(self, indentation_m: float) -> float:
         """Two long sides over the strip's area."""
@@ -83,6 +90,10 @@ class Sphere:
         radius = math.sqrt(2 * self.radius_m * indentation_m)
         return radius, radius
 
+    def area(self, indentation_m: float) -> float:
+        """The circle's."""
+        return math.pi * self.half_extent(indentation_m)[0] ** 2
+
     def perimeter_per_area(self, indentation_m: float) -> float:
         """A circle's 2/r."""
         return 2 / self.half_extent(indentation_m)[0]
@@ -108,6 +119,10 @@ class Punch:
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
         """Half the face."""
         return self.width_m / 2, self.height_m / 2
+
+    def area(self, indentation_m: float) -> float:
+        """The face's."""
+        return self.width_m * self.height_m
 
     def perimeter_per_area(self, indentation_m: float) -> float:
         """All four sides over the face."""

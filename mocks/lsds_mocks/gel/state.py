@@ -12,10 +12,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GelState:
-    """Shear deflection (2, N) in metres, normal force per point (N,) in newtons, which points slid, indentation (m),
-    total normal force (N) and the stretch of y (m) under the object."""
+    """Shear deflection (2, N) in metres and shear force (2, N) in newtons of each point, normal force per point (N,)
+    in newtons, which points slid, indentation (m), total normal force (N) and the stretch of y (m) under the object."""
 
     deflection_m: NDArray[np.float64]
+    shear_n: NDArray[np.float64]
     pressure_n: NDArray[np.float64]
     slid: NDArray[np.bool_]
     indentation_m: float
@@ -28,6 +29,7 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
     keep = 1.0 - share
     return GelState(
         keep * early.deflection_m + share * late.deflection_m,
+        keep * early.shear_n + share * late.shear_n,
         keep * early.pressure_n + share * late.pressure_n,
         late.slid,
         keep * early.indentation_m + share * late.indentation_m,
