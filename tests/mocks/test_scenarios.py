@@ -11,7 +11,7 @@ def test_grip_slightly_too_weak_slides_up_the_standing_pipe_at_the_arms_speed():
     needed = late[0].required_normal_force_n
     assert 0.75 * needed < late[0].normal_force_n < 0.9 * needed
     assert all(t.supported and t.object_height_m == 0 for t in late)
-    assert [t.slip_velocity_m_s[1] for t in late] == pytest.approx([0.038] * len(late), rel=1e-6)
+    assert [t.slip_velocity_m_s[1] for t in late] == pytest.approx([0.038] * len(late), rel=0.02)
     assert all(t.slip_velocity_m_s[0] == 0 for t in late)
 
 

@@ -15,6 +15,7 @@ from lsds_mocks.gel.shapes import Cylinder
 from lsds_mocks.plant.friction import SurfaceFriction
 from lsds_mocks.plant.plant import Plant, PlantParameters
 from lsds_mocks.plant.texture import Chatter, Texture
+from lsds_mocks.plant.vibration import Vibration
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -23,14 +24,14 @@ SHARED_KEY = "lsds_mocks.cell"
 
 
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
-    """Make the plant; `seed` draws the texture of the object's surface."""
+    """Make the plant; `seed` draws the object's surface and the arm's tremble."""
     material = GelMaterial(modulus_pa=options.modulus_mpa * 1e6)
     reference = GelMaterial()
     shape = Cylinder(options.diameter_mm * 0.5e-3, material.height_m)
     kernel = DEFAULT_KERNEL.scaled(reference.modulus_pa / material.modulus_pa)
     gel = BrushGel(shape, material, kernel=kernel)
     length = options.length_mm * 1e-3
-    texture_rng, chatter_rng = np.random.default_rng(seed).spawn(2)
+    texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
     texture = Texture(length, options.texture_amplitude, texture_rng)
     friction = SurfaceFriction(
         gel.points_m,
@@ -50,13 +51,13 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         drop_slip_m=options.drop_slip_mm * 1e-3,
         pad_height_m=material.height_m,
     )
-    return Plant(parameters, gel, friction)
+    return Plant(parameters, gel, friction, Vibration(options.vibration_um * 1e-6, shake_rng))
 
 
 def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
     """Make a cell that starts at the clock's present."""
     return SimulatedCell(
-        build_plant(options, context.rng_seed("object surface")),
+        build_plant(options, context.rng_seed("plant")),
         step_ns=round(options.step_ms * 1e6),
         start_ns=context.clock.now(),
         history_s=options.history_s,

@@ -40,6 +40,7 @@ class CellOptions(BaseModel):
     finger_stiffness_n_mm: float = Field(
         default=5.0, gt=0, le=1000, description="normal stiffness of one finger with its gel holder, without the gel"
     )
+    vibration_um: float = Field(default=3.0, ge=0, le=200, description="largest displacement of the arm's tremble")
     drop_slip_mm: float = Field(
         default=60.0, gt=0, le=1000, description="slip through the fingers that counts as dropped"
     )

@@ -13,6 +13,7 @@ from lsds_mocks.plant.squeeze import squeeze
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
     from lsds_mocks.plant.friction import SurfaceFriction
+    from lsds_mocks.plant.vibration import Vibration
 
 FINGERS = 2
 OPEN_APERTURE_M = 0.05
@@ -37,10 +38,15 @@ class Plant:
     """All that moves. One gel stands for both fingers, which are alike; `travel_m` is how far the object has moved
     down (+y) against the gel since the start."""
 
-    def __init__(self, parameters: PlantParameters, gel: GelModel, friction: SurfaceFriction) -> None:
+    def __init__(
+        self, parameters: PlantParameters, gel: GelModel, friction: SurfaceFriction, vibration: Vibration
+    ) -> None:
         self.parameters = parameters
         self.gel = gel
         self.friction = friction
+        self.vibration = vibration
+        self._time_s = 0.0
+        self._shake_m = 0.0
         self.arm = ArmAxis(parameters.grip_height_m)
         self.fingers = FingerDrive(OPEN_APERTURE_M, OPEN_APERTURE_M)
         self.body = ObjectMotion()
@@ -55,7 +61,9 @@ class Plant:
 
     def step(self, dt_s: float) -> None:
         """Advance by one step."""
+        self._time_s += dt_s
         self.arm.step(dt_s)
+        shaken, self._shake_m = self._shake_m, self.vibration.displacement_m(self._time_s)
         self.fingers.step(dt_s, self.normal_n)
         self._press()
         travelled = self.travel_m
@@ -65,13 +73,14 @@ class Plant:
         self.tangential_n = step_object(
             self.body,
             self.gel,
-            carrier_velocity_m_s=self.arm.velocity_m_s,
+            carrier_velocity_m_s=self.arm.velocity_m_s + (self._shake_m - shaken) / dt_s,
             mass_kg=self.parameters.mass_kg,
             dt_s=dt_s,
             fingers=FINGERS,
             limit_n=self.normal_n * 2 * self.friction.static,
         )
-        self.travel_m = self.arm.position_m - self.parameters.grip_height_m - self.body.height_m
+        pads_m = self.arm.position_m + self._shake_m
+        self.travel_m = pads_m - self.parameters.grip_height_m - self.body.height_m
         self.relative_m_s = (self.travel_m - travelled) / dt_s
         self.slip_m_s = self.relative_m_s if self.normal_n > 0 and self.gel.fully_sliding else 0.0
         self.slip_distance_m += abs(self.slip_m_s) * dt_s

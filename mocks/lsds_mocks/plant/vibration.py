@@ -1,0 +1,27 @@
+"""The arm's own tremble: a few micrometres at a few hertz, so that a held object's dots are never quite still."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+FREQUENCIES_HZ = (7.3, 12.9, 19.1)
+SHARES = (0.5, 0.3, 0.2)
+
+
+class Vibration:
+    """A sum of three sines with seeded phases; `amplitude_m` is the largest displacement they reach together."""
+
+    def __init__(self, amplitude_m: float, rng: np.random.Generator) -> None:
+        phases = rng.uniform(0, 2 * math.pi, len(SHARES)).tolist()
+        self._waves = [
+            (amplitude_m * share, 2 * math.pi * hertz, phase)
+            for share, hertz, phase in zip(SHARES, FREQUENCIES_HZ, phases, strict=True)
+        ]
+        if amplitude_m == 0:
+            self._waves = []
+
+    def displacement_m(self, t_s: float) -> float:
+        """Return the upward displacement at a time."""
+        return sum(a * (math.sin(w * t_s + phase) - math.sin(phase)) for a, w, phase in self._waves)
