@@ -89,7 +89,7 @@ class RigConfig(BaseModel):
     pose_source: BackendSection = BackendSection(backend=NO_DEVICE)
     cell: BackendSection = BackendSection(backend="simulated")
     tracker: BackendSection = BackendSection(backend="lk")
-    detector: BackendSection = BackendSection(backend="threshold")
+    detector: BackendSection = BackendSection(backend="rigid-residual")
     estimator: BackendSection = BackendSection(backend="field")
     controller: ControllerSection = ControllerSection(backend="pd")
     tactile: TactileOptions = TactileOptions()

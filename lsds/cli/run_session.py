@@ -1,0 +1,64 @@
+"""One run of the loop from config to summary, kept apart from how it is printed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lsds.clock import perf_ns, seconds
+from lsds.config import load_config
+from lsds.contracts import CellTruth, Frame, MarkerReference
+from lsds.errors import LsdsError
+from lsds.loop import Cycle, Loop
+from lsds.observers import Observers
+from lsds.rig import Rig
+from lsds.summary import summarise
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """A finished run. `fault` is the error that ended it, None for a run to the end."""
+
+    summary: dict[str, Any]
+    cycles: Sequence[Cycle]
+    truths: Sequence[CellTruth]
+    reference_frame: Frame | None
+    reference: MarkerReference | None
+    fault: LsdsError | None
+
+    def draw(self, path: Path) -> None:
+        """Write the picture of the run. Raises DataError where the file cannot be written."""
+        from lsds.errors import DataError
+        from lsds.plots.run_plot import plot_run
+
+        if self.reference_frame is None or self.reference is None:
+            return
+        try:
+            plot_run(path, self.cycles, self.truths, self.reference_frame, self.reference, self.summary)
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path}: the picture cannot be written: {error}") from error
+
+
+def run_session(config_file: Path | None, overrides: Sequence[str]) -> Session:
+    """Load, connect, arm, run, close. An error during the run becomes `fault`; one before it is raised."""
+    config = load_config(config_file, overrides)
+    cycles: list[Cycle] = []
+    fault: LsdsError | None = None
+    with Rig(config) as rig:
+        rig.arm_devices()
+        observers: Observers[Cycle] = Observers(threaded=not rig.virtual, queue=config.schedule.observer_queue)
+        observers.add("summary", cycles.append)
+        loop = Loop(rig, observers)
+        begun, began_ns = perf_ns(), rig.clock.now()
+        try:
+            loop.run()
+        except LsdsError as error:
+            fault = error
+        finally:
+            wall_s = seconds(perf_ns() - begun)
+            simulated_s = seconds(rig.clock.now() - began_ns)
+            observers.close()
+        summary = summarise(rig, loop, cycles, wall_s=wall_s, simulated_s=simulated_s, fault=fault)
+    return Session(summary, cycles, loop.truth_seen, loop.perception.reference_frame, loop.perception.reference, fault)

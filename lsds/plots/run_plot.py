@@ -1,0 +1,133 @@
+"""`run.png`: what happened in a run, on one page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from lsds.clock import seconds
+from lsds.plots.tactile_frame import draw_frame
+from lsds.task import Stage
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from lsds.contracts import CellTruth, Frame, MarkerReference
+    from lsds.loop import Cycle
+
+_STAGE_SHADE = {Stage.GRASP: "0.96", Stage.SETTLE: "0.92", Stage.LIFT: "#e8f1fa", Stage.HOLD: "#f3f8ec"}
+
+
+def plot_run(
+    path: Path,
+    cycles: Sequence[Cycle],
+    truths: Sequence[CellTruth],
+    reference_frame: Frame,
+    reference: MarkerReference,
+    summary: dict[str, Any],
+) -> None:
+    """Write the picture: aperture, slip speed, normal force over time, and the first and the worst tactile frame."""
+    figure = Figure(figsize=(11, 8.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(3, 3, width_ratios=[2.2, 2.2, 1.6])
+    aperture = figure.add_subplot(grid[0, :2])
+    speed = figure.add_subplot(grid[1, :2], sharex=aperture)
+    force = figure.add_subplot(grid[2, :2], sharex=aperture)
+    start = cycles[0].t_ns
+    t = np.array([seconds(cycle.t_ns - start) for cycle in cycles])
+    for axes in (aperture, speed, force):
+        _shade_stages(axes, cycles, t)
+        axes.grid(alpha=0.25)
+
+    aperture.plot(t, [1e3 * cycle.measured_m for cycle in cycles], color="tab:blue", label="measured")
+    aperture.step(
+        t, [1e3 * cycle.held_m for cycle in cycles], where="post", color="tab:orange", lw=1, label="commanded"
+    )
+    aperture.set_ylabel("aperture (mm)")
+    _zoom_on_grip(aperture, cycles)
+    aperture.legend(loc="upper right", fontsize=8)
+
+    truth_t = np.array([seconds(truth.t_ns - start) for truth in truths])
+    estimated = np.array([100 * cycle.estimate.speed_m_s for cycle in cycles])
+    spread = np.array([100 * cycle.estimate.speed_std_m_s for cycle in cycles])
+    speed.fill_between(t, np.maximum(estimated - spread, 0), estimated + spread, color="tab:orange", alpha=0.25, lw=0)
+    speed.plot(t, estimated, color="tab:orange", label="estimated ± 1 sigma")
+    if truths:
+        true = [100 * math.hypot(*truth.slip_velocity_m_s) for truth in truths]
+        speed.plot(truth_t, true, color="k", lw=1.2, label="true")
+    alarms = t[[bool(cycle.detection.slip) for cycle in cycles]]
+    speed.plot(alarms, np.full(len(alarms), -0.25), "|", color="tab:red", ms=9, label="slip detected")
+    acting = [cycle for cycle in cycles if cycle.stage in (Stage.LIFT, Stage.HOLD)]
+    speed.set_ylim(-0.5, _top([100 * c.estimate.speed_m_s for c in acting] + [100 * _true(c) for c in acting]))
+    speed.set_ylabel("slip speed (cm/s)")
+    speed.legend(loc="upper right", fontsize=8)
+
+    if truths:
+        force.plot(truth_t, [truth.normal_force_n for truth in truths], color="tab:blue", label="normal force a finger")
+        force.plot(truth_t, [truth.required_normal_force_n for truth in truths], "k--", lw=1, label="needed to hold")
+        force.legend(loc="lower right", fontsize=8)
+        force.set_ylabel("force (N)")
+    else:
+        area = [math.nan if c.observation.contact is None else c.observation.contact.area_fraction for c in cycles]
+        force.plot(t, area, color="tab:green")
+        force.set_ylabel("contact area (fraction)")
+    force.set_xlabel("time (s)")
+
+    draw_frame(figure.add_subplot(grid[0, 2]), reference_frame, reference, None, "reference")
+    first = next((c for c in cycles if c.stage in (Stage.LIFT, Stage.HOLD)), cycles[0])
+    worst = max(acting or cycles, key=_severity)
+    for row, cycle, name in ((1, first, "start of the lift"), (2, worst, "worst slip")):
+        title = f"{name}, t = {seconds(cycle.t_ns - start):.2f} s"
+        draw_frame(figure.add_subplot(grid[row, 2]), cycle.frame, reference, cycle.tracks, title)
+    figure.suptitle(_headline(summary), fontsize=11)
+    figure.savefig(path, dpi=110)
+
+
+def _headline(summary: dict[str, Any]) -> str:
+    distance, arrest = summary["slip_distance_m"], summary["time_to_arrest_s"]
+    parts = [f"{summary['outcome']} ({summary['figures_are']})"]
+    if distance is not None:
+        parts.append(f"slipped {1e3 * distance:.1f} mm")
+    if arrest is not None:
+        parts.append(f"arrested in {1e3 * arrest:.0f} ms")
+    return ", ".join(parts)
+
+
+def _shade_stages(axes: Axes, cycles: Sequence[Cycle], t: np.ndarray[Any, Any]) -> None:
+    begin = 0
+    for i in range(1, len(cycles) + 1):
+        if i == len(cycles) or cycles[i].stage is not cycles[begin].stage:
+            stage = cycles[begin].stage
+            axes.axvspan(t[begin], t[min(i, len(t) - 1)], color=_STAGE_SHADE.get(stage, "white"), lw=0, zorder=0)
+            axes.text(t[begin], 1.0, f" {stage.value}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom")
+            begin = i
+
+
+def _zoom_on_grip(axes: Axes, cycles: Sequence[Cycle]) -> None:
+    """Show the corrections of a few millimetres, not the closing from fully open."""
+    acting = [c for c in cycles if c.stage in (Stage.SETTLE, Stage.LIFT, Stage.HOLD)]
+    values = [1e3 * v for c in acting for v in (c.measured_m, c.held_m) if math.isfinite(v)]
+    if values:
+        margin = max(1.0, 0.15 * (max(values) - min(values)))
+        axes.set_ylim(min(values) - margin, max(values) + margin)
+
+
+def _severity(cycle: Cycle) -> float:
+    true = _true(cycle)
+    estimate = cycle.estimate.speed_m_s
+    return true if math.isfinite(true) else (estimate if math.isfinite(estimate) else -1.0)
+
+
+def _true(cycle: Cycle) -> float:
+    return math.nan if cycle.truth is None else math.hypot(*cycle.truth.slip_velocity_m_s)
+
+
+def _top(values: Sequence[float]) -> float:
+    finite = [v for v in values if math.isfinite(v)]
+    return max(1.0, 1.25 * max(finite, default=1.0))

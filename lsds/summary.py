@@ -1,0 +1,185 @@
+"""What a run came to: the figures that `lsds run` prints and writes as JSON.
+
+Figures that need the truth are taken from the simulated cell and are None on a real one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lsds.clock import seconds
+from lsds.task import Stage
+
+if TYPE_CHECKING:
+    from lsds.contracts import CellTruth
+    from lsds.loop import Cycle, Loop
+    from lsds.rig import Rig
+
+#: Slower than this counts as not slipping, m/s.
+AT_REST_M_S = 1e-3
+#: Without a truth, the object counts as lost where contact at the end is below this share of contact before the lift.
+LOST_SHARE = 0.2
+_ACTING = (Stage.LIFT, Stage.HOLD)
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """True slip over lift and hold: SI units, None where there was none or it did not end."""
+
+    distance_m: float
+    onset_s: float | None
+    time_to_arrest_s: float | None
+    peak_speed_m_s: float
+
+
+def summarise(
+    rig: Rig,
+    loop: Loop,
+    cycles: Sequence[Cycle],
+    *,
+    wall_s: float,
+    simulated_s: float,
+    fault: BaseException | None,
+) -> dict[str, Any]:
+    """Return the run as plain values, ready for JSON. `wall_s` is what the loop took, `simulated_s` what it lived."""
+    acting = [cycle for cycle in cycles if cycle.stage in _ACTING]
+    begun = acting[0].t_ns if acting else None
+    truths = [truth for truth in loop.truth_seen if begun is not None and truth.t_ns >= begun]
+    slip = _slip(truths)
+    backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
+    scheduled = loop.scheduler.statistics()
+    return {
+        "outcome": _outcome(loop, cycles, acting, truths, fault),
+        "fault": None if fault is None else f"{type(fault).__name__}: {fault}",
+        "figures_are": "simulated" if rig.cell is not None else "measured",
+        "slip_distance_m": slip.distance_m if slip else None,
+        "slip_onset_s": slip.onset_s if slip else None,
+        "time_to_arrest_s": slip.time_to_arrest_s if slip else None,
+        "peak_slip_speed_m_s": slip.peak_speed_m_s if slip else None,
+        "peak_normal_force_n": max((t.normal_force_n for t in truths), default=None),
+        "required_normal_force_n": max((t.required_normal_force_n for t in truths), default=None),
+        "severity_mae_m_s": _severity_mae(acting),
+        "severity_zero_predictor_mae_m_s": _zero_mae(acting),
+        "detection": _detection(acting),
+        "aperture_m": {
+            "at_lift": _measured(acting[0]) if acting else None,
+            "at_end": _measured(acting[-1]) if acting else None,
+        },
+        "markers": {
+            "reference": loop.perception.reference.count if loop.perception.reference else None,
+            "kept_fraction": _mean([float(cycle.tracks.valid.mean()) for cycle in cycles]),
+        },
+        "corrections": sum(cycle.command_m is not None for cycle in acting),
+        "guard": loop.guard.counts,
+        "cycles": len(cycles),
+        "overruns": sum(task.overruns for task in scheduled),
+        "simulated_s" if rig.virtual else "duration_s": simulated_s,
+        "backends": backends,
+        "seed": rig.config.seed,
+        "timing": {
+            "wall_s": wall_s,
+            "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
+            "frame_to_command_us": _microseconds(loop),
+            "tasks": {
+                task.name: {"runs": task.runs, "mean_us": task.mean_ns / 1e3, "p99_us": task.p99_ns / 1e3}
+                for task in scheduled
+            },
+        },
+        "frame_to_command_us": _microseconds(loop),
+        "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
+    }
+
+
+def _outcome(
+    loop: Loop,
+    cycles: Sequence[Cycle],
+    acting: Sequence[Cycle],
+    truths: Sequence[CellTruth],
+    fault: BaseException | None,
+) -> str:
+    if fault is not None:
+        return "fault"
+    if loop.truth_seen:
+        return "dropped" if loop.truth_seen[-1].dropped else "held"
+    if loop.task.stage is not Stage.DONE or not acting:
+        return "ended"  # A recording that ran out, or a rig without a gripper: nothing was held or dropped.
+    before = _contact(acting[0])
+    return "dropped" if _contact(acting[-1]) < LOST_SHARE * before else "held"
+
+
+def _contact(cycle: Cycle) -> float:
+    contact = cycle.observation.contact
+    return 0.0 if contact is None else contact.area_fraction
+
+
+def _slip(truths: Sequence[CellTruth]) -> Slip | None:
+    if not truths:
+        return None
+    speeds = [math.hypot(*truth.slip_velocity_m_s) for truth in truths]
+    slipping = [i for i, speed in enumerate(speeds) if speed > AT_REST_M_S]
+    distance = truths[-1].slip_distance_m - truths[0].slip_distance_m
+    if not slipping:
+        return Slip(distance, None, None, max(speeds))
+    first, last = slipping[0], slipping[-1]
+    arrested = last + 1 < len(truths) and not truths[-1].dropped
+    arrest = seconds(truths[last + 1].t_ns - truths[first].t_ns) if arrested else None
+    return Slip(distance, seconds(truths[first].t_ns - truths[0].t_ns), arrest, max(speeds))
+
+
+def _true_speed(cycle: Cycle) -> float | None:
+    return None if cycle.truth is None else math.hypot(*cycle.truth.slip_velocity_m_s)
+
+
+def _severity_mae(acting: Sequence[Cycle]) -> float | None:
+    """Mean absolute error of the estimated slip speed, over the frames of lift and hold that were not abstained on."""
+    errors = []
+    for cycle in acting:
+        truth = _true_speed(cycle)
+        if truth is not None and not cycle.estimate.abstained:
+            errors.append(abs(cycle.estimate.speed_m_s - truth))
+    return _mean(errors)
+
+
+def _zero_mae(acting: Sequence[Cycle]) -> float | None:
+    """The same for an estimator that always says zero: what the figure above has to be compared with."""
+    return _mean([truth for cycle in acting if (truth := _true_speed(cycle)) is not None])
+
+
+def _detection(acting: Sequence[Cycle]) -> dict[str, Any]:
+    """Frames by true slip and by what the detector said; abstentions count as neither."""
+    counts = {"true_positive": 0, "false_positive": 0, "true_negative": 0, "false_negative": 0, "abstained": 0}
+    first_slip = first_alarm = None
+    for cycle in acting:
+        truth = _true_speed(cycle)
+        said = cycle.detection.slip
+        if truth is None:
+            continue
+        slips = truth > AT_REST_M_S
+        if slips and first_slip is None:
+            first_slip = cycle.t_ns
+        if said and first_slip is not None and first_alarm is None:
+            first_alarm = cycle.t_ns
+        if said is None:
+            counts["abstained"] += 1
+        else:
+            counts[f"{'true' if said == slips else 'false'}_{'positive' if said else 'negative'}"] += 1
+    delay = seconds(first_alarm - first_slip) if first_alarm is not None and first_slip is not None else None
+    return {**counts, "onset_delay_s": delay}
+
+
+def _measured(cycle: Cycle) -> float | None:
+    return cycle.measured_m if math.isfinite(cycle.measured_m) else None
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None
+
+
+def _microseconds(loop: Loop) -> dict[str, float | None]:
+    histogram = loop.frame_to_command
+    if not histogram.count:
+        return {"p50": None, "p99": None}
+    return {"p50": histogram.quantile(0.5) / 1e3, "p99": histogram.quantile(0.99) / 1e3}

@@ -1,0 +1,1 @@
+"""Controllers: what aperture stops it?"""

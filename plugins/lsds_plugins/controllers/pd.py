@@ -1,0 +1,93 @@
+"""Controller `pd`: the paper's Algorithm 1, made to close on slip.
+
+    e = severity - target;  de = e - e_prev;  p_new = clamp(p -+ (Kp e + Kd de), 0, 225)   while slip is detected
+
+With p = 0 open and 225 closed the printed minus sign opens the gripper on slip and the object drops; the plus sign is
+what the text describes. Gains keep the paper's units (ticks per cm/s, at 25 Hz), so its 3.10 and 0.42 can be used as
+they stand; ticks become metres through the stroke. The derivative is scaled to the measured frame interval, starts at
+zero, and forgets the last error when slip ends.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.contracts import BuildContext, GripInput
+
+#: Ticks from open to closed in the paper, and the Hand-E's stroke.
+TICKS = 225
+STROKE_M = 0.05
+#: The interval the paper's derivative gain is quoted at.
+NOMINAL_DT_S = 0.04
+
+
+class PdOptions(BaseModel):
+    """Options of `[controller.pd]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kp: float = Field(default=3.10, ge=0, le=1000, description="ticks per cm/s of slip")
+    kd: float = Field(default=0.42, ge=0, le=1000, description="ticks per cm/s of change over 0.04 s")
+    target_m_s: float = Field(default=0.0, ge=0, le=1, description="slip speed to leave alone")
+    literal_sign: bool = Field(default=False, description="the sign as printed, which opens on slip and drops")
+    release_m_s: float = Field(
+        default=0.0, ge=0, le=0.01, description="open this slowly while nothing slips; 0 never opens, as in the paper"
+    )
+    release_after_s: float = Field(default=2.0, ge=0, le=600, description="quiet time before a release begins")
+
+
+class PdController:
+    """A `Controller` that closes from the present aperture while slip is detected."""
+
+    def __init__(self, options: PdOptions, context: BuildContext) -> None:
+        self._options = options
+        self.reset()
+
+    @property
+    def may_open(self) -> bool:
+        """Whether these options ever open the gripper on purpose: the guard refuses it to all others."""
+        return self._options.literal_sign or self._options.release_m_s > 0
+
+    def reset(self) -> None:
+        """Forget the last error and the quiet time."""
+        self._last_error: float | None = None
+        self._quiet_s = 0.0
+        self._released_to: float | None = None
+
+    def update(self, state: GripInput) -> float | None:
+        """Return the new aperture in metres, or None to leave the gripper alone."""
+        estimate = state.estimate
+        if not state.detection.slip:
+            self._last_error = None
+            return self._release(state)
+        self._quiet_s = 0.0
+        self._released_to = None
+        if estimate.abstained or not math.isfinite(estimate.speed_m_s):
+            return None
+        error = 100 * (estimate.speed_m_s - self._options.target_m_s)
+        change = 0.0 if self._last_error is None else error - self._last_error
+        if state.dt_s > 0:
+            change *= NOMINAL_DT_S / state.dt_s
+        self._last_error = error
+        ticks = self._options.kp * error + self._options.kd * change
+        if self._options.literal_sign:
+            ticks = -ticks
+        # From where the fingers are, as the paper has it, not from where they were last sent: while a command is on
+        # its way the same correction is asked for again, not added once more, so delay does not wind the grip up.
+        aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
+        closed = TICKS * (1 - aperture / STROKE_M)
+        return STROKE_M * (1 - min(max(closed + ticks, 0.0), TICKS) / TICKS)
+
+    def _release(self, state: GripInput) -> float | None:
+        """Open slowly after a quiet time. Abstention is not quiet: it neither counts nor releases."""
+        if state.detection.slip is None or self._options.release_m_s <= 0 or not state.dt_s > 0:
+            return None
+        self._quiet_s += state.dt_s
+        if self._quiet_s < self._options.release_after_s:
+            return None
+        # Steps smaller than a tick would be rounded away: add up against what was asked for, not what was sent.
+        base = state.aperture_m if self._released_to is None else max(self._released_to, state.aperture_m)
+        self._released_to = min(STROKE_M, base + self._options.release_m_s * state.dt_s)
+        return self._released_to

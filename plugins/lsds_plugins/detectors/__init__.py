@@ -1,0 +1,1 @@
+"""Detectors: does the object slip?"""

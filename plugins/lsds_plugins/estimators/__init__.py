@@ -1,0 +1,1 @@
+"""Estimators: how fast does it slip?"""

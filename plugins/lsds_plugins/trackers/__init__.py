@@ -1,0 +1,1 @@
+"""Trackers: where the dots, or the gel itself, are in each frame."""

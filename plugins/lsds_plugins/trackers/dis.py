@@ -1,0 +1,115 @@
+"""Tracker `dis`: dense optical flow (Kroeger et al. 2016) sampled on a grid of points, for gels without dots.
+
+Flow runs from the reference image to each frame at half resolution, started from the last frame's flow, so errors do
+not add up and travel larger than the search radius is followed step by step. A point counts as seen where the
+reference has texture there and where the frame, warped back, looks like the reference.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.contracts import BuildContext, Frame, MarkerReference, MarkerTracks, TrackFlag
+from lsds.errors import DataError
+from lsds.tactile.views import HALF, views_of
+
+_PATCH = 9
+
+
+class DenseFlowOptions(BaseModel):
+    """Options of `[tracker.dis]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    rows: int = Field(default=7, ge=3, le=60, description="rows of sample points")
+    columns: int = Field(default=9, ge=3, le=80, description="columns of sample points")
+    margin_px: float = Field(default=20, ge=0, le=100, description="distance of the outer points from the border")
+    least_contrast: float = Field(
+        default=1.0, ge=0, le=255, description="grey-level deviation around a point below which it cannot be followed"
+    )
+    most_mismatch: float = Field(
+        default=12.0, gt=0, le=255, description="mean grey-level difference beyond which a point counts as lost"
+    )
+
+
+class DenseFlowTracker:
+    """A `Tracker` whose markers are sample points of the dense flow."""
+
+    def __init__(self, options: DenseFlowOptions, context: BuildContext) -> None:
+        self._options = options
+        self._flow_of = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
+        self._reference: MarkerReference | None = None
+
+    def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
+        """Lay the grid of sample points over the untouched frame. Raises DataError where nothing has texture."""
+        options = self._options
+        height, width = frame.image.shape[:2]
+        x = np.linspace(options.margin_px, width - 1 - options.margin_px, options.columns)
+        y = np.linspace(options.margin_px, height - 1 - options.margin_px, options.rows)
+        grid_x, grid_y = np.meshgrid(x, y)
+        xy = np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
+        row, column = np.divmod(np.arange(len(xy)), options.columns)
+        self._grey = views_of(frame).half_grey
+        self._pixel = np.rint(xy / HALF).astype(np.intp)
+        self._seen = self._contrast(self._grey) >= options.least_contrast
+        if np.count_nonzero(self._seen) < 4:
+            raise DataError(
+                f"reference frame {frame.seq}: {np.count_nonzero(self._seen)} of {len(xy)} sample points have any "
+                "texture to follow (is the sensor lit and in focus? lower tracker.dis.least_contrast to go on)"
+            )
+        pitch = (float(x[1] - x[0]), float(y[1] - y[0]))
+        self._reference = MarkerReference(
+            xy, np.stack([row, column], axis=1), (options.rows, options.columns), pitch, np.eye(2), (width, height)
+        )
+        self._at_x, self._at_y = np.meshgrid(
+            np.arange(self._grey.shape[1], dtype=np.float32), np.arange(self._grey.shape[0], dtype=np.float32)
+        )
+        self.reset()
+        return self._reference
+
+    def reset(self) -> None:
+        """Forget motion, keep the reference."""
+        self._flow: NDArray[np.float32] | None = None
+
+    def update(self, frame: Frame) -> MarkerTracks:
+        """Follow the sample points into the next frame."""
+        if self._reference is None:
+            raise RuntimeError("start() has to see the undeformed frame before update()")
+        grey = views_of(frame).half_grey
+        start = None if self._flow is None else self._flow.copy()
+        flow = np.asarray(self._flow_of.calc(self._grey, grey, start), np.float32)
+        self._flow = flow
+        warped = cv2.remap(
+            grey,
+            self._at_x + flow[..., 0],
+            self._at_y + flow[..., 1],
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        # A change of brightness common to both is no mismatch.
+        mismatch = cv2.absdiff(warped, self._grey).astype(np.float32)
+        mismatch = np.abs(mismatch - np.median(mismatch[::4, ::4]))
+        column, row = self._pixel.T
+        at_point = cv2.blur(mismatch, (_PATCH, _PATCH))[row, column]
+        smooth = cv2.blur(flow, (_PATCH, _PATCH))
+        xy = self._reference.xy_px + smooth[row, column].astype(np.float64) * HALF
+        width, height = self._reference.image_size
+        inside = ((xy >= 0) & (xy <= [width - 1, height - 1])).all(axis=1)
+        flags = np.full(len(xy), TrackFlag.OK.value, np.uint8)
+        flags[at_point > self._options.most_mismatch] = TrackFlag.INCONSISTENT.value
+        flags[~self._seen] = TrackFlag.LOST.value
+        flags[~inside] = TrackFlag.OUT_OF_VIEW.value
+        valid = flags == TrackFlag.OK.value
+        xy[~valid] = np.nan
+        return MarkerTracks(frame.t_ns, frame.seq, xy, valid, flags)
+
+    def _contrast(self, grey: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Standard deviation of the grey levels around each sample point."""
+        level = grey.astype(np.float32)
+        mean = cv2.blur(level, (_PATCH, _PATCH))
+        square = cv2.blur(level * level, (_PATCH, _PATCH))
+        column, row = self._pixel.T
+        return np.asarray(np.sqrt(np.maximum(square - mean * mean, 0.0))[row, column], np.float64)
