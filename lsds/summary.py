@@ -15,14 +15,14 @@ from lsds.task import Stage
 
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
-    from lsds.loop import Cycle, Loop
+    from lsds.loop import Loop
+    from lsds.record import Sample
     from lsds.rig import Rig
 
 #: Slower than this counts as not slipping, m/s.
 AT_REST_M_S = 1e-3
 #: Without a truth, the object counts as lost where contact at the end is below this share of contact before the lift.
 LOST_SHARE = 0.2
-_ACTING = (Stage.LIFT, Stage.HOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,21 +38,21 @@ class Slip:
 def summarise(
     rig: Rig,
     loop: Loop,
-    cycles: Sequence[Cycle],
+    samples: Sequence[Sample],
     *,
     wall_s: float,
     simulated_s: float,
     fault: BaseException | None,
 ) -> dict[str, Any]:
     """Return the run as plain values, ready for JSON. `wall_s` is what the loop took, `simulated_s` what it lived."""
-    acting = [cycle for cycle in cycles if cycle.stage in _ACTING]
+    acting = [sample for sample in samples if sample.acting]
     begun = acting[0].t_ns if acting else None
     truths = [truth for truth in loop.truth_seen if begun is not None and truth.t_ns >= begun]
     slip = _slip(truths)
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
     scheduled = loop.scheduler.statistics()
     return {
-        "outcome": _outcome(loop, cycles, acting, truths, fault),
+        "outcome": _outcome(loop, acting, truths, fault),
         "fault": None if fault is None else f"{type(fault).__name__}: {fault}",
         "figures_are": "simulated" if rig.cell is not None else "measured",
         "slip_distance_m": slip.distance_m if slip else None,
@@ -70,11 +70,11 @@ def summarise(
         },
         "markers": {
             "reference": loop.perception.reference.count if loop.perception.reference else None,
-            "kept_fraction": _mean([float(cycle.tracks.valid.mean()) for cycle in cycles]),
+            "kept_fraction": _mean([sample.kept_fraction for sample in samples]),
         },
-        "corrections": sum(cycle.command_m is not None for cycle in acting),
+        "corrections": sum(sample.command_m is not None for sample in acting),
         "guard": loop.guard.counts,
-        "cycles": len(cycles),
+        "cycles": len(samples),
         "overruns": sum(task.overruns for task in scheduled),
         "simulated_s" if rig.virtual else "duration_s": simulated_s,
         "backends": backends,
@@ -93,26 +93,18 @@ def summarise(
     }
 
 
-def _outcome(
-    loop: Loop,
-    cycles: Sequence[Cycle],
-    acting: Sequence[Cycle],
-    truths: Sequence[CellTruth],
-    fault: BaseException | None,
-) -> str:
+def _outcome(loop: Loop, acting: Sequence[Sample], truths: Sequence[CellTruth], fault: BaseException | None) -> str:
+    """Tell whether the object is in the grip at the end; an object left standing on the table is not."""
     if fault is not None:
         return "fault"
-    if loop.truth_seen:
-        return "dropped" if loop.truth_seen[-1].dropped else "held"
+    if truths:
+        last = truths[-1]
+        lifts = loop.task.options.lift_speed_m_s > 0 and loop.task.options.lift_s > 0
+        gone = last.dropped or last.normal_force_n <= 0 or (lifts and last.supported)
+        return "dropped" if gone else "held"
     if loop.task.stage is not Stage.DONE or not acting:
-        return "ended"  # A recording that ran out, or a rig without a gripper: nothing was held or dropped.
-    before = _contact(acting[0])
-    return "dropped" if _contact(acting[-1]) < LOST_SHARE * before else "held"
-
-
-def _contact(cycle: Cycle) -> float:
-    contact = cycle.observation.contact
-    return 0.0 if contact is None else contact.area_fraction
+        return "ended"  # A recording that ran out: nothing was held or dropped.
+    return "dropped" if acting[-1].contact_fraction < LOST_SHARE * acting[0].contact_fraction else "held"
 
 
 def _slip(truths: Sequence[CellTruth]) -> Slip | None:
@@ -129,39 +121,30 @@ def _slip(truths: Sequence[CellTruth]) -> Slip | None:
     return Slip(distance, seconds(truths[first].t_ns - truths[0].t_ns), arrest, max(speeds))
 
 
-def _true_speed(cycle: Cycle) -> float | None:
-    return None if cycle.truth is None else math.hypot(*cycle.truth.slip_velocity_m_s)
-
-
-def _severity_mae(acting: Sequence[Cycle]) -> float | None:
+def _severity_mae(acting: Sequence[Sample]) -> float | None:
     """Mean absolute error of the estimated slip speed, over the frames of lift and hold that were not abstained on."""
-    errors = []
-    for cycle in acting:
-        truth = _true_speed(cycle)
-        if truth is not None and not cycle.estimate.abstained:
-            errors.append(abs(cycle.estimate.speed_m_s - truth))
-    return _mean(errors)
+    errors = [abs(s.speed_m_s - s.true_speed_m_s) for s in acting]
+    return _mean([error for error in errors if math.isfinite(error)])
 
 
-def _zero_mae(acting: Sequence[Cycle]) -> float | None:
+def _zero_mae(acting: Sequence[Sample]) -> float | None:
     """The same for an estimator that always says zero: what the figure above has to be compared with."""
-    return _mean([truth for cycle in acting if (truth := _true_speed(cycle)) is not None])
+    return _mean([s.true_speed_m_s for s in acting if math.isfinite(s.true_speed_m_s)])
 
 
-def _detection(acting: Sequence[Cycle]) -> dict[str, Any]:
+def _detection(acting: Sequence[Sample]) -> dict[str, Any]:
     """Frames by true slip and by what the detector said; abstentions count as neither."""
     counts = {"true_positive": 0, "false_positive": 0, "true_negative": 0, "false_negative": 0, "abstained": 0}
     first_slip = first_alarm = None
-    for cycle in acting:
-        truth = _true_speed(cycle)
-        said = cycle.detection.slip
-        if truth is None:
+    for sample in acting:
+        said = sample.slip
+        if math.isnan(sample.true_speed_m_s):
             continue
-        slips = truth > AT_REST_M_S
+        slips = sample.true_speed_m_s > AT_REST_M_S
         if slips and first_slip is None:
-            first_slip = cycle.t_ns
+            first_slip = sample.t_ns
         if said and first_slip is not None and first_alarm is None:
-            first_alarm = cycle.t_ns
+            first_alarm = sample.t_ns
         if said is None:
             counts["abstained"] += 1
         else:
@@ -170,8 +153,8 @@ def _detection(acting: Sequence[Cycle]) -> dict[str, Any]:
     return {**counts, "onset_delay_s": delay}
 
 
-def _measured(cycle: Cycle) -> float | None:
-    return cycle.measured_m if math.isfinite(cycle.measured_m) else None
+def _measured(sample: Sample) -> float | None:
+    return sample.measured_m if math.isfinite(sample.measured_m) else None
 
 
 def _mean(values: Sequence[float]) -> float | None:

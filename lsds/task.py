@@ -15,7 +15,7 @@ class TaskOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    grip_aperture_m: float = Field(default=0.0235, ge=0, le=0.5, description="aperture to grasp with")
+    grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture to grasp with")
     grip_speed_m_s: float = Field(default=0.05, gt=0, le=1, description="finger speed of grasping and correcting")
     grip_force_n: float = Field(default=60.0, gt=0, le=500, description="most that the gripper may push with")
     lift_speed_m_s: float = Field(default=0.038, ge=0, le=1, description="vertical TCP velocity while lifting")

@@ -48,7 +48,7 @@ def run(
         write_json(summary, json_file)
     if json_file != "-":
         click.echo(_table(summary))
-    if not no_plot and session.cycles:
+    if not no_plot and session.record.samples:
         session.draw(plot)
         click.echo(f"picture: {plot}", err=json_file == "-")
     if session.fault is not None:

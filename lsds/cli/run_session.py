@@ -13,6 +13,7 @@ from lsds.contracts import CellTruth, Frame, MarkerReference
 from lsds.errors import LsdsError
 from lsds.loop import Cycle, Loop
 from lsds.observers import Observers
+from lsds.record import RunRecord
 from lsds.rig import Rig
 from lsds.summary import summarise
 
@@ -22,7 +23,7 @@ class Session:
     """A finished run. `fault` is the error that ended it, None for a run to the end."""
 
     summary: dict[str, Any]
-    cycles: Sequence[Cycle]
+    record: RunRecord
     truths: Sequence[CellTruth]
     reference_frame: Frame | None
     reference: MarkerReference | None
@@ -36,7 +37,7 @@ class Session:
         if self.reference_frame is None or self.reference is None:
             return
         try:
-            plot_run(path, self.cycles, self.truths, self.reference_frame, self.reference, self.summary)
+            plot_run(path, self.record, self.truths, self.reference_frame, self.reference, self.summary)
         except (OSError, ValueError) as error:
             raise DataError(f"{path}: the picture cannot be written: {error}") from error
 
@@ -44,12 +45,12 @@ class Session:
 def run_session(config_file: Path | None, overrides: Sequence[str]) -> Session:
     """Load, connect, arm, run, close. An error during the run becomes `fault`; one before it is raised."""
     config = load_config(config_file, overrides)
-    cycles: list[Cycle] = []
+    record = RunRecord()
     fault: LsdsError | None = None
     with Rig(config) as rig:
         rig.arm_devices()
         observers: Observers[Cycle] = Observers(threaded=not rig.virtual, queue=config.schedule.observer_queue)
-        observers.add("summary", cycles.append)
+        observers.add("record", record.observe)
         loop = Loop(rig, observers)
         begun, began_ns = perf_ns(), rig.clock.now()
         try:
@@ -60,5 +61,5 @@ def run_session(config_file: Path | None, overrides: Sequence[str]) -> Session:
             wall_s = seconds(perf_ns() - begun)
             simulated_s = seconds(rig.clock.now() - began_ns)
             observers.close()
-        summary = summarise(rig, loop, cycles, wall_s=wall_s, simulated_s=simulated_s, fault=fault)
-    return Session(summary, cycles, loop.truth_seen, loop.perception.reference_frame, loop.perception.reference, fault)
+        summary = summarise(rig, loop, record.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault)
+    return Session(summary, record, loop.truth_seen, loop.perception.reference_frame, loop.perception.reference, fault)

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lsds.contracts import CellTruth, Frame, MarkerReference
-    from lsds.loop import Cycle
+    from lsds.record import RunRecord, Sample
 
 _STAGE_SHADE = {Stage.GRASP: "0.96", Stage.SETTLE: "0.92", Stage.LIFT: "#e8f1fa", Stage.HOLD: "#f3f8ec"}
 
 
 def plot_run(
     path: Path,
-    cycles: Sequence[Cycle],
+    record: RunRecord,
     truths: Sequence[CellTruth],
     reference_frame: Frame,
     reference: MarkerReference,
@@ -39,32 +39,30 @@ def plot_run(
     aperture = figure.add_subplot(grid[0, :2])
     speed = figure.add_subplot(grid[1, :2], sharex=aperture)
     force = figure.add_subplot(grid[2, :2], sharex=aperture)
-    start = cycles[0].t_ns
-    t = np.array([seconds(cycle.t_ns - start) for cycle in cycles])
+    samples = record.samples
+    start = samples[0].t_ns
+    t = np.array([seconds(s.t_ns - start) for s in samples])
     for axes in (aperture, speed, force):
-        _shade_stages(axes, cycles, t)
+        _shade_stages(axes, samples, t)
         axes.grid(alpha=0.25)
 
-    aperture.plot(t, [1e3 * cycle.measured_m for cycle in cycles], color="tab:blue", label="measured")
-    aperture.step(
-        t, [1e3 * cycle.held_m for cycle in cycles], where="post", color="tab:orange", lw=1, label="commanded"
-    )
+    aperture.plot(t, [1e3 * s.measured_m for s in samples], color="tab:blue", label="measured")
+    aperture.step(t, [1e3 * s.held_m for s in samples], where="post", color="tab:orange", lw=1, label="commanded")
     aperture.set_ylabel("aperture (mm)")
-    _zoom_on_grip(aperture, cycles)
+    _zoom_on_grip(aperture, samples)
     aperture.legend(loc="upper right", fontsize=8)
 
     truth_t = np.array([seconds(truth.t_ns - start) for truth in truths])
-    estimated = np.array([100 * cycle.estimate.speed_m_s for cycle in cycles])
-    spread = np.array([100 * cycle.estimate.speed_std_m_s for cycle in cycles])
+    estimated = np.array([100 * s.speed_m_s for s in samples])
+    spread = np.array([100 * s.speed_std_m_s for s in samples])
     speed.fill_between(t, np.maximum(estimated - spread, 0), estimated + spread, color="tab:orange", alpha=0.25, lw=0)
     speed.plot(t, estimated, color="tab:orange", label="estimated ± 1 sigma")
     if truths:
         true = [100 * math.hypot(*truth.slip_velocity_m_s) for truth in truths]
         speed.plot(truth_t, true, color="k", lw=1.2, label="true")
-    alarms = t[[bool(cycle.detection.slip) for cycle in cycles]]
+    alarms = t[[bool(s.slip) for s in samples]]
     speed.plot(alarms, np.full(len(alarms), -0.25), "|", color="tab:red", ms=9, label="slip detected")
-    acting = [cycle for cycle in cycles if cycle.stage in (Stage.LIFT, Stage.HOLD)]
-    speed.set_ylim(-0.5, _top([100 * c.estimate.speed_m_s for c in acting] + [100 * _true(c) for c in acting]))
+    speed.set_ylim(-0.5, _top([100 * v for s in samples if s.acting for v in (s.speed_m_s, s.true_speed_m_s)]))
     speed.set_ylabel("slip speed (cm/s)")
     speed.legend(loc="upper right", fontsize=8)
 
@@ -74,17 +72,16 @@ def plot_run(
         force.legend(loc="lower right", fontsize=8)
         force.set_ylabel("force (N)")
     else:
-        area = [math.nan if c.observation.contact is None else c.observation.contact.area_fraction for c in cycles]
+        area = [s.contact_fraction for s in samples]
         force.plot(t, area, color="tab:green")
         force.set_ylabel("contact area (fraction)")
     force.set_xlabel("time (s)")
 
     draw_frame(figure.add_subplot(grid[0, 2]), reference_frame, reference, None, "reference")
-    first = next((c for c in cycles if c.stage in (Stage.LIFT, Stage.HOLD)), cycles[0])
-    worst = max(acting or cycles, key=_severity)
-    for row, cycle, name in ((1, first, "start of the lift"), (2, worst, "worst slip")):
-        title = f"{name}, t = {seconds(cycle.t_ns - start):.2f} s"
-        draw_frame(figure.add_subplot(grid[row, 2]), cycle.frame, reference, cycle.tracks, title)
+    for row, cycle, name in ((1, record.first, "start of the lift"), (2, record.worst, "worst slip")):
+        if cycle is not None:
+            title = f"{name}, t = {seconds(cycle.t_ns - start):.2f} s"
+            draw_frame(figure.add_subplot(grid[row, 2]), cycle.frame, reference, cycle.tracks, title)
     figure.suptitle(_headline(summary), fontsize=11)
     figure.savefig(path, dpi=110)
 
@@ -99,33 +96,23 @@ def _headline(summary: dict[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def _shade_stages(axes: Axes, cycles: Sequence[Cycle], t: np.ndarray[Any, Any]) -> None:
+def _shade_stages(axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any]) -> None:
     begin = 0
-    for i in range(1, len(cycles) + 1):
-        if i == len(cycles) or cycles[i].stage is not cycles[begin].stage:
-            stage = cycles[begin].stage
+    for i in range(1, len(samples) + 1):
+        if i == len(samples) or samples[i].stage is not samples[begin].stage:
+            stage = samples[begin].stage
             axes.axvspan(t[begin], t[min(i, len(t) - 1)], color=_STAGE_SHADE.get(stage, "white"), lw=0, zorder=0)
             axes.text(t[begin], 1.0, f" {stage.value}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom")
             begin = i
 
 
-def _zoom_on_grip(axes: Axes, cycles: Sequence[Cycle]) -> None:
+def _zoom_on_grip(axes: Axes, samples: Sequence[Sample]) -> None:
     """Show the corrections of a few millimetres, not the closing from fully open."""
-    acting = [c for c in cycles if c.stage in (Stage.SETTLE, Stage.LIFT, Stage.HOLD)]
+    acting = [c for c in samples if c.stage in (Stage.SETTLE, Stage.LIFT, Stage.HOLD)]
     values = [1e3 * v for c in acting for v in (c.measured_m, c.held_m) if math.isfinite(v)]
     if values:
         margin = max(1.0, 0.15 * (max(values) - min(values)))
         axes.set_ylim(min(values) - margin, max(values) + margin)
-
-
-def _severity(cycle: Cycle) -> float:
-    true = _true(cycle)
-    estimate = cycle.estimate.speed_m_s
-    return true if math.isfinite(true) else (estimate if math.isfinite(estimate) else -1.0)
-
-
-def _true(cycle: Cycle) -> float:
-    return math.nan if cycle.truth is None else math.hypot(*cycle.truth.slip_velocity_m_s)
 
 
 def _top(values: Sequence[float]) -> float:

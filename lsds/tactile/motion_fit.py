@@ -7,8 +7,9 @@ turns clockwise on the screen.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -40,7 +41,8 @@ class AffineMotion:
 class RigidMotion:
     """v(x) = `translation` + `rotation` * J (x - `centre`); `residual` (N, 2); `covariance` (3, 3) of (tx, ty, w).
 
-    The covariance is that of independent errors with the residual's variance, and NaN below three markers.
+    The covariance is that of independent errors with the residual's variance, and NaN below three markers. `radius`
+    is the positions' radius of gyration: `radius` times `rotation` is the RMS speed of turning.
     """
 
     translation: NDArray[np.float64]
@@ -48,6 +50,7 @@ class RigidMotion:
     centre: NDArray[np.float64]
     residual: NDArray[np.float64]
     covariance: NDArray[np.float64]
+    radius: float
 
 
 def fit_affine(position: NDArray[np.float64], vector: NDArray[np.float64]) -> AffineMotion | None:
@@ -84,4 +87,31 @@ def fit_rigid(position: NDArray[np.float64], vector: NDArray[np.float64]) -> Rig
     degrees = 2 * count - 3
     variance = float(np.einsum("ni,ni->", residual, residual)) / degrees if degrees > 0 and count > 2 else np.nan
     covariance = np.diag([variance / count, variance / count, variance / inertia])
-    return RigidMotion(translation, rotation, centre, residual, covariance)
+    return RigidMotion(translation, rotation, centre, residual, covariance, math.sqrt(inertia / count))
+
+
+def smooth_residual(
+    position: NDArray[np.float64], vector: NDArray[np.float64], motion: Literal["affine", "quadratic"]
+) -> NDArray[np.float64]:
+    """Return what the best affine or quadratic field in x and y leaves of the vectors (N, 2).
+
+    Scaled by sqrt(N / (N - terms)), so that its mean square estimates the errors' variance however many markers there
+    are. Too few markers for the terms step down to the simpler motion, and below three to the mean.
+    """
+    count = len(position)
+    offset = position - position.mean(axis=0)
+    scale = np.abs(offset).max() or 1.0
+    x, y = (offset / scale).T
+    one = np.ones(count)
+    if motion == "quadratic" and count >= 9:
+        basis = np.stack([one, x, y, x * x, x * y, y * y], axis=1)
+    elif count >= 5:
+        basis = np.stack([one, x, y], axis=1)
+    else:
+        basis = one[:, None]
+    normal = basis.T @ basis
+    # A ridge far below any real moment keeps markers in one line from stopping the run.
+    normal[np.diag_indices_from(normal)] += 1e-9 * count
+    coefficient = np.linalg.solve(normal, basis.T @ vector)
+    terms = basis.shape[1]
+    return np.asarray((vector - basis @ coefficient) * math.sqrt(count / max(1, count - terms)))

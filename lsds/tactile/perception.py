@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
 from lsds.contracts import Observation
@@ -27,6 +28,8 @@ class Perception:
     """State from frame to frame: the tracker's, the last field's and the last features'."""
 
     def __init__(self, tracker: Tracker, spec: SensorSpec, options: TactileOptions) -> None:
+        # These images are too small to share: waking OpenCV's threads costs several times what they save.
+        cv2.setNumThreads(1)
         self._tracker = tracker
         self._spec = spec
         self._options = options

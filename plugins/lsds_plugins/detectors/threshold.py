@@ -10,6 +10,7 @@ import math
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Detection, Observation
+from lsds.tactile.slip_residual import confidence
 
 
 class ThresholdOptions(BaseModel):
@@ -42,6 +43,4 @@ class ThresholdDetector:
             return Detection(None, math.nan, self._threshold, 0.0)
         score = max(known)
         slip = score > self._threshold
-        # How far from the threshold, on a scale where a factor of two is 0.8.
-        confidence = 1 - 0.2 ** abs(math.log2(max(score, 1e-12) / self._threshold))
-        return Detection(slip, score, self._threshold, confidence)
+        return Detection(slip, score, self._threshold, confidence(score, self._threshold))

@@ -1,11 +1,10 @@
 """Estimator `field`: linear and angular slip velocity by regression on the field over a short window.
 
-In each frame the markers on the contact are fitted with the best rigid motion: translation, rotation, and a residual.
-A gel that is carried along by a sticking object moves rigidly. One that is dragged under a sliding object does not:
-each marker catches and lets go as the surface passes under it, the more often the faster it passes, so the residual
-grows in proportion to sliding speed. That gives the magnitude, up to a gain that depends on surface and gel and is
-known to a factor only; the uncertainty says so. The direction is that of the shear which friction holds up, and the
-share of rotation is the rotation's share of the motion over the window.
+Each frame's velocities are regressed on a smooth motion; what is left along the shear is the mark of sliding
+(`lsds.tactile.slip_residual`). Markers catch and let go the more often the faster the surface passes under them, so
+that residual, averaged over the window, grows in proportion to sliding speed, with a gain that depends on surface and
+gel and is known to a factor only; the uncertainty says so. The direction is that of the shear which friction holds
+up, and rotation's share is its share of the rigid motion over the window.
 
 Untrained but for the gain, which was measured on the simulated cell (`python -m lsds.study.field_gain`).
 """
@@ -14,14 +13,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
-from lsds.tactile.contact_markers import markers_in_contact
-from lsds.tactile.motion_fit import fit_rigid
+from lsds.tactile.slip_residual import Motion, SlipResidual, slip_residual
 
 
 class FieldOptions(BaseModel):
@@ -30,30 +26,14 @@ class FieldOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     frames: int = Field(default=3, ge=1, le=100, description="frames in the window")
-    gain: float = Field(default=50.0, gt=0, le=1e4, description="sliding speed per RMS residual velocity (simulated)")
-    gain_log_std: float = Field(default=0.67, ge=0, le=3, description="one sigma of the gain's logarithm (simulated)")
-    jitter_um: float = Field(
-        default=0.7, ge=0, le=100, description="RMS error of one marker along one axis; its share is taken off"
-    )
-    least_markers: int = Field(default=6, ge=3, le=1000, description="fewer valid markers than this: abstain")
-
-
-class _Moment(NamedTuple):
-    """One frame: mean squares (m/s)^2 of residual, translation and rotation, the jitter's part, and the shear held."""
-
-    residual: float
-    jitter: float
-    translation: float
-    rotation: float
-    markers: int
-    shear_x: float
-    shear_y: float
-    twist: float
-    radius: float
+    gain: float = Field(default=100.0, gt=0, le=1e4, description="sliding speed per RMS residual velocity (simulated)")
+    gain_log_std: float = Field(default=0.65, ge=0, le=3, description="one sigma of the gain's logarithm (simulated)")
+    motion: Motion = Field(default="quadratic", description="the motion that counts as sticking")
+    least_markers: int = Field(default=6, ge=4, le=1000, description="fewer valid markers than this: abstain")
 
 
 class FieldEstimator:
-    """An `Estimator` with a short window of rigid fits."""
+    """An `Estimator` with a short window of residuals."""
 
     def __init__(self, options: FieldOptions, context: BuildContext) -> None:
         self._options = options
@@ -63,75 +43,37 @@ class FieldEstimator:
 
     def reset(self) -> None:
         """Forget the window."""
-        self._window: deque[_Moment] = deque(maxlen=self._options.frames)
+        self._window: deque[SlipResidual] = deque(maxlen=self._options.frames)
 
     def update(self, observation: Observation) -> SlipEstimate:
         """Estimate; abstain with too few markers or no velocity. Angles turn clockwise on the image (x to y)."""
-        moment = self._fit(observation)
-        if moment is None:
+        evidence = slip_residual(observation, self._options.motion, self._options.least_markers)
+        if evidence is None:
             self._window.clear()
             return _ABSTAINED
         window = self._window
-        window.append(moment)
-        count = len(window)
-        jitter = sum(m.jitter for m in window) / count
-        residual = sum(m.residual for m in window) / count
-        total = self._options.gain * math.sqrt(max(0.0, residual - jitter))
-        # What jitter alone lets the mean square scatter by, in units of speed.
-        degrees = sum(2 * m.markers - 3 for m in window)
-        floor = self._options.gain * math.sqrt(jitter * math.sqrt(2 / degrees)) if degrees > 0 else math.inf
-        translation = sum(m.translation for m in window)
-        rotation = sum(m.rotation for m in window)
-        share = rotation / (translation + rotation) if translation + rotation > 0 else 0.0
+        window.append(evidence)
+        gain, count = self._options.gain, len(window)
+        along = sum(e.along for e in window) / count
+        across = sum(e.across for e in window) / count
+        total = gain * math.sqrt(max(0.0, along - across))
+        # Where nothing slips both mean squares are jitter's, and their difference scatters by this much.
+        floor = gain * math.sqrt(across) * (2 / sum(e.markers for e in window)) ** 0.25
+        translation, rim = sum(e.translation for e in window), sum(e.rim for e in window)
+        share = rim / (translation + rim) if translation + rim > 0 else 0.0
         speed, rim_speed = total * math.sqrt(1 - share), total * math.sqrt(share)
-        shear_x, shear_y = sum(m.shear_x for m in window), sum(m.shear_y for m in window)
+        shear_x, shear_y = sum(e.shear_m[0] for e in window), sum(e.shear_m[1] for e in window)
         length = math.hypot(shear_x, shear_y)
         along_x, along_y = (shear_x / length, shear_y / length) if length > 0 else (0.0, 0.0)
-        turn = math.copysign(1.0, sum(m.twist for m in window))
-        std = math.hypot(self._relative_std * speed, floor)
-        angular_std = math.hypot(self._relative_std * rim_speed, floor) / moment.radius
+        # Along the slide the gain is uncertain; across it only the floor is.
+        spread = self._relative_std * speed
         return SlipEstimate(
             velocity_m_s=(speed * along_x, speed * along_y),
-            # Along the slide the gain is uncertain, across it only the floor is.
-            velocity_std_m_s=(
-                math.hypot(self._relative_std * speed * along_x, floor),
-                math.hypot(self._relative_std * speed * along_y, floor),
-            ),
-            angular_rad_s=turn * rim_speed / moment.radius,
-            angular_std_rad_s=angular_std,
+            velocity_std_m_s=(math.hypot(spread * along_x, floor), math.hypot(spread * along_y, floor)),
+            angular_rad_s=math.copysign(rim_speed, sum(e.twist_rad for e in window)) / evidence.radius_m,
+            angular_std_rad_s=math.hypot(self._relative_std * rim_speed, floor) / evidence.radius_m,
             speed_m_s=speed,
-            speed_std_m_s=std,
-        )
-
-    def _fit(self, observation: Observation) -> _Moment | None:
-        field = observation.field
-        chosen = markers_in_contact(observation, self._options.least_markers) & np.isfinite(field.velocity_m_s[:, 0])
-        count = int(np.count_nonzero(chosen))
-        if count < self._options.least_markers:
-            return None
-        position = field.position_m[chosen]
-        motion = fit_rigid(position, field.velocity_m_s[chosen])
-        if motion is None:
-            return None
-        offset = position - motion.centre
-        displacement = field.displacement_m[chosen]
-        shear_x, shear_y = displacement.mean(axis=0).tolist()
-        inertia = float(np.einsum("ni,ni->", offset, offset))
-        torque = float(offset[:, 0] @ displacement[:, 1] - offset[:, 1] @ displacement[:, 0])
-        radius = math.sqrt(inertia / count)
-        v_x, v_y = motion.translation.tolist()
-        # Velocity differences carry the error of two frames, in two axes.
-        jitter = 4 * (self._options.jitter_um * 1e-6 / observation.dt_s) ** 2
-        return _Moment(
-            float(np.einsum("ni,ni->", motion.residual, motion.residual)) / count,
-            jitter,
-            v_x * v_x + v_y * v_y,
-            (radius * motion.rotation) ** 2,
-            count,
-            shear_x,
-            shear_y,
-            torque / inertia,
-            radius,
+            speed_std_m_s=math.hypot(spread, floor),
         )
 
 

@@ -1,0 +1,77 @@
+"""What a run leaves behind for its summary and picture: a few numbers a frame, and two frames' images.
+
+Holding on to every image would make a long run grow without bound and, by never giving memory back for reuse, slow
+the very path that it observes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lsds.task import Stage
+
+if TYPE_CHECKING:
+    from lsds.loop import Cycle
+
+ACTING = (Stage.LIFT, Stage.HOLD)
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One frame in numbers: SI units, NaN where unknown. `slip` is what the detector said, None for abstained."""
+
+    t_ns: int
+    stage: Stage
+    kept_fraction: float
+    contact_fraction: float
+    slip: bool | None
+    speed_m_s: float
+    speed_std_m_s: float
+    true_speed_m_s: float
+    command_m: float | None
+    held_m: float
+    measured_m: float
+
+    @property
+    def acting(self) -> bool:
+        """Whether slip was answered at this stage."""
+        return self.stage in ACTING
+
+
+class RunRecord:
+    """An observer of the loop. `first` is the first frame of the lift, `worst` that of the fastest slip."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample] = []
+        self.first: Cycle | None = None
+        self.worst: Cycle | None = None
+        self._worst_speed = -math.inf
+
+    def observe(self, cycle: Cycle) -> None:
+        """Take one frame."""
+        truth, estimate = cycle.truth, cycle.estimate
+        true_speed = math.nan if truth is None else math.hypot(*truth.slip_velocity_m_s)
+        contact = cycle.observation.contact
+        sample = Sample(
+            cycle.t_ns,
+            cycle.stage,
+            float(cycle.tracks.valid.mean()),
+            math.nan if contact is None else contact.area_fraction,
+            cycle.detection.slip,
+            math.nan if estimate.abstained else estimate.speed_m_s,
+            math.nan if estimate.abstained else estimate.speed_std_m_s,
+            true_speed,
+            cycle.command_m,
+            cycle.held_m,
+            cycle.measured_m,
+        )
+        self.samples.append(sample)
+        if not sample.acting:
+            return
+        if self.first is None:
+            self.first = cycle
+        severity = sample.speed_m_s if math.isnan(true_speed) else true_speed
+        if severity > self._worst_speed:
+            self.worst, self._worst_speed = cycle, severity
