@@ -20,6 +20,7 @@ from lsds.histogram import LogHistogram
 from lsds.safety import Guard, Watchdog
 from lsds.scheduler import Phase, Scheduler
 from lsds.tactile.perception import Perception
+from lsds.tactile.reference import ReferenceCollector
 from lsds.task import LiftTask, Stage
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ class Loop:
         self._may_open = bool(getattr(rig.controller, "may_open", False))
         self._start_ns = rig.clock.now()
         self._task = LiftTask(config.task, self._start_ns)
-        self._reference: list[Frame] = []
+        self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._last: Frame | None = None
         self._gripper_state: GripperState | None = None
         self._held_m = math.nan
@@ -207,9 +208,8 @@ class Loop:
             self.on_frame(frame, now_ns)
 
     def _collect_reference(self, frame: Frame, now_ns: int) -> None:
-        self._reference.append(frame)
-        if len(self._reference) >= self._rig.config.tactile.reference_frames:
-            self._perception.start(self._reference)
+        if self._reference.add(frame):
+            self._perception.start(self._reference.frames)
             self._task.reference_taken(now_ns)
             self._send_aperture(self._task.options.grip_aperture_m, now_ns, allow_opening=True)
 

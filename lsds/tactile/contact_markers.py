@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import Observation
+    from lsds.contracts import ContactPatch, MarkerReference, Observation
 
 
 def markers_in_contact(observation: Observation, least: int) -> NDArray[np.bool_]:
@@ -21,9 +21,21 @@ def markers_in_contact(observation: Observation, least: int) -> NDArray[np.bool_
     field, contact = observation.field, observation.contact
     if contact is None:
         return field.valid
-    width, height = field.reference.image_size
-    rows, columns = contact.depth_m.shape
-    column = np.minimum((field.reference.xy_px[:, 0] * (columns / width)).astype(np.intp), columns - 1)
-    row = np.minimum((field.reference.xy_px[:, 1] * (rows / height)).astype(np.intp), rows - 1)
-    touched = field.valid & (contact.depth_m[row, column] > contact.threshold_m)
+    touched = field.valid & (contact.depth_m.ravel()[_pixels(field.reference, contact)] > contact.threshold_m)
     return touched if np.count_nonzero(touched) >= least else field.valid
+
+
+_last: tuple[MarkerReference, tuple[int, ...], NDArray[np.intp]] | None = None
+
+
+def _pixels(reference: MarkerReference, contact: ContactPatch) -> NDArray[np.intp]:
+    """Flat index of each marker's depth pixel; the same for every frame of a recording, so it is kept."""
+    global _last
+    shape = contact.depth_m.shape
+    if _last is None or _last[0] is not reference or _last[1] != shape:
+        width, height = reference.image_size
+        rows, columns = shape
+        column = np.minimum((reference.xy_px[:, 0] * (columns / width)).astype(np.intp), columns - 1)
+        row = np.minimum((reference.xy_px[:, 1] * (rows / height)).astype(np.intp), rows - 1)
+        _last = (reference, shape, row * columns + column)
+    return _last[2]

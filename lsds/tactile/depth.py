@@ -43,42 +43,60 @@ class PhotometricCalibration:
 class PoissonSolver:
     """Depth from slopes on an (h, w) grid of unit spacing, by least squares with free borders.
 
-    Minimises sum (z[i, j+1] - z[i, j] - gx)^2 + the same along y, with slopes averaged onto the half-way points. The
+    Minimises sum (z[i, j+1] - z[i, j] - gx)^2 + the same along y, with gx and gy half-way between the points. The
     normal equations are diagonal under the cosine transform (DCT-II), which at these sizes is two small matrix
-    products. The mean of z is free and set to zero.
+    products; everything linear before it is folded into them. The mean of z is free and set to zero.
     """
 
     def __init__(self, height: int, width: int) -> None:
-        self._rows, self._columns = _cosine_basis(height), _cosine_basis(width)
-        self._rows_t, self._columns_t = (np.ascontiguousarray(basis.T) for basis in (self._rows, self._columns))
+        rows, columns = _cosine_basis(height), _cosine_basis(width)
         eigen = (2 - 2 * np.cos(np.pi * np.arange(height) / height))[:, None] + (
             2 - 2 * np.cos(np.pi * np.arange(width) / width)
         )[None, :]
         eigen[0, 0] = 1.0
-        self._inverse = (1 / eigen).astype(np.float32)
-        self._inverse[0, 0] = 0.0
-        self._source = np.zeros((height, width), np.float32)
+        inverse = 1 / eigen
+        inverse[0, 0] = 0.0
+        self._inverse = inverse.astype(np.float32)
+        self._rows, self._columns = _single(rows), _single(columns)
+        self._rows_t, self._columns_t = _single(rows.T), _single(columns.T)
+        self._rows_source = _single(rows @ _source(height))
+        self._columns_source_t = _single((columns @ _source(width)).T)
 
     def solve(self, slope_x: NDArray[np.float32], slope_y: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return z (h, w) in units of the grid spacing, from slopes (h, w) along x and y."""
-        half_x = (slope_x[:, 1:] + slope_x[:, :-1]) * np.float32(0.5)
-        half_y = (slope_y[1:] + slope_y[:-1]) * np.float32(0.5)
-        source = self._source
-        source[:] = 0.0
-        source[:, 1:] += half_x
-        source[:, :-1] -= half_x
-        source[1:] += half_y
-        source[:-1] -= half_y
-        spectrum = (self._rows @ source @ self._columns_t) * self._inverse
+        """Return z (h, w) in units of the grid spacing, from mean slopes (h, w) along x and y."""
+        spectrum = self._rows @ slope_x @ self._columns_source_t
+        spectrum += self._rows_source @ slope_y @ self._columns_t
+        spectrum *= self._inverse
         return np.asarray(self._rows_t @ spectrum @ self._columns, np.float32)
 
 
-def _cosine_basis(count: int) -> NDArray[np.float32]:
+def _source(count: int) -> NDArray[np.float64]:
+    """Matrix (count, count) from mean slopes along a line to the right-hand side of the normal equations.
+
+    Slopes half-way between the points come from the means to fourth order: a plain average of neighbours would blur
+    the contact's edge by half a pixel, and with it the contact area. Weights (-1, 7, 7, -1) / 12 as in finite-volume
+    reconstruction (Colella and Woodward 1984); a plain average at the border.
+    """
+    between = np.zeros((count - 1, count))
+    for i in range(count - 1):
+        if 0 < i < count - 2:
+            between[i, i - 1 : i + 3] = np.array([-1, 7, 7, -1]) / 12
+        else:
+            between[i, i : i + 2] = 0.5
+    difference = np.diff(np.eye(count), axis=0)
+    return np.asarray(difference.T @ between)
+
+
+def _single(matrix: NDArray[np.float64]) -> NDArray[np.float32]:
+    return np.ascontiguousarray(matrix, np.float32)
+
+
+def _cosine_basis(count: int) -> NDArray[np.float64]:
     """Orthonormal DCT-II matrix (count, count)."""
     k, n = np.mgrid[0:count, 0:count]
     basis = np.sqrt(2 / count) * np.cos(np.pi * (n + 0.5) * k / count)
     basis[0] /= np.sqrt(2)
-    return np.asarray(basis, np.float32)
+    return np.asarray(basis, np.float64)
 
 
 class DepthEstimator:
@@ -100,15 +118,18 @@ class DepthEstimator:
         if scale < HALF or scale & (scale - 1):
             raise ValueError(f"scale must be a power of two, {HALF} or more, got {scale}")
         self._halvings = (scale // HALF).bit_length() - 1
+        # At a sixteenth no pixel is covered by one dot; finer levels fill their holes from there.
+        self._coarser = max(1, 5 - scale.bit_length())
         # A size that does not divide is halved to the larger blocks: each step's factor follows from the sizes.
         self._shape = (height // scale, width // scale)
         self._pitch_m = metres_per_px * height / self._shape[0]
+        self._fine = (width // HALF, height // HALF)
         self._threshold_m = threshold_m
         self._inverse = (calibration or PhotometricCalibration()).inverse()
         self._solver = PoissonSolver(*self._shape)
         self._free = int(self.FREE_SHARE * self._shape[0] * self._shape[1])
         colours = self._colours(reference)
-        self._reference_slope = colours.reshape(-1, 3) @ self._inverse
+        self._reference_slope = self._inverse.T @ colours.reshape(-1, 3).T
         self._sampled = np.maximum(colours[_SAMPLE, _SAMPLE].reshape(-1, 3), np.float32(1.0))
 
     def measure(self, frame: Frame) -> ContactPatch:
@@ -120,13 +141,16 @@ class DepthEstimator:
         ratio.partition(middle, axis=0)
         gain = np.maximum(ratio[middle], np.float32(0.05))
         # (colours / gain - reference) @ inverse, with the gain folded into the small matrix.
-        slope = colours.reshape(-1, 3) @ (self._inverse / gain[:, None]) - self._reference_slope
-        depth = self._solver.solve(slope[:, 0].reshape(self._shape), slope[:, 1].reshape(self._shape))
+        slope = (self._inverse / gain[:, None]).T @ colours.reshape(-1, 3).T
+        slope -= self._reference_slope
+        depth = self._solver.solve(slope[0].reshape(self._shape), slope[1].reshape(self._shape))
         depth *= np.float32(self._pitch_m)
         ranked = depth.ravel().copy()
         ranked.partition(self._free)
         depth -= ranked[self._free]
-        area = float(np.count_nonzero(depth > self._threshold_m)) / depth.size
+        # The contact's edge runs between depth pixels: count on a finer grid, or whole columns come and go.
+        fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
+        area = cv2.countNonZero(cv2.compare(fine, self._threshold_m, cv2.CMP_GT)) / fine.size
         return ContactPatch(depth, self._threshold_m, area)
 
     def _colours(self, frame: Frame) -> NDArray[np.float32]:
@@ -137,13 +161,7 @@ class DepthEstimator:
         colour = np.asarray(cv2.copyTo(views.half_rgb, free), np.uint8)
         for _ in range(self._halvings):
             colour, free = _halve(colour), _halve(free)
-        mean, share = _mean_colour(colour, free)
-        if share.min() < _LEAST_SHARE:
-            # Nothing but dot in these: take the mean of the surroundings, from one level coarser.
-            coarse, _ = _mean_colour(_halve(colour), _halve(free))
-            around = cv2.resize(coarse, self._shape[::-1], interpolation=cv2.INTER_NEAREST)
-            np.copyto(mean, around, where=(share < _LEAST_SHARE)[..., None])
-        return mean
+        return _fill(colour, free, self._coarser)
 
 
 def _halve(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -153,15 +171,24 @@ def _halve(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _mean_colour(total: NDArray[np.uint8], free: NDArray[np.uint8]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Colour (h, w, 3) of the dot-free part of each pixel, and that part (h, w) in grey levels out of 255."""
+def _fill(total: NDArray[np.uint8], free: NDArray[np.uint8], coarser: int) -> NDArray[np.float32]:
+    """Colour (h, w, 3) of the dot-free part of each pixel; where little of it is free, the coarser level's colour.
+
+    `coarser` levels are used (pull-push interpolation, Gortler et al. 1996).
+    """
     share = free.astype(np.float32)
-    mean = total * (np.float32(255) / np.maximum(share, np.float32(1)))[..., None]
-    return np.asarray(mean, np.float32), share
+    if coarser == 0:
+        return np.asarray(total * (np.float32(255) / np.maximum(share, np.float32(1)))[..., None], np.float32)
+    around = _fill(_halve(total), _halve(free), coarser - 1)
+    around = np.asarray(cv2.resize(around, share.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
+    around *= np.float32(_WEIGHT / 255)
+    around += total
+    around *= (np.float32(255) / (share + np.float32(_WEIGHT)))[..., None]
+    return around
 
 
-#: A depth pixel with less than this much of its image pixels (out of 255) free of dots is filled from around it.
-_LEAST_SHARE = 30
+#: Say of the coarser level in a pixel's colour, as free pixels out of 255.
+_WEIGHT = 30
 _AROUND = np.ones((3, 3), np.uint8)
 #: The gain is the median over every third pixel each way: plenty for one number a channel.
 _SAMPLE = slice(1, None, 3)

@@ -83,7 +83,7 @@ class DotFollower:
 
     def update(self, frame: Frame) -> MarkerTracks:
         """Follow the dots into `frame`."""
-        _reference, lattice = self._started(), self._lattice
+        self._started()
         views = views_of(frame)
         dt = 0.0 if self._t_ns is None else max(0.0, (frame.t_ns - self._t_ns) * 1e-9)
         predicted = self._predict(dt)
@@ -91,29 +91,44 @@ class DotFollower:
         xy = self._localiser.refine(views.grey, predicted)
         flags = self._verify(xy, predicted, mask, SURPRISE)
         failed = flags != _OK
+        settled = xy
+        if self._doubt or failed.any():
+            if self._needs_grid(failed):
+                xy, predicted, flags = self._ask_grid(views, predicted, mask)
+                failed = flags != _OK
+                self._doubt = bool(np.count_nonzero(failed) > 0.5 * len(failed))
+            else:
+                # Stray losses: expect them where their neighbours have gone.
+                predicted = self._carry(predicted, xy - predicted, failed)
+            settled = np.where(failed[:, None], predicted, xy)
+            flags[failed & (flags != _AMBIGUOUS) & ~self._lattice.in_view(settled, self._edge_px)] = _OUT
+            xy = settled.copy()
+            xy[failed] = np.nan
+        self._remember(settled, failed, dt)
+        self._t_ns = frame.t_ns
+        return MarkerTracks(frame.t_ns, frame.seq, xy, ~failed, flags.astype(np.uint8))
+
+    def _needs_grid(self, failed: NDArray[np.bool_]) -> bool:
+        """Tell whether single dots have failed or the grid has to be looked at as a whole."""
         self._unchecked = self._unchecked + 1 if np.count_nonzero(failed) > STRAY else 0
         if self._doubt or self._unchecked > RECHECK or np.count_nonzero(failed & ~self._failed) > STRAY:
             self._unchecked = 0
-            xy, predicted, flags = self._ask_grid(views, predicted, mask)
-            failed = flags != _OK
-            self._doubt = bool(np.count_nonzero(failed) > 0.5 * len(failed))
-        elif failed.any():
-            # Stray losses: expect them where their neighbours have gone.
-            predicted = self._carry(predicted, xy - predicted, failed)
-        settled = np.where(failed[:, None], predicted, xy)
+            return True
+        return False
+
+    def _remember(self, settled: NDArray[np.float64], failed: NDArray[np.bool_], dt: float) -> None:
+        """Keep positions and velocities for the next prediction."""
         if dt > 0:
-            self._velocity = (settled - self._xy) / dt
-            self._velocity[failed | self._failed] = np.median(self._velocity, axis=0)
+            velocity = (settled - self._xy) * (1 / dt)
+            unsure = failed | self._failed
+            if unsure.any():
+                velocity[unsure] = np.median(velocity, axis=0)
+            self._velocity = velocity
         if self._doubt:
-            self._velocity[:] = 0.0
+            self._velocity = np.zeros_like(settled)
         else:
             self._trusted = settled
-        self._xy, self._failed, self._t_ns = settled, failed, frame.t_ns
-        out_of_view = failed & ~lattice.in_view(settled, self._edge_px)
-        flags[out_of_view & (flags != _AMBIGUOUS)] = _OUT
-        xy = xy.copy()
-        xy[failed] = np.nan
-        return MarkerTracks(frame.t_ns, frame.seq, xy, ~failed, flags.astype(np.uint8))
+        self._xy, self._failed = settled, failed
 
     def _predict(self, dt: float) -> NDArray[np.float64]:
         """Extrapolate, but not over a gap in the stream, and not so far that another dot's place would be reached."""
@@ -121,7 +136,9 @@ class DotFollower:
             return self._xy.copy()
         step = self._velocity * dt
         furthest = FURTHEST * self._lattice.pitch_px
-        return self._xy + np.clip(step, -furthest, furthest)
+        if np.abs(step).max() > furthest:
+            step = np.clip(step, -furthest, furthest)
+        return np.asarray(self._xy + step)
 
     def _started(self) -> MarkerReference:
         if self._reference is None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -88,30 +88,3 @@ def fit_rigid(position: NDArray[np.float64], vector: NDArray[np.float64]) -> Rig
     variance = float(np.einsum("ni,ni->", residual, residual)) / degrees if degrees > 0 and count > 2 else np.nan
     covariance = np.diag([variance / count, variance / count, variance / inertia])
     return RigidMotion(translation, rotation, centre, residual, covariance, math.sqrt(inertia / count))
-
-
-def smooth_residual(
-    position: NDArray[np.float64], vector: NDArray[np.float64], motion: Literal["affine", "quadratic"]
-) -> NDArray[np.float64]:
-    """Return what the best affine or quadratic field in x and y leaves of the vectors (N, 2).
-
-    Scaled by sqrt(N / (N - terms)), so that its mean square estimates the errors' variance however many markers there
-    are. Too few markers for the terms step down to the simpler motion, and below three to the mean.
-    """
-    count = len(position)
-    offset = position - position.mean(axis=0)
-    scale = np.abs(offset).max() or 1.0
-    x, y = (offset / scale).T
-    one = np.ones(count)
-    if motion == "quadratic" and count >= 9:
-        basis = np.stack([one, x, y, x * x, x * y, y * y], axis=1)
-    elif count >= 5:
-        basis = np.stack([one, x, y], axis=1)
-    else:
-        basis = one[:, None]
-    normal = basis.T @ basis
-    # A ridge far below any real moment keeps markers in one line from stopping the run.
-    normal[np.diag_indices_from(normal)] += 1e-9 * count
-    coefficient = np.linalg.solve(normal, basis.T @ vector)
-    terms = basis.shape[1]
-    return np.asarray((vector - basis @ coefficient) * math.sqrt(count / max(1, count - terms)))

@@ -24,6 +24,32 @@ FEWEST_DOTS = 12
 PRINTED_PADS = ((7, 9), (8, 10))
 
 
+#: Frames whose brightness differs by more than this share do not belong to one settled stream.
+SETTLED = 0.02
+
+
+class ReferenceCollector:
+    """Gathers untouched frames until enough of them in a row are equally bright.
+
+    Cameras open dim and settle over the first frames; a reference with such frames in it would show a contact that is
+    not there, all over the gel.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._brightness = 0.0
+        self.frames: list[Frame] = []
+
+    def add(self, frame: Frame) -> bool:
+        """Take a frame; return whether there are enough."""
+        brightness = float(np.mean(frame.image[::4, ::4]))
+        if abs(brightness - self._brightness) > SETTLED * max(brightness, 1.0):
+            self.frames.clear()
+        self._brightness = brightness
+        self.frames.append(frame)
+        return len(self.frames) >= self._count
+
+
 def average_frames(frames: Sequence[Frame]) -> Frame:
     """Return the mean of untouched frames, stamped as the last one; less noise in everything measured against it.
 

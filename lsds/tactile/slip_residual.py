@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from lsds.tactile.contact_markers import markers_in_contact
-from lsds.tactile.motion_fit import fit_rigid, smooth_residual
+from lsds.tactile.plane_motion import as_complex, rigid, smooth_residual
 
 if TYPE_CHECKING:
     from lsds.contracts import Observation
@@ -63,33 +63,30 @@ def slip_residual(observation: Observation, motion: Motion = "quadratic", least:
 
 def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResidual | None:
     field = observation.field
-    chosen = markers_in_contact(observation, least) & np.isfinite(field.velocity_m_s[:, 0])
+    chosen = markers_in_contact(observation, least)
+    velocity = as_complex(field.velocity_m_s)
+    if not field.valid.all() or np.isnan(velocity[0]):
+        chosen = chosen & ~np.isnan(velocity)
     count = int(np.count_nonzero(chosen))
     if count < least:
         return None
-    position, velocity, displacement = (
-        field.position_m[chosen],
-        field.velocity_m_s[chosen],
-        field.displacement_m[chosen],
-    )
-    held = fit_rigid(position, displacement)
-    moving = fit_rigid(position, velocity)
+    position, velocity = as_complex(field.position_m)[chosen], velocity[chosen]
+    held = rigid(position, as_complex(field.displacement_m)[chosen])
+    moving = rigid(position, velocity)
     if held is None or moving is None:
         return None
-    residual = moving.residual if motion == "rigid" else smooth_residual(position, velocity, motion)
+    residual = moving.residual if motion == "rigid" else smooth_residual(moving.offset, velocity, motion)
     # Direction of the shear at each marker: translation and twist of the displacements, without the press's spread.
-    shear = displacement - held.residual
-    length = np.sqrt(np.einsum("ni,ni->n", shear, shear))
-    dot = np.einsum("ni,ni->n", shear, residual) / np.maximum(length, 1e-12)
-    along = float(dot @ dot) / count
-    total = float(np.einsum("ni,ni->", residual, residual)) / count
-    v_x, v_y = moving.translation.tolist()
+    shear = held.motion
+    along = (residual * shear.conj()).real / np.maximum(np.abs(shear), 1e-12)
+    along_square = float(along @ along) / count
+    total = float(np.vdot(residual, residual).real) / count
     return SlipResidual(
-        along,
-        max(0.0, total - along),
-        v_x * v_x + v_y * v_y,
+        along_square,
+        max(0.0, total - along_square),
+        abs(moving.translation) ** 2,
         (moving.radius * moving.rotation) ** 2,
-        (float(held.translation[0]), float(held.translation[1])),
+        (held.translation.real, held.translation.imag),
         held.rotation,
         moving.radius,
         count,
@@ -98,4 +95,4 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
 
 def confidence(score: float, threshold: float) -> float:
     """Return how far a score is from its threshold, in [0, 1]: 0 at it, 0.8 a factor of two away."""
-    return 1 - 0.2 ** abs(math.log2(max(score, 1e-12) / threshold))
+    return 1.0 - math.pow(0.2, abs(math.log2(max(score, 1e-12) / threshold)))

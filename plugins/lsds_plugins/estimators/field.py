@@ -25,7 +25,7 @@ class FieldOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    frames: int = Field(default=3, ge=1, le=100, description="frames in the window")
+    frames: int = Field(default=2, ge=1, le=100, description="frames in the window")
     gain: float = Field(default=100.0, gt=0, le=1e4, description="sliding speed per RMS residual velocity (simulated)")
     gain_log_std: float = Field(default=0.65, ge=0, le=3, description="one sigma of the gain's logarithm (simulated)")
     motion: Motion = Field(default="quadratic", description="the motion that counts as sticking")

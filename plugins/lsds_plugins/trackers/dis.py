@@ -79,8 +79,8 @@ class DenseFlowTracker:
         if self._reference is None:
             raise RuntimeError("start() has to see the undeformed frame before update()")
         grey = views_of(frame).half_grey
-        start = None if self._flow is None else self._flow.copy()
-        flow = np.asarray(self._flow_of.calc(self._grey, grey, start), np.float32)
+        start = np.zeros((*grey.shape, 2), np.float32) if self._flow is None else self._flow
+        flow = np.asarray(self._flow_of.calc(self._grey, grey, start.copy()), np.float32)
         self._flow = flow
         warped = cv2.remap(
             grey,
