@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns, seconds
+from lsds.collector import quiet_collector
 from lsds.contracts import ArmCommand, GripInput, GripperCommand, Twist
 from lsds.errors import CommandExpired, SafetyStop, StaleData
 from lsds.histogram import LogHistogram
@@ -108,13 +109,15 @@ class Loop:
         """
         longest = self._task.options
         horizon = 2 * longest.timeout_s + longest.settle_s + longest.lift_s + longest.hold_s
+        until = self._start_ns + nanoseconds(horizon)
         try:
-            if self._rig.virtual:
-                self.scheduler.run(self._start_ns + nanoseconds(horizon))
-                return
-            with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now) as self._watchdog:
-                self.scheduler.run(self._start_ns + nanoseconds(horizon))
-                self._watchdog.check()
+            with quiet_collector():
+                if self._rig.virtual:
+                    self.scheduler.run(until)
+                    return
+                with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now) as self._watchdog:
+                    self.scheduler.run(until)
+                    self._watchdog.check()
         finally:
             self._rig.stop()
 

@@ -27,10 +27,12 @@ MOTION_WEIGHT = 8.0
 #: A hypothesis must beat every other by this much to be believed, and no other may explain this many more dots.
 MARGIN = 3.0
 EVIDENCE = 4
+#: With nothing against it and this little motion (a quarter pitch), no shift by a pitch can come near.
+CALM = MOTION_WEIGHT * 0.25**2
 #: All dots within this many pitches of the reference are the gel at rest.
 HOME = 0.15
 _EDGE_PX = 1.0
-_SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1)]
+_SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row or column]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +64,10 @@ def associate(
         return Association(np.full(count, -1), predicted_px, True)
     extended = lattice.extend(predicted_px)
     grown = _grow(extended, dots_px, lattice)
-    candidates = [_hypothesis(shift, grown, extended, dots_px, lattice, trusted_px) for shift in _SHIFTS]
+    calm = _hypothesis((0, 0), grown, extended, dots_px, lattice, trusted_px)
+    if calm is not None and calm.against == 0 and calm.cost < CALM:
+        return Association(calm.dot, calm.expected_px, False)
+    candidates = [calm, *(_hypothesis(s, grown, extended, dots_px, lattice, trusted_px) for s in _SHIFTS)]
     rivals = sorted((c for c in candidates if c is not None), key=lambda c: c.cost)
     if not rivals:
         return Association(np.full(count, -1), predicted_px, True)

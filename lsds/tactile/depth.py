@@ -150,7 +150,7 @@ class DepthEstimator:
         depth -= ranked[self._free]
         # The contact's edge runs between depth pixels: count on a finer grid, or whole columns come and go.
         fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
-        area = cv2.countNonZero(cv2.compare(fine, self._threshold_m, cv2.CMP_GT)) / fine.size
+        area = np.count_nonzero(fine > self._threshold_m) / fine.size
         return ContactPatch(depth, self._threshold_m, area)
 
     def _colours(self, frame: Frame) -> NDArray[np.float32]:

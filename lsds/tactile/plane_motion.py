@@ -60,12 +60,11 @@ def smooth_residual(offset: Plane, vector: Plane, motion: Literal["affine", "qua
     count = len(offset)
     scale = float(np.abs(offset).max()) or 1.0
     x, y = offset.real / scale, offset.imag / scale
+    terms: tuple[NDArray[np.float64], ...] = ()
     if motion == "quadratic" and count >= 9:
         terms = (x, y, x * x, x * y, y * y)
     elif count >= 5:
         terms = (x, y)
-    else:
-        terms = ()
     basis = np.empty((count, 1 + len(terms)))
     basis[:, 0] = 1.0
     for column, term in enumerate(terms, start=1):

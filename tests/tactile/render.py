@@ -26,7 +26,7 @@ def pad_positions(rows=7, cols=9, pitch=(33.0, 32.0), pincushion=0.04, angle=0.0
 def background():
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
     u, v = x / WIDTH - 0.5, y / HEIGHT - 0.5
-    level = np.stack(
+    return np.stack(
         [
             55 + 60 * np.exp(-4 * (u**2 + v**2)) + 25 * v,
             115 + 20 * np.exp(-4 * (u**2 + v**2)),
@@ -34,7 +34,6 @@ def background():
         ],
         axis=-1,
     )
-    return level
 
 
 def render(xy, *, diameter=13.0, core=0.31, blur=0.9, noise=1.0, gain=1.0, shade=None, seed=0):

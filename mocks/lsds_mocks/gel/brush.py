@@ -68,6 +68,8 @@ class BrushGel:
         self._work = np.zeros(size)
         self._pressure = np.zeros(size)
         self._k = 1.0
+        self._touching = False
+        self._tried_stuck = self._stuck = 0
         self._contact = np.zeros(size, bool)
         self._slid = np.zeros(size, bool)
         self._loaded: tuple[float, float, tuple[float, float] | None] = (0.0, 0.0, None)
@@ -98,6 +100,7 @@ class BrushGel:
         total = float(weight.sum())
         self._pressure = weight * (normal_force_n / total) if total > 0 else np.zeros_like(weight)
         self._contact = self._pressure > 0
+        self._touching = bool(self._contact.any())
 
     def _stiffen(self, edge_m: float, under: NDArray[np.bool_]) -> None:
         """Share the contact's shear stiffness out over the bristles under the object.
@@ -139,12 +142,14 @@ class BrushGel:
         torque = 0.0
         if dtheta_rad or fx:
             torque = k * float((self._points[0] * y - self._points[1] * x) @ scale)
-        return Reaction(fx, fy, torque, k * int(np.count_nonzero(scale >= SLIDING)))
+        self._tried_stuck = int(np.count_nonzero(scale >= SLIDING))
+        return Reaction(fx, fy, torque, k * self._tried_stuck)
 
     def commit(self) -> None:
         """Keep the last trial's drawn-back deflections."""
         np.multiply(self._try, self._scale, out=self._u)
         np.less(self._scale, SLIDING, out=self._slid)
+        self._stuck = self._tried_stuck
 
     @property
     def sliding(self) -> NDArray[np.bool_]:
@@ -161,8 +166,8 @@ class BrushGel:
 
     @property
     def fully_sliding(self) -> bool:
-        """Whether every bristle in contact slid."""
-        return bool(self._contact.any()) and bool(self._slid[self._contact].all())
+        """Whether every bristle in contact slid in the last committed step."""
+        return self._touching and self._stuck == 0
 
     @property
     def elastic_energy_j(self) -> float:
@@ -179,6 +184,7 @@ class BrushGel:
         self.press(state.indentation_m, state.normal_force_n, state.reach_m)
         self._u[:] = state.deflection_m
         self._slid[:] = state.slid
+        self._stuck = int(np.count_nonzero(self._contact & ~self._slid))
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `lsds_mocks.gel.markers`; the matrices are kept for the last set of points."""

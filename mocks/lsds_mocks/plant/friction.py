@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.texture import Chatter, Texture
 
 
+CREEP_M_S = 1e-4
+"""Below this speed the Stribeck term is one to four digits: friction is the static one and need not be looked up."""
+
 LEAST = 0.3
 """Sliding friction never falls below this part of the kinetic coefficient, whatever the chatter."""
 
@@ -45,6 +48,15 @@ class SurfaceFriction:
         self._index = texture.index(points_m[0], points_m[1])
         self._factor = np.ones(points_m.shape[1])
         self._out = np.ones(points_m.shape[1])
+        self._crept_on: int | None = None
+
+    def changed(self, travel_m: float, speed_m_s: float) -> bool:
+        """Tell whether `at` would return anything new: not while the patch creeps over the same row of the texture."""
+        row = self._texture.row(travel_m)
+        creeping = abs(speed_m_s) < CREEP_M_S
+        same = creeping and self._crept_on == row
+        self._crept_on = row if creeping else None
+        return not same
 
     def at(self, travel_m: float, sliding: NDArray[np.bool_], speed_m_s: float) -> NDArray[np.float64]:
         """Return coefficients (N,), valid until the next call."""
@@ -56,6 +68,8 @@ class SurfaceFriction:
 
     def sliding_coefficient(self, travel_m: float, speed_m_s: float) -> float:
         """Return the coefficient of sliding points before texture."""
+        if abs(speed_m_s) < CREEP_M_S:
+            return self.static
         speed_share = 1.0 - math.exp(-((speed_m_s / self._stribeck) ** 2))
         kinetic = self.kinetic * (1.0 + self._amplitude * self._chatter.at(travel_m))
         moving = self.static + (kinetic - self.static) * speed_share

@@ -65,10 +65,10 @@ class Plant:
         self.arm.step(dt_s)
         shaken, self._shake_m = self._shake_m, self.vibration.displacement_m(self._time_s)
         self.fingers.step(dt_s, self.normal_n)
-        self._press()
+        pressed = self._press()
         travelled = self.travel_m
-        if self.normal_n > 0:
-            gel = self.gel
+        gel = self.gel
+        if self.normal_n > 0 and (self.friction.changed(travelled, self.relative_m_s) or pressed):
             gel.set_friction(self.friction.at(travelled, gel.sliding, self.relative_m_s))
         self.tangential_n = step_object(
             self.body,
@@ -87,12 +87,12 @@ class Plant:
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
 
-    def _press(self) -> None:
-        """Close the gel on the object where the fingers or the object's end have moved."""
+    def _press(self) -> bool:
+        """Close the gel on the object where the fingers or the object's end have moved; tell whether they have."""
         reach = self._reach()
         key = (self.fingers.aperture_m, reach)
         if key == self._pressed_at:
-            return
+            return False
         self._pressed_at = key
         half = self.parameters.pad_height_m / 2
         coverage = 1.0 if reach is None else max(0.0, reach[1] - reach[0]) / (2 * half)
@@ -101,6 +101,7 @@ class Plant:
         closure = (self.parameters.diameter_m - self.fingers.aperture_m) / 2
         depth, self.normal_n = squeeze(self.gel, closure, self.parameters.finger_n_m, coverage)
         self.gel.press(depth, self.normal_n, reach)
+        return True
 
     def _reach(self) -> tuple[float, float] | None:
         """Which stretch of the pad (y, down) the object covers; None where it covers all of it."""

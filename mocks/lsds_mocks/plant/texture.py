@@ -36,6 +36,10 @@ class Texture:
         self._rows, self._columns = rows, columns
         self._flat = self._map.ravel()
 
+    def row(self, travel_m: float) -> int:
+        """Return which row of the map a travel has come to."""
+        return round(travel_m / ROW_M)
+
     def index(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.intp]:
         """Return flat indices of surface points at zero travel; y runs down, along the object."""
         column = np.clip(np.rint(x_m / COLUMN_M + self._columns / 2), 0, self._columns - 1).astype(np.intp)
@@ -44,7 +48,7 @@ class Texture:
 
     def at(self, index: NDArray[np.intp], travel_m: float, out: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the factors under the points after the object moved `travel_m` along +y against them."""
-        shift = (-round(travel_m / ROW_M)) % self._rows * self._columns
+        shift = -self.row(travel_m) % self._rows * self._columns
         return np.take(self._flat, index + shift, mode="wrap", out=out)
 
 
