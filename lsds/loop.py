@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns, seconds
 from lsds.collector import quiet_collector
 from lsds.contracts import ArmCommand, GripInput, GripperCommand, Twist
-from lsds.errors import CommandExpired, SafetyStop, StaleData
+from lsds.errors import CommandExpired, DataError, SafetyStop, StaleData
 from lsds.histogram import LogHistogram
 from lsds.safety import Guard, Watchdog
 from lsds.scheduler import Phase, Scheduler
@@ -81,6 +81,9 @@ class Loop:
         self._task = LiftTask(config.task, self._start_ns)
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._last: Frame | None = None
+        self._seen_seq = -1
+        self._bad = ""
+        self.bad_frames = 0
         self._gripper_state: GripperState | None = None
         self._held_m = math.nan
         self._truths: deque[CellTruth] = deque(maxlen=64)
@@ -201,14 +204,23 @@ class Loop:
             self._ended = True
             self.scheduler.stop()
             return
-        if self._last is not None and frame.seq == self._last.seq:
+        if frame.seq == self._seen_seq:
+            self._require_fresh(now_ns)
+            return
+        self._seen_seq = frame.seq
+        if self._task.stage is Stage.REFERENCE:
+            self._collect_reference(frame, now_ns)
+            self._last = frame
+            return
+        try:
+            self.on_frame(frame, now_ns)
+        except DataError as error:
+            # One unusable frame is a frame lost; going without for too long is stale sensing.
+            self.bad_frames += 1
+            self._bad = str(error)
             self._require_fresh(now_ns)
             return
         self._last = frame
-        if self._task.stage is Stage.REFERENCE:
-            self._collect_reference(frame, now_ns)
-        else:
-            self.on_frame(frame, now_ns)
 
     def _collect_reference(self, frame: Frame, now_ns: int) -> None:
         if self._reference.add(frame):
@@ -220,8 +232,9 @@ class Loop:
         newest = self._start_ns + self._first_ns if self._last is None else self._last.t_ns
         if now_ns - newest > self._stale_ns:
             raise SafetyStop(
-                f"sensor: no new frame for {seconds(now_ns - newest):.2f} s, allowed are "
-                f"{self._safety.stale_after_s} s; the arm was stopped and the grip kept (check the sensor's cable)"
+                f"sensor: no new usable frame for {seconds(now_ns - newest):.2f} s, allowed are "
+                f"{self._safety.stale_after_s} s; the arm was stopped and the grip kept "
+                f"({self._bad or 'check the sensor and its cable'})"
             )
 
     def _do_job(self, now_ns: int) -> None:

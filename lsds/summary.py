@@ -75,6 +75,7 @@ def summarise(
         "corrections": sum(sample.command_m is not None for sample in acting),
         "guard": loop.guard.counts,
         "cycles": len(samples),
+        "unusable_frames": loop.bad_frames,
         "overruns": sum(task.overruns for task in scheduled),
         "simulated_s" if rig.virtual else "duration_s": simulated_s,
         "backends": backends,

@@ -70,13 +70,28 @@ class Perception:
         return Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features), tracks
 
 
+#: A frame of which more than this share is saturated, or hardly lit, shows nothing that could be measured.
+UNUSABLE_SHARE = 0.5
+_DARK, _BRIGHT = 8, 247
+
+
 def check_frame(frame: Frame, spec: SensorSpec) -> None:
-    """Raise DataError where the image is not uint8 RGB of the sensor's size; the message names the frame."""
+    """Raise DataError where the image is not uint8 RGB of the sensor's size, or is mostly saturated or black.
+
+    The message names the frame and the remedy.
+    """
     image = frame.image
     expected = (spec.height_px, spec.width_px, 3)
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.shape != expected:
         what = f"{image.dtype} {image.shape}" if isinstance(image, np.ndarray) else type(image).__name__
+        broken = isinstance(image, np.ndarray) and image.dtype.kind == "f" and bool(np.isnan(image).any())
+        what += " with NaN in it" if broken else ""
         raise DataError(
             f"frame {frame.seq}: expected a uint8 RGB image {expected}, got {what} "
-            "(convert grey images to three channels; resize to the sensor's size)"
+            "(convert to 8-bit RGB and resize to the sensor's size)"
         )
+    sample = image[4::8, 4::8, 1]
+    if np.count_nonzero(sample >= _BRIGHT) > UNUSABLE_SHARE * sample.size:
+        raise DataError(f"frame {frame.seq}: most of the image is saturated (lower the exposure, shield the gel)")
+    if np.count_nonzero(sample <= _DARK) > (1 - 0.05) * sample.size:
+        raise DataError(f"frame {frame.seq}: the image is black (is the sensor lit? was the frame torn?)")

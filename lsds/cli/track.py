@@ -1,0 +1,126 @@
+"""`lsds track`: slip through recordings, moving nothing."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lsds.cli.output import json_option, table, write_json
+from lsds.errors import DataError
+
+
+@click.command()
+@click.argument("sources", nargs=-1, metavar="SOURCE...", required=True)
+@click.option("--batch", is_flag=True, help="SOURCE is a folder: track every video below it, in parallel.")
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the recording to this PNG.")
+@click.option("--tracker", metavar="NAME", help="Tracker backend: lk, centroid, dis, or a plugin's.")
+@click.option("--config", type=click.Path(dir_okay=False, path_type=Path), help="Config to start from.")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option("--jobs", type=click.IntRange(min=1), default=None, help="Processes for --batch; all cores if not given.")
+@json_option
+def track(
+    sources: tuple[str, ...],
+    batch: bool,
+    plot: Path | None,
+    tracker: str | None,
+    config: Path | None,
+    overrides: tuple[str, ...],
+    jobs: int | None,
+    json_file: str | None,
+) -> None:
+    """Track the dots of a recording, and tell displacement fields, features and slip.
+
+    SOURCE is a video, a folder of images, or a pattern such as 'clip/*.png'. Its first frame has to show the gel
+    untouched. Velocities are per second of the recording's time stamps: where those are nominal and the camera was
+    slower, so are the velocities.
+
+    \b
+    Examples:
+      lsds track clip.avi --json clip.json --plot clip.png
+      lsds track frames/ --set sensor.video.rate_hz=18
+      lsds track clip.mp4 --tracker centroid --set sensor.video.timestamps=file
+      lsds track --batch recordings/ --json all.json
+    """
+    from lsds.cli import track_session
+
+    chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]
+    if batch:
+        _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot)
+        return
+    if len(sources) > 1:
+        raise click.UsageError("several recordings take --batch")
+    with _bar("tracking", json_file) as bar:
+        result = track_session.track_one(sources[0], config, chosen, bar)
+    if json_file is not None:
+        write_json(result.as_dict(), json_file)
+    if json_file != "-":
+        click.echo(_table(result.summary()))
+    if plot is not None and result.reference is not None:
+        track_session.draw(result, plot)
+        click.echo(f"picture: {plot}", err=json_file == "-")
+    if result.error is not None:
+        raise DataError(result.error)
+
+
+def _batch(
+    videos: list[str],
+    config: Path | None,
+    overrides: list[str],
+    jobs: int | None,
+    json_file: str | None,
+    plot: Path | None,
+) -> None:
+    from lsds.cli import track_session
+
+    if plot is not None:
+        raise click.UsageError("--plot draws one recording; leave out --batch")
+    results = []
+    with click.progressbar(length=len(videos), label=f"{len(videos)} recordings", file=sys.stderr) as bar:
+        for summary in track_session.track_many(videos, config, overrides, jobs):
+            results.append(summary)
+            bar.update(1)
+    overview = track_session.overview(results)
+    if json_file is not None:
+        write_json({"overview": overview, "recordings": results}, json_file)
+    if json_file != "-":
+        click.echo(table([(key, _show(value)) for key, value in overview.items()], ("figure", "value")))
+    bad = [r for r in results if r["error"] or r["failures"]]
+    for r in bad:
+        reasons = [r["error"]] if r["error"] else [f"{r['source']}: {f['reason']}" for f in r["failures"][:3]]
+        for reason in reasons:
+            click.echo(reason, err=True)
+    if any(r["error"] for r in results):
+        raise DataError(f"{sum(r['error'] is not None for r in results)} of {len(results)} recordings failed")
+
+
+def _bar(label: str, json_file: str | None) -> Any:
+    return click.progressbar(length=1, label=label, file=sys.stderr, show_eta=False)
+
+
+def _table(summary: dict[str, Any]) -> str:
+    rows = [
+        ("recording", summary["source"]),
+        ("frames", str(summary["frames"])),
+        ("duration", f"{summary['duration_s']:.2f} s ({summary['timestamps']} times)"),
+        ("markers in the reference", f"{summary['markers']} on a grid of {_show(summary['grid'])}"),
+        ("markers kept, mean", _show(summary["kept_mean"])),
+        ("markers kept, worst frame", _show(summary["kept_min"])),
+        ("largest displacement", f"{_show(summary['largest_displacement_px'])} px"),
+        ("frames with slip", _show(summary["slip_fraction"])),
+        ("unusable frames", str(len(summary["failures"]))),
+    ]
+    rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:10]]
+    return table(rows, ("figure", "value"))
+
+
+def _show(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, tuple | list):
+        return " x ".join(str(v) for v in value)
+    return str(value)

@@ -1,0 +1,116 @@
+"""Tracking one recording or many, kept apart from how it is printed."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lsds.config import load_config
+from lsds.errors import DataError, LsdsError
+from lsds.plugins import PluginHost
+from lsds.tracking import TrackResult, track_recording
+
+VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg")
+#: A reference with this many dots shows a whole pad; fewer are zoomed or cropped.
+WHOLE_PAD = 60
+
+
+def find_videos(sources: Sequence[str]) -> list[str]:
+    """Return the videos named, and all below the folders named, sorted. Raises DataError where there are none."""
+    found: list[str] = []
+    for source in sources:
+        path = Path(source).expanduser()
+        if path.is_dir():
+            found += sorted(str(p) for p in path.rglob("*") if p.suffix.lower() in VIDEO_ENDINGS)
+        elif path.exists():
+            found.append(str(path))
+        else:
+            raise DataError(f"{source}: there is no such file or folder (check the path)")
+    if not found:
+        raise DataError(f"{', '.join(sources)}: no videos there (looked for {', '.join(VIDEO_ENDINGS)})")
+    return found
+
+
+def track_one(source: str, config_file: Path | None, overrides: Sequence[str], bar: Any = None) -> TrackResult:
+    """Track one recording. Raises ConfigError, PluginError; what is wrong with the recording is in the result."""
+    host = PluginHost()
+    # Recordings begin untouched for one frame only; a config or an override may know better.
+    defaults = ["tactile.reference_frames=1"] if config_file is None else []
+    chosen = [*defaults, *overrides, "sensor.backend=video", f"sensor.video.path={json.dumps(source)}"]
+    config = load_config(config_file, chosen, host=host)
+
+    def advance(done: int, claimed: int) -> None:
+        bar.length = max(claimed, done)
+        bar.update(1)
+
+    return track_recording(config, host, None if bar is None else advance)
+
+
+def track_many(
+    sources: Sequence[str], config_file: Path | None, overrides: Sequence[str], jobs: int | None
+) -> Iterator[dict[str, Any]]:
+    """Yield the summary of each recording as it is done; nothing that is wrong with one stops the others."""
+    # The config is checked once, here, so that a typo is one error and not one per recording.
+    load_config(config_file, [*overrides, "sensor.backend=video", "sensor.video.path=x"])
+    workers = min(jobs or os.cpu_count() or 1, len(sources))
+    if workers == 1:
+        for source in sources:
+            yield _summary_of(source, config_file, tuple(overrides))
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        pending = [pool.submit(_summary_of, source, config_file, tuple(overrides)) for source in sources]
+        try:
+            for done in as_completed(pending):
+                yield done.result()
+        finally:
+            for job in pending:
+                job.cancel()
+
+
+def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the figures over all recordings; sorts the results by name first, as they come in any order."""
+    results.sort(key=lambda r: str(r["source"]))
+    good = [r for r in results if r["kept_mean"] is not None]
+    whole = [r for r in good if r["markers"] >= WHOLE_PAD]
+    worst = min(good, key=lambda r: r["kept_mean"], default=None)
+    return {
+        "recordings": len(results),
+        "failed": sum(r["error"] is not None for r in results),
+        "with_unusable_frames": sum(bool(r["failures"]) for r in results),
+        "frames": sum(r["frames"] for r in results),
+        "markers_kept_median": _median([r["kept_mean"] for r in good]),
+        f"with_{WHOLE_PAD}_or_more_dots": len(whole),
+        f"markers_kept_median_{WHOLE_PAD}_or_more_dots": _median([r["kept_mean"] for r in whole]),
+        f"markers_kept_worst_{WHOLE_PAD}_or_more_dots": min((r["kept_mean"] for r in whole), default=None),
+        "markers_kept_worst": worst["kept_mean"] if worst else None,
+        "worst_recording": worst["source"] if worst else None,
+    }
+
+
+def draw(result: TrackResult, path: Path) -> None:
+    """Write the picture of a recording. Raises DataError where the file cannot be written."""
+    from lsds.plots.track_plot import plot_track
+
+    try:
+        plot_track(path, result)
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: the picture cannot be written: {error}") from error
+
+
+def _summary_of(source: str, config_file: Path | None, overrides: tuple[str, ...]) -> dict[str, Any]:
+    try:
+        return track_one(source, config_file, overrides).summary()
+    except LsdsError as error:
+        failed = TrackResult(source)
+        failed.error = str(error)
+        return failed.summary()
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None

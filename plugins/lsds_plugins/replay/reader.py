@@ -1,0 +1,114 @@
+"""Frames out of a file: a video, a folder of images, or a pattern of image names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from lsds.errors import DataError
+
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
+
+
+class Reader(Protocol):
+    """A source of images in order. `count` is how many the source claims, 0 where it does not say."""
+
+    count: int
+    nominal_hz: float
+
+    def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
+        """Yield (image, time): uint8 (height, width, 3) RGB, and seconds by the file, NaN where it has no times.
+
+        Raises DataError that names the file and the frame.
+        """
+
+
+def open_reader(path: str) -> Reader:
+    """Return a reader for a video file, a folder of images, or a pattern such as `clip/*.png`. Raises DataError."""
+    source = Path(path).expanduser()
+    if any(letter in source.name for letter in "*?["):
+        return ImageReader(path, sorted(source.parent.glob(source.name)))
+    if source.is_dir():
+        return ImageReader(path, sorted(p for p in source.iterdir() if p.suffix.lower() in IMAGE_ENDINGS))
+    if not source.exists():
+        raise DataError(f"{path}: there is no such file or folder (check the path)")
+    if source.stat().st_size == 0:
+        raise DataError(f"{path}: the file is empty (was the recording or the copy interrupted?)")
+    return VideoReader(source)
+
+
+class ImageReader:
+    """Images in the order of their names; there are no times in them."""
+
+    nominal_hz = 0.0
+
+    def __init__(self, path: str, files: list[Path]) -> None:
+        if not files:
+            raise DataError(f"{path}: no images there (looked for {', '.join(IMAGE_ENDINGS)})")
+        self._files = files
+        self.count = len(files)
+
+    def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
+        """Yield the images; a later one of another size is an error, as it cannot belong to the same recording."""
+        shape: tuple[int, ...] | None = None
+        for number, file in enumerate(self._files):
+            image = cv2.imread(str(file), cv2.IMREAD_COLOR)
+            if image is None:
+                raise DataError(f"{file}: frame {number} cannot be read as an image (damaged, or not an image)")
+            if shape is not None and image.shape != shape:
+                raise DataError(f"{file}: frame {number} is {_size(image.shape)}, those before it are {_size(shape)}")
+            shape = image.shape
+            yield _rgb(np.asarray(image, np.uint8)), math.nan
+
+
+class VideoReader:
+    """Any video that OpenCV's FFmpeg reads."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        capture = self._open()
+        self.nominal_hz = float(capture.get(cv2.CAP_PROP_FPS))
+        self.count = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
+        capture.release()
+
+    def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
+        """Yield the frames. Fewer than the header promises means a truncated or damaged file, told at its end."""
+        capture = self._open()
+        number = 0
+        try:
+            while True:
+                time_s = capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
+                good, image = capture.read()
+                if not good:
+                    break
+                yield _rgb(np.asarray(image, np.uint8)), time_s
+                number += 1
+        finally:
+            capture.release()
+        if number == 0:
+            raise DataError(f"{self._file}: frame 0 cannot be decoded (empty, damaged, or an unknown codec)")
+        if number < self.count:
+            raise DataError(
+                f"{self._file}: frame {number} cannot be decoded, the header promises {self.count} "
+                "(the file is truncated or damaged; the frames before it are good)"
+            )
+
+    def _open(self) -> cv2.VideoCapture:
+        capture = cv2.VideoCapture(str(self._file))
+        if not capture.isOpened():
+            raise DataError(f"{self._file}: not a video that can be opened (damaged header, or an unknown format)")
+        return capture
+
+
+def _rgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]} x {shape[0]}"

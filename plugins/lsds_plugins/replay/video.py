@@ -1,0 +1,156 @@
+"""Sensor `video`: a recording played as if it were a camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from lsds.clock import nanoseconds
+from lsds.contracts import BuildContext, Frame, Lifecycle, SensorSpec
+from lsds.errors import ConnectFailed, DataError, StaleData
+from lsds.lifecycle import LifecycleGuard
+from lsds_plugins.replay.reader import Reader, open_reader
+from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
+
+
+class VideoOptions(BaseModel):
+    """Options of `[sensor.video]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    path: str = Field(default="", description="video file, folder of images, or pattern such as clip/*.png")
+    timestamps: Timestamps = Field(
+        default="nominal", description="nominal: every 1/rate_hz; file: as stored in the video; list: times_file"
+    )
+    times_file: str = Field(default="", description="text file with one time in seconds per frame, for 'list'")
+    rate_hz: float = Field(default=0.0, ge=0, le=1000, description="nominal rate; 0 takes the file's own, else 25")
+    mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the image as it is read")
+    size: tuple[int, int] | None = Field(default=None, description="resize to [width, height]; as it is where absent")
+    pad: tuple[int, int] | None = Field(default=None, description="dots printed, [rows, columns], where known")
+    grey: bool = Field(default=False, description="accept a recording without colour; contact area means nothing then")
+
+    @model_validator(mode="after")
+    def _times_need_a_file(self) -> VideoOptions:
+        if (self.timestamps == "list") != bool(self.times_file):
+            raise ValueError("timestamps = 'list' and times_file go together")
+        return self
+
+
+class VideoSensor:
+    """A `TactileSensor` that shows each frame from its time stamp on, and ends with EOFError."""
+
+    def __init__(self, options: VideoOptions, context: BuildContext) -> None:
+        self._options = options
+        self._clock = context.clock
+        self._guard = LifecycleGuard("video")
+        self._spec: SensorSpec | None = None
+
+    @property
+    def spec(self) -> SensorSpec:
+        """Size of the frames, nominal rate and scale. Opens the recording for a look where it is not connected."""
+        if self._spec is None:
+            image, _ = next(self._images(self._open()))
+            height, width = image.shape[:2]
+            rate = self._options.rate_hz or self._reader_rate or 25.0
+            self._spec = SensorSpec(width, height, rate, self._options.mm_per_px * 1e-3, self._options.pad)
+        return self._spec
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the sensor is in its life."""
+        return self._guard.state
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames the recording claims, 0 where it does not say."""
+        return self._open().count
+
+    def connect(self) -> None:
+        """Open the recording; its first frame's time is now. Raises ConnectFailed."""
+        with self._guard.connecting():
+            try:
+                _ = self.spec
+                self._frames = self.frames(self._clock.now())
+                self._next: Frame | None = next(self._frames)
+            except DataError as error:
+                raise ConnectFailed("video", str(error)) from error
+            self._now: Frame | None = None
+            self._failure: DataError | None = None
+
+    def arm(self) -> None:
+        """Do nothing that moves: there is nothing to move."""
+        with self._guard.arming():
+            pass
+
+    def stop(self) -> None:
+        """Do nothing: a recording does not move."""
+
+    def disarm(self) -> None:
+        """Back to readable only."""
+        with self._guard.disarming():
+            pass
+
+    def close(self) -> None:
+        """Let go of the file."""
+        with self._guard.closing() as first:
+            if first and hasattr(self, "_frames"):
+                self._frames.close()
+
+    def read(self) -> Frame:
+        """Return the newest frame due. Raises StaleData before the first, DataError for a damaged one, EOFError after
+        the last."""
+        self._guard.require_readable()
+        now = self._clock.now()
+        while self._next is not None and self._next.t_ns <= now:
+            self._now = self._next
+            try:
+                self._next = next(self._frames, None)
+            except DataError as error:
+                self._next, self._failure = None, error
+            if self._next is None:
+                # The last frame is shown for its own interval before the recording counts as over.
+                self._end_ns = now + nanoseconds(1 / self.spec.rate_hz)
+        if self._now is None:
+            raise StaleData("video", "the first frame is not due yet")
+        if self._next is None and now >= self._end_ns:
+            if self._failure is not None:
+                raise self._failure
+            raise EOFError(f"{self._options.path}: the recording has ended after frame {self._now.seq}")
+        return self._now
+
+    def frames(self, start_ns: int = 0) -> Generator[Frame, None, None]:
+        """Yield every frame, for work that does not wait for a clock. Raises DataError naming file and frame."""
+        options = self._options
+        reader = self._open()
+        listed = read_times(options.times_file) if options.times_file else None
+        times = FrameTimes(options.path, options.timestamps, self.spec.rate_hz, listed)
+        for number, (image, file_s) in enumerate(self._images(reader)):
+            yield Frame(image, start_ns + nanoseconds(times.of(number, file_s)), number)
+
+    def _open(self) -> Reader:
+        if not self._options.path:
+            raise DataError("video: no recording named (set sensor.video.path)")
+        reader = open_reader(self._options.path)
+        self._reader_rate = reader.nominal_hz if math.isfinite(reader.nominal_hz) else 0.0
+        return reader
+
+    def _images(self, reader: Reader) -> Iterator[tuple[NDArray[np.uint8], float]]:
+        for number, (image, file_s) in enumerate(reader.images()):
+            if number == 0 and not self._options.grey and _is_grey(image):
+                raise DataError(
+                    f"{self._options.path}: frame 0 is grey, but contact is measured from colour "
+                    "(record in colour, or set sensor.video.grey=true to use the dots alone)"
+                )
+            if self._options.size is not None and image.shape[1::-1] != self._options.size:
+                image = np.asarray(cv2.resize(image, self._options.size, interpolation=cv2.INTER_AREA), np.uint8)
+            yield image, file_s
+
+
+def _is_grey(image: NDArray[np.uint8]) -> bool:
+    sample = image[::4, ::4].astype(np.int16)
+    return bool(np.abs(sample - sample[..., :1]).max() <= 1)
