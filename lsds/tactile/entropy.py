@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 BIN_M = 31.25e-6
 BINS = 64
 #: n log n for every possible count: a frame's entropy is then one histogram and one look-up.
-_N_LOG_N = np.concatenate([[0.0], np.arange(1, 4097) * np.log(np.arange(1, 4097))])
+#: Up to the 60 x 80 sample points that a dense tracker may have, and some.
+_COUNTS = np.arange(1, 8193)
+_N_LOG_N = np.concatenate([[0.0], _COUNTS * np.log(_COUNTS)])
 
 
 def displacement_entropy(magnitude_m: NDArray[np.float64]) -> float:

@@ -71,6 +71,8 @@ def _orientation(xy: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[fl
     np.fill_diagonal(distance, np.inf)
     nearest = np.median(distance.min(axis=1))
     near = difference[(distance > 0.6 * nearest) & (distance < 1.3 * nearest)]
+    if not len(near):
+        return np.eye(2), (np.nan, np.nan)
     angle = np.angle(np.mean(np.exp(4j * np.arctan2(near[:, 1], near[:, 0])))) / 4
     x_axis = np.array([np.cos(angle), np.sin(angle)])
     axes = np.stack([x_axis, [-x_axis[1], x_axis[0]]])
