@@ -72,8 +72,16 @@ def associate(
     if not rivals:
         return Association(np.full(count, -1), predicted_px, True)
     best = rivals.pop(0)
-    ambiguous = any(rival.cost < best.cost + MARGIN or rival.against <= best.against - EVIDENCE for rival in rivals)
+    ambiguous = any(rival.cost < best.cost + MARGIN or _explains(rival, best) for rival in rivals)
     return Association(best.dot, best.expected_px, ambiguous)
+
+
+def _explains(rival: _Hypothesis, best: _Hypothesis) -> bool:
+    """Tell whether a rival leaves next to nothing unexplained where the best leaves a whole line of dots.
+
+    A torn or dazzled stretch of gel leaves something unexplained under every shift; a jump by a pitch does not.
+    """
+    return rival.against <= best.against - EVIDENCE and rival.against <= max(1, best.against // 5)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

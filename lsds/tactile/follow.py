@@ -35,6 +35,8 @@ LONGEST_GAP_S = 0.25
 FURTHEST = 0.75
 #: Frames after which a grid with several markers missing is looked at as a whole again.
 RECHECK = 12
+#: A marker whose displacement differs this much, in pitches, from the median around it is on another's dot.
+APART = 0.7
 #: More failing markers than this ask the whole grid; fewer are single dots worn off or hidden.
 STRAY = 2
 _OK, _LOST = TrackFlag.OK.value, TrackFlag.LOST.value
@@ -67,6 +69,8 @@ class DotFollower:
         self._lattice = Lattice(self._reference, found.complete)
         self._edge_px = self._localiser.visible * diameter
         self._reference_area = self._areas(xy)
+        self._xy_home = xy
+        self._apart_px = APART * self._lattice.pitch_px
         self.reset()
         return self._reference
 
@@ -100,6 +104,10 @@ class DotFollower:
             else:
                 # Stray losses: expect them where their neighbours have gone.
                 predicted = self._carry(predicted, xy - predicted, failed)
+            stray = self._lattice.stray(np.where(failed[:, None], 0.0, xy - self._xy_home), ~failed, self._apart_px)
+            if stray.any():
+                flags[stray] = _INCONSISTENT
+                failed = flags != _OK
             settled = np.where(failed[:, None], predicted, xy)
             flags[failed & (flags != _AMBIGUOUS) & ~self._lattice.in_view(settled, self._edge_px)] = _OUT
             xy = settled.copy()

@@ -66,6 +66,24 @@ class Lattice:
             & (below < self.count)
         )
         self.corner_right, self.corner_below = right[self.corner], below[self.corner]
+        away = np.abs(reference.cell[:, None, :] - reference.cell[None, :, :]).max(axis=-1)
+        self._around = (away > 0) & (away <= 2)
+
+    def stray(self, moved_px: NDArray[np.float64], trusted: NDArray[np.bool_], limit_px: float) -> NDArray[np.bool_]:
+        """Return which trusted markers (N,) moved (N, 2) otherwise than the median of those within two cells.
+
+        A marker with fewer than three trusted ones around it cannot be judged and passes.
+        """
+        around = self._around & trusted
+        count = around.sum(axis=1)
+        # Medians over ragged neighbourhoods: the untrusted sort to the end, the middle is that of the rest.
+        padded = np.where(around[..., None], moved_px[None, :, :], np.inf)
+        padded.sort(axis=1)
+        middle = padded[np.arange(self.count), np.maximum(count - 1, 0) // 2]
+        judged = trusted & (count >= 3)
+        off = np.zeros(self.count)
+        off[judged] = np.abs(moved_px[judged] - middle[judged]).max(axis=1)
+        return np.asarray(off > limit_px)
 
     def extend(self, marker_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return positions (nodes, 2) of the markers (N, 2) given and of the ring that moves along with them."""
