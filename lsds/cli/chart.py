@@ -1,0 +1,98 @@
+"""`lsds chart`: speed against accuracy, measured here and now."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import sys
+from pathlib import Path
+
+import click
+
+from lsds.cli.output import json_option, table, write_json, write_text
+from lsds.errors import DataError
+
+
+@click.group()
+def chart() -> None:
+    """Measure what things cost and what they give for it.
+
+    \b
+    Examples:
+      lsds chart frame --plot frame.png --csv frame.csv
+      lsds chart scheduler
+    """
+
+
+@chart.command()
+@click.option("--repeats", type=click.IntRange(min=1), default=10, show_default=True, help="Passes over the frames.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the simulated run.")
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("frame.png"), show_default=True)
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the trackers' table as CSV.")
+@json_option
+def frame(repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: str | None) -> None:
+    """Time one frame from image to command, part by part, and the trackers beside their peers.
+
+    \b
+    Examples:
+      lsds chart frame
+      lsds chart frame --repeats 30 --json frame.json --csv frame.csv --plot frame.png
+    """
+    from lsds.plots.frame_chart import plot_frame_cost
+    from lsds.study.frame_cost import measure
+
+    with click.progressbar(length=repeats, label="measuring", file=sys.stderr) as bar:
+        cost = measure(seed, repeats, lambda: bar.update(1))
+    rows = [(p.name, f"{p.p50_us:.1f}", f"{p.p99_us:.1f}") for p in (cost.total, *cost.parts, *cost.depth)]
+    trackers = [
+        (s.name, "peer" if s.peer else "", f"{s.p50_us:.0f}", f"{s.p99_us:.0f}", f"{s.rms_px:.4f}",
+         f"{s.kept_fraction:.4f}", f"{s.wrong_unflagged:.4f}")
+        for s in cost.trackers
+    ]  # fmt: skip
+    header = ("tracker", "", "us p50", "us p99", "RMS px (simulated)", "kept", "wrong, unflagged")
+    if json_file is not None:
+        write_json(cost, json_file)
+    if json_file != "-":
+        click.echo(table(rows, ("part", "us p50", "us p99")) + "\n\n" + table(trackers, header))
+        changes = ", ".join(f"{change:.4f}" for change in cost.area_change)
+        click.echo(f"\ncontact area, mean difference to the finest depth map: {changes}")
+    if csv_file is not None:
+        write_text(_csv([dataclasses.asdict(s) for s in cost.trackers]), csv_file)
+    try:
+        plot_frame_cost(plot, cost)
+    except (OSError, ValueError) as error:
+        raise DataError(f"{plot}: the chart cannot be written: {error}") from error
+    click.echo(f"chart: {plot}", err=json_file == "-")
+
+
+@chart.command()
+@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True, help="Runs of each, in turns.")
+@json_option
+def scheduler(repeats: int, json_file: str | None) -> None:
+    """Time the scheduler's own overhead: 60 s of a rig with four rates, beside Python's `sched`.
+
+    \b
+    Example:
+      lsds chart scheduler --json scheduler.json
+    """
+    from lsds.study import scheduler_cost
+
+    ours, peer = scheduler_cost.measure(repeats=repeats)
+    if json_file is not None:
+        write_json({"lsds": ours, "sched": peer, "budget_ns": scheduler_cost.BUDGET_NS}, json_file)
+    if json_file != "-":
+        rows = [
+            (name, f"{c.median_ns / 1e6:.1f}", f"{c.best_ns / 1e6:.1f}", f"{c.per_dispatch_ns / 1e3:.2f}")
+            for name, c in (("lsds", ours), ("sched", peer))
+        ]
+        click.echo(table(rows, ("scheduler", "ms for 60 s, median", "best", "us a dispatch")))
+        click.echo(f"budget: {scheduler_cost.BUDGET_NS / 1e6:.0f} ms")
+
+
+def _csv(rows: list[dict[str, object]]) -> str:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
