@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 SLIDING = 1.0 - 1e-9
-_TINY = 1e-30
+_NO_REACTION = Reaction(0.0, 0.0, 0.0, 0.0)
+#: Square of a deflection (m^2) far below any real one: keeps 0 / 0 out of a bristle at rest.
+_TINY2 = 1e-40
 
 
 def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, count: int) -> NDArray[np.float64]:
@@ -63,15 +65,19 @@ class BrushGel:
         self._gap = shape.gap(self._points[0], self._points[1])
         self._u = np.zeros((2, size))
         self._try = np.zeros((2, size))
+        self._square = np.zeros((2, size))
+        self._shift = np.zeros((2, 1))
+        self._force = np.zeros(2)
         self._limit2 = np.zeros(size)
+        self._floor2 = np.full(size, _TINY2)
         self._scale = np.ones(size)
-        self._work = np.zeros(size)
+        self._kept_scale = np.ones(size)
         self._pressure = np.zeros(size)
         self._k = 1.0
-        self._touching = False
+        self._touching = 0
         self._tried_stuck = self._stuck = 0
         self._contact = np.zeros(size, bool)
-        self._slid = np.zeros(size, bool)
+        self._holds = np.zeros(size, bool)
         self._loaded: tuple[float, float, tuple[float, float] | None] = (0.0, 0.0, None)
         self._field: MarkerField | None = None
 
@@ -100,7 +106,7 @@ class BrushGel:
         total = float(weight.sum())
         self._pressure = weight * (normal_force_n / total) if total > 0 else np.zeros_like(weight)
         self._contact = self._pressure > 0
-        self._touching = bool(self._contact.any())
+        self._touching = int(np.count_nonzero(self._contact))
 
     def _stiffen(self, edge_m: float, under: NDArray[np.bool_]) -> None:
         """Share the contact's shear stiffness out over the bristles under the object.
@@ -117,57 +123,61 @@ class BrushGel:
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the deflection at which each bristle lets go."""
-        np.multiply(friction, self._pressure, out=self._work)
-        self._work /= self._k
-        np.multiply(self._work, self._work, out=self._limit2)
+        limit = self._limit2
+        np.multiply(friction, self._pressure, out=limit)
+        limit *= 1.0 / self._k
+        np.multiply(limit, limit, out=limit)
+        np.maximum(limit, _TINY2, out=self._floor2)
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Move all tips with the object, draw back those beyond their limit, add up the forces."""
-        x, y = self._try
-        np.add(self._u[0], dx_m, out=x)
-        np.add(self._u[1], dy_m, out=y)
+        if not self._touching:
+            return _NO_REACTION
+        moved, square, scale = self._try, self._square, self._scale
+        self._shift[0, 0], self._shift[1, 0] = dx_m, dy_m
+        np.add(self._u, self._shift, out=moved)
         if dtheta_rad:
-            x -= dtheta_rad * self._points[1]
-            y += dtheta_rad * self._points[0]
-        scale, work = self._scale, self._work
-        np.multiply(x, x, out=scale)
-        np.multiply(y, y, out=work)
-        scale += work
-        scale += _TINY
+            moved[0] -= dtheta_rad * self._points[1]
+            moved[1] += dtheta_rad * self._points[0]
+        # A tip keeps the share min(1, limit / |u|) of its deflection.
+        np.multiply(moved, moved, out=square)
+        np.add(square[0], square[1], out=scale)
+        np.maximum(scale, self._floor2, out=scale)
         np.divide(self._limit2, scale, out=scale)
-        np.minimum(scale, 1.0, out=scale)
         np.sqrt(scale, out=scale)
         k = self._k
-        fx, fy = (k * (self._try @ scale)).tolist()
+        fx, fy = np.dot(moved, scale, out=self._force).tolist()
         torque = 0.0
         if dtheta_rad or fx:
-            torque = k * float((self._points[0] * y - self._points[1] * x) @ scale)
-        self._tried_stuck = int(np.count_nonzero(scale >= SLIDING))
-        return Reaction(fx, fy, torque, k * self._tried_stuck)
+            torque = k * float((self._points[0] * moved[1] - self._points[1] * moved[0]) @ scale)
+        self._tried_stuck = int(np.count_nonzero(np.greater_equal(scale, SLIDING, out=self._holds)))
+        return Reaction(k * fx, k * fy, torque, k * self._tried_stuck)
 
     def commit(self) -> None:
-        """Keep the last trial's drawn-back deflections."""
+        """Keep the last trial's drawn-back deflections; without contact the gel springs back at once."""
+        if not self._touching:
+            self._u.fill(0.0)
+            self._kept_scale.fill(0.0)
+            self._stuck = 0
+            return
         np.multiply(self._try, self._scale, out=self._u)
-        np.less(self._scale, SLIDING, out=self._slid)
+        self._scale, self._kept_scale = self._kept_scale, self._scale
         self._stuck = self._tried_stuck
 
     @property
     def sliding(self) -> NDArray[np.bool_]:
         """Which bristles slid in the last committed step, those without contact included."""
-        return self._slid
+        return self._kept_scale < SLIDING
 
     @property
     def stick_ratio(self) -> float:
         """Share of the bristles in contact that did not slide."""
-        touching = int(np.count_nonzero(self._contact))
-        if not touching:
-            return 1.0
-        return 1.0 - int(np.count_nonzero(self._contact & self._slid)) / touching
+        return self._stuck / self._touching if self._touching else 1.0
 
     @property
     def fully_sliding(self) -> bool:
         """Whether every bristle in contact slid in the last committed step."""
-        return self._touching and self._stuck == 0
+        return self._touching > 0 and self._stuck == 0
 
     @property
     def elastic_energy_j(self) -> float:
@@ -177,14 +187,14 @@ class BrushGel:
     def state(self) -> GelState:
         """Return a copy of the history."""
         indentation, force, reach = self._loaded
-        return GelState(self._u.copy(), self._k * self._u, self._pressure, self._slid.copy(), indentation, force, reach)
+        return GelState(self._u.copy(), self._k * self._u, self._pressure, self.sliding, indentation, force, reach)
 
     def restore(self, state: GelState) -> None:
         """Put a history back."""
         self.press(state.indentation_m, state.normal_force_n, state.reach_m)
         self._u[:] = state.deflection_m
-        self._slid[:] = state.slid
-        self._stuck = int(np.count_nonzero(self._contact & ~self._slid))
+        self._kept_scale[:] = ~state.slid
+        self._stuck = int(np.count_nonzero(self._contact & ~state.slid))
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `lsds_mocks.gel.markers`; the matrices are kept for the last set of points."""

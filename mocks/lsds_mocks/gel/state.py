@@ -26,13 +26,13 @@ class GelState:
 
 def blend(early: GelState, late: GelState, share: float) -> GelState:
     """Return the state a `share` (0..1) of the way between two neighbouring steps, for an exposure between them."""
-    keep = 1.0 - share
+    # In this form what did not change comes out unchanged to the last bit, and whoever keeps work by it finds it.
     return GelState(
-        keep * early.deflection_m + share * late.deflection_m,
-        keep * early.shear_n + share * late.shear_n,
-        keep * early.pressure_n + share * late.pressure_n,
+        early.deflection_m + share * (late.deflection_m - early.deflection_m),
+        early.shear_n + share * (late.shear_n - early.shear_n),
+        early.pressure_n + share * (late.pressure_n - early.pressure_n),
         late.slid,
-        keep * early.indentation_m + share * late.indentation_m,
-        keep * early.normal_force_n + share * late.normal_force_n,
+        early.indentation_m + share * (late.indentation_m - early.indentation_m),
+        early.normal_force_n + share * (late.normal_force_n - early.normal_force_n),
         late.reach_m,
     )

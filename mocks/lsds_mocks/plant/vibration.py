@@ -16,7 +16,7 @@ class Vibration:
     def __init__(self, amplitude_m: float, rng: np.random.Generator) -> None:
         phases = rng.uniform(0, 2 * math.pi, len(SHARES)).tolist()
         self._waves = [
-            (amplitude_m * share, 2 * math.pi * hertz, phase)
+            (amplitude_m * share, 2 * math.pi * hertz, phase, amplitude_m * share * math.sin(phase))
             for share, hertz, phase in zip(SHARES, FREQUENCIES_HZ, phases, strict=True)
         ]
         if amplitude_m == 0:
@@ -24,4 +24,7 @@ class Vibration:
 
     def displacement_m(self, t_s: float) -> float:
         """Return the upward displacement at a time."""
-        return sum(a * (math.sin(w * t_s + phase) - math.sin(phase)) for a, w, phase in self._waves)
+        total = 0.0
+        for amplitude, omega, phase, at_start in self._waves:
+            total += amplitude * math.sin(omega * t_s + phase) - at_start
+        return total
