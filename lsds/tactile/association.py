@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.tactile.views import HALF
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -53,21 +55,23 @@ def associate(
     dots_px: NDArray[np.float64],
     lattice: Lattice,
     trusted_px: NDArray[np.float64],
+    hidden: NDArray[np.bool_] | None = None,
 ) -> Association:
     """Match predicted markers (N, 2) with dots (M, 2) found in the frame.
 
     `trusted_px` (N, 2) is where the markers were when last they were sure; the gel may have stopped anywhere on the
-    way from there to the prediction, so motion is held against a hypothesis only beyond that way.
+    way from there to the prediction, so motion is held against a hypothesis only beyond that way. `hidden` (half-size
+    image) tells where a dot could not be seen if it were there: saturated or black places say nothing.
     """
     count = len(predicted_px)
     if not len(dots_px):
         return Association(np.full(count, -1), predicted_px, True)
     extended = lattice.extend(predicted_px)
     grown = _grow(extended, dots_px, lattice)
-    calm = _hypothesis((0, 0), grown, extended, dots_px, lattice, trusted_px)
+    calm = _hypothesis((0, 0), grown, extended, dots_px, lattice, trusted_px, hidden)
     if calm is not None and calm.against == 0 and calm.cost < CALM:
         return Association(calm.dot, calm.expected_px, False)
-    candidates = [calm, *(_hypothesis(s, grown, extended, dots_px, lattice, trusted_px) for s in _SHIFTS)]
+    candidates = [calm, *(_hypothesis(s, grown, extended, dots_px, lattice, trusted_px, hidden) for s in _SHIFTS)]
     rivals = sorted((c for c in candidates if c is not None), key=lambda c: c.cost)
     if not rivals:
         return Association(np.full(count, -1), predicted_px, True)
@@ -147,6 +151,7 @@ def _hypothesis(
     dots: NDArray[np.float64],
     lattice: Lattice,
     trusted: NDArray[np.float64],
+    hidden: NDArray[np.bool_] | None,
 ) -> _Hypothesis | None:
     """What follows if the true cell of every grown label were its cell plus `shift`."""
     source = lattice.shifted(shift)
@@ -158,7 +163,11 @@ def _hypothesis(
     predicted = extended[: lattice.count]
     carried = np.median((dots[dot] - predicted)[found], axis=0)
     expected = np.where(found[:, None], dots[dot], predicted + carried)
-    missing = np.count_nonzero(~found & lattice.in_view(expected, _EDGE_PX))
+    unseen = ~found & lattice.in_view(expected, _EDGE_PX)
+    if hidden is not None and unseen.any():
+        column, row = (expected[unseen] * (1 / HALF)).astype(np.intp).T
+        unseen[unseen] = ~hidden[row, column]
+    missing = np.count_nonzero(unseen)
     if lattice.complete:
         surplus = np.count_nonzero(grown[lattice.dropped(shift)] >= 0)
     else:

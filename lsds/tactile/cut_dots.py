@@ -50,9 +50,12 @@ class CutDots:
         inverse = np.linalg.inv(hessian)
         left, top = max(0, int(x.min())), max(0, int(y.min()))
         image = grey[top : int(y.max()) + 3, left : int(x.max()) + 3].astype(np.float64)
+        # Brightness common to the window is no motion; where only half a dot is left, it would pass for one.
+        level = np.einsum("kp,kp->k", template, inside)
         at = start.copy()
         for _ in range(_ITERATIONS):
             now = _sample(image, at[:, :1] + self._dx - left, at[:, 1:] + self._dy - top)
+            now *= (level / np.maximum(np.einsum("kp,kp->k", now, inside), 1.0))[:, None]
             slope = np.einsum("kpi,kp->ki", weighted, now - template)
             at -= np.einsum("kij,kj->ki", inverse, slope)
         near = np.abs(at - start).max(axis=1) < self._radius

@@ -39,6 +39,8 @@ RECHECK = 12
 APART = 0.7
 #: More failing markers than this ask the whole grid; fewer are single dots worn off or hidden.
 STRAY = 2
+#: Grey levels at which neither gel nor dot could be told.
+BLACK, SATURATED = 8, 247
 _OK, _LOST = TrackFlag.OK.value, TrackFlag.LOST.value
 _OUT, _INCONSISTENT, _AMBIGUOUS = (
     TrackFlag.OUT_OF_VIEW.value,
@@ -157,12 +159,16 @@ class DotFollower:
         self, views: FrameViews, predicted: NDArray[np.float64], mask: NDArray[np.uint8]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
         """Find all dots, match them with the markers, refine from there."""
-        match = associate(predicted, find_dots(mask).xy_px, self._lattice, self._trusted)
+        grey = views.half_grey
+        hidden = (grey <= BLACK) | (grey >= SATURATED)
+        match = associate(predicted, find_dots(mask).xy_px, self._lattice, self._trusted, hidden)
         xy = self._localiser.refine(views.grey, match.expected_px)
         flags = self._verify(xy, match.expected_px, mask, SLID_OFF)
         flags[(match.dot < 0) & (flags == _OK)] = _LOST
         if match.ambiguous:
+            # What is doubted must not be next frame's expectation, or it would confirm itself.
             flags[flags == _OK] = _AMBIGUOUS
+            return xy, predicted, flags
         return xy, match.expected_px, flags
 
     def _verify(

@@ -30,8 +30,7 @@ def dirt(pad, angle, count, seed, clear=0.42):
         + np.where(rng.random((count, 1)) < 0.5, [0.5, 0.0], [0.0, 0.5])
         + rng.uniform(clear - 0.5, 0.5 - clear, (count, 2))
     )
-    xy = (cell - offset) * pitch @ np.array([[cos, sin], [-sin, cos]]) + [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]
-    return xy
+    return (cell - offset) * pitch @ np.array([[cos, sin], [-sin, cos]]) + [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]
 
 
 def check(grid, pad, true_cell, real):
