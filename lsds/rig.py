@@ -41,7 +41,7 @@ class Rig:
 
     Use it as a context manager: it connects on entry, and stops and closes everything on exit. `gripper`, `arm`,
     `pose_source` and `cell` are None where the configuration says so. A cell (a simulation's physics and truth) is
-    built only where at least one chosen device runs on simulated time.
+    built only where at least one chosen device lives in it.
 
     Raises ConfigError, PluginNotFound, PluginConflict, PluginLoadError, ContractMismatch.
     """
@@ -64,7 +64,7 @@ class Rig:
         self.virtual = _is_virtual(config, chosen)
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
         self.context = BuildContext(self.clock, config.seed)
-        if not any(backend.spec.virtual_time for kind, backend in chosen.items() if kind in _DEVICES):
+        if not any(backend.spec.in_cell for kind, backend in chosen.items() if kind in _DEVICES):
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen
         for kind in _BUILD_ORDER:

@@ -223,15 +223,26 @@ def refuse(options: object, context: BuildContext) -> None:
 
 def _spec(kind: str, name: str, attribute: str, *, options: bool = True, **more: object) -> BackendSpec:
     return BackendSpec(
-        kind, name, f"fake_cell:{attribute}", "fake_cell:Options" if options else None, **{"virtual_time": True} | more
+        kind,
+        name,
+        f"fake_cell:{attribute}",
+        "fake_cell:Options" if options else None,
+        **{"virtual_time": True, "in_cell": True} | more,
     )
 
 
 SPECS = [
     _spec("sensor", "fake-sensor", "FakeSensor", summary="a fake fingertip"),
-    _spec("sensor", "real-sensor", "FakeSensor", virtual_time=False),
+    _spec("sensor", "real-sensor", "FakeSensor", virtual_time=False, in_cell=False),
     _spec("gripper", "fake-gripper", "FakeGripper"),
-    _spec("gripper", "real-gripper", "FakeGripper", virtual_time=False, hardware_verified="Hand-E, 2024-05-01"),
+    _spec(
+        "gripper",
+        "real-gripper",
+        "FakeGripper",
+        virtual_time=False,
+        in_cell=False,
+        hardware_verified="Hand-E, 2024-05-01",
+    ),
     _spec("gripper", "incomplete", "Incomplete"),
     _spec("gripper", "no-sdk", "FakeGripper", requires=("a_vendor_sdk_nobody_has",), extra="acme"),
     _spec("gripper", "gone", "NoSuchClass"),

@@ -37,6 +37,8 @@ class BackendSpec:
     import names that must be there; `extra` is the pip extra that brings them. `hardware_verified` says on what
     hardware, and when, a person has seen it work; empty for never. `virtual_time` marks a device that runs on the
     virtual clock (an in-process simulation, a recording); a rig of only such devices runs faster than real time.
+    `in_cell` marks a device that lives in the rig's cell; without any, no cell is built, so that no simulated truth
+    finds its way into the figures of a recording or of real hardware.
     """
 
     kind: Kind
@@ -48,6 +50,7 @@ class BackendSpec:
     extra: str = ""
     hardware_verified: str = ""
     virtual_time: bool = False
+    in_cell: bool = False
 
 
 @dataclass(slots=True)

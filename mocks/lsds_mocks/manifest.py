@@ -28,6 +28,7 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.devices.gelsight_options:GelSightOptions",
             summary="simulated GelSight Mini: 320x240 RGB with dots, 25 Hz, latency, noise",
             virtual_time=True,
+            in_cell=True,
         ),
         BackendSpec(
             "gripper",
@@ -36,6 +37,7 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.devices.hand_e_options:HandEOptions",
             summary="simulated Robotiq Hand-E: ticks, speed and force bytes, latency, object detection",
             virtual_time=True,
+            in_cell=True,
         ),
         BackendSpec(
             "arm",
@@ -44,5 +46,6 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.devices.ur5e_options:UR5eOptions",
             summary="simulated UR5e: follows vertical Cartesian velocities",
             virtual_time=True,
+            in_cell=True,
         ),
     ]

@@ -8,7 +8,7 @@ from installed import has_manifest, installed_host
 from lsds.testing import Bench, cases
 
 KINDS = ("sensor", "gripper", "arm", "pose_source")
-NEEDS_DATA = frozenset({"replay"})
+NEEDS_DATA = frozenset({"video"})
 """Backends that cannot run without a file of the user's; their own tests bring one."""
 
 

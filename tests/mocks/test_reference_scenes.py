@@ -5,10 +5,13 @@ import os
 import pytest
 import reference_scenes
 
-DIRECTORY = os.environ.get("LSDS_CONTACT_REFERENCE", "")
+DIRECTORY = os.path.join(os.environ.get("LSDS_DATA", ""), "contact_reference")
 
 
-@pytest.mark.skipif(not DIRECTORY, reason="set LSDS_CONTACT_REFERENCE to the directory of the reference scenes")
+@pytest.mark.skipif(
+    "LSDS_DATA" not in os.environ or not os.path.isdir(DIRECTORY),
+    reason="needs reference solutions: set LSDS_DATA to a folder that holds contact_reference/",
+)
 @pytest.mark.parametrize(("scene", "bound_um"), [("sphere", 9), ("pipe", 26), ("block", 30), ("torsion", 15)])
 def test_marker_field(scene, bound_um):
     errors = reference_scenes.errors(DIRECTORY, scene)

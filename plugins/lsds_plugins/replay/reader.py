@@ -83,11 +83,11 @@ class VideoReader:
         number = 0
         try:
             while True:
-                time_s = capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
                 good, image = capture.read()
                 if not good:
                     break
-                yield _rgb(np.asarray(image, np.uint8)), time_s
+                # Asked for after the read, this is the time of the frame just read.
+                yield _rgb(np.asarray(image, np.uint8)), capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
                 number += 1
         finally:
             capture.release()

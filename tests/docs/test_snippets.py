@@ -1,0 +1,113 @@
+"""README and docs do what they say: their commands run, their configs load, their Python works."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from lsds.config import check_config
+from lsds.plugins import PluginHost
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"(?:<!-- (?P<note>[^>]*) -->\n)?```(?P<language>\w+)\n(?P<text>.*?)```", re.DOTALL)
+
+
+def blocks(page: Path, language: str):
+    for match in BLOCK.finditer(page.read_text(encoding="utf-8")):
+        if match["language"] == language:
+            yield match["note"] or "", match["text"]
+
+
+def lsds_commands(page: Path):
+    for _, text in blocks(page, "sh"):
+        for line in text.splitlines():
+            command = line.split("#")[0].strip()
+            if command.startswith("lsds "):
+                yield command
+
+
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    """A folder with what the snippets name: a config, a recording."""
+    import numpy as np
+
+    from tests.tactile.render import pad_positions, render
+    from tests.video_files import write_video
+
+    (tmp_path / "recordings").mkdir()
+    dots = pad_positions()
+    frames = [render(dots + np.array([0.4 * i, 0.0]), seed=i) for i in range(6)]
+    write_video(tmp_path / "clip.avi", frames)
+    write_video(tmp_path / "recordings" / "one.avi", frames)
+    (tmp_path / "rig.toml").write_text(next(text for _, text in blocks(ROOT / "README.md", "toml")), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("command", [c for page in PAGES for c in lsds_commands(page)])
+def test_every_lsds_command_in_the_docs_runs(command, workplace):
+    bin_folder = str(Path(sys.executable).parent)
+    environment = {**os.environ, "PATH": bin_folder + os.pathsep + os.environ["PATH"]}
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_every_config_in_the_docs_loads():
+    checked = 0
+    for page in PAGES:
+        for _, text in blocks(page, "toml"):
+            data = tomllib.loads(text)
+            if "project" in data or data.get("detector", {}).get("backend") == "acme-area":
+                continue
+            check_config(data, page.name, PluginHost())
+            checked += 1
+    assert checked >= 1
+
+
+def test_the_plugin_page_makes_a_working_plugin(tmp_path, monkeypatch):
+    page = ROOT / "docs" / "plugins.md"
+    written = 0
+    for note, text in blocks(page, "python"):
+        if note.startswith("file: "):
+            file = tmp_path / note.removeprefix("file: ")
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+            written += 1
+    assert written == 2
+    monkeypatch.syspath_prepend(str(tmp_path))
+    import acme_lsds.manifest
+
+    host = PluginHost()
+    host.register(acme_lsds.manifest, distribution="acme")
+    config = next(text for _, text in blocks(page, "toml") if "shrink_per_s" in text)
+    loaded = check_config(tomllib.loads(config), "docs", host)
+    assert loaded.detector.backend == "acme-area"
+
+    from lsds.clock import VirtualClock
+    from lsds.contracts import BuildContext
+
+    detector = host.build("detector", "acme-area", loaded.detector.options(), BuildContext(VirtualClock()))
+    assert type(detector).__name__ == "AreaDetector"
+
+
+def test_the_architecture_page_names_files_that_exist():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    files = set(re.findall(r"`(lsds/[\w/]+\.py)`", text))
+    assert len(files) >= 8
+    assert [file for file in sorted(files) if not (ROOT / file).exists()] == []
+
+
+def test_ci_runs_the_readme_s_own_test_command():
+    noted = [text.strip() for note, text in blocks(ROOT / "README.md", "sh") if note == "test command"]
+    assert len(noted) == 1
+    assert "pytest" in noted[0]
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert "README.md" in script
+    assert "pytest" not in script

@@ -1,0 +1,248 @@
+"""The sensor `video` and `lsds track`: good recordings give all their frames, bad ones one clear error."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from lsds_plugins.replay.video import VideoOptions, VideoSensor
+
+from lsds.cli.main import cli, main
+from lsds.clock import VirtualClock
+from lsds.config import load_config
+from lsds.contracts import BuildContext
+from lsds.errors import DataError, StaleData
+from lsds.plugins import PluginHost
+from lsds.tactile.feature_sets import NAMES
+from lsds.tracking import track_recording
+from tests.tactile.render import pad_positions, render
+from tests.video_files import write_video
+
+DOTS = pad_positions()
+
+
+def moving(count=8, step=0.5):
+    return [render(DOTS + np.array([step * i, 0.0]), seed=i) for i in range(count)]
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    return write_video(tmp_path_factory.mktemp("clip") / "clip.avi", moving())
+
+
+def sensor(path, clock=None, **options):
+    return VideoSensor(VideoOptions(path=str(path), **options), BuildContext(clock or VirtualClock()))
+
+
+def track(path, *overrides):
+    host = PluginHost()
+    chosen = ["tactile.reference_frames=1", "sensor.backend=video", f'sensor.video.path="{path}"', *overrides]
+    return track_recording(load_config(None, chosen, host=host), host)
+
+
+# -- good recordings --------------------------------------------------------------------------------------
+
+
+def test_frames_come_in_order_with_nominal_times(clip):
+    frames = list(sensor(clip).frames())
+    assert [f.seq for f in frames] == list(range(8))
+    assert np.diff([f.t_ns for f in frames]).tolist() == [40_000_000] * 7
+    assert all(np.array_equal(f.image, truth) for f, truth in zip(frames, moving(), strict=True))
+
+
+def test_the_sensor_shows_each_frame_from_its_time_on_and_then_ends(clip):
+    clock = VirtualClock(5_000_000_000)
+    video = sensor(clip, clock)
+    video.connect()
+    seen = []
+
+    def watch():
+        while True:
+            seen.append(video.read().seq)
+            clock.sleep_until(clock.now() + 10_000_000)
+
+    with pytest.raises(EOFError, match="ended after frame 7"):
+        watch()
+    assert sorted(set(seen)) == list(range(8))
+    video.close()
+
+
+def test_a_slow_reader_gets_the_newest_frame(clip):
+    clock = VirtualClock()
+    video = sensor(clip, clock)
+    video.connect()
+    clock.sleep_until(200_000_000)
+    assert video.read().seq == 5
+
+
+def test_a_folder_and_a_pattern_of_images(tmp_path):
+    for i, image in enumerate(moving(4)):
+        cv2.imwrite(str(tmp_path / f"{i:03}.png"), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    for source in (tmp_path, tmp_path / "*.png"):
+        frames = list(sensor(source, rate_hz=10.0).frames())
+        assert len(frames) == 4
+        assert frames[3].t_ns == 300_000_000
+        assert np.array_equal(frames[2].image, moving(4)[2])
+
+
+def test_times_from_a_list_and_from_the_file(clip, tmp_path):
+    times = tmp_path / "times.txt"
+    times.write_text("# seconds\n" + "\n".join(str(10 + 0.05 * i) for i in range(8)), encoding="utf-8")
+    listed = [f.t_ns for f in sensor(clip, timestamps="list", times_file=str(times)).frames()]
+    assert listed == [50_000_000 * i for i in range(8)]
+    stored = [f.t_ns for f in sensor(clip, timestamps="file").frames()]
+    assert np.allclose(np.diff(stored), 40_000_000, atol=1_000_000)
+
+
+def test_velocities_follow_the_time_stamps(clip):
+    fast = track(clip)
+    slow = track(clip, "sensor.video.rate_hz=12.5")
+    v_net = NAMES.index("v_net")
+    quick, calm = (np.array(result.features)[1:, v_net] for result in (fast, slow))
+    assert (quick > 0).all()
+    assert np.allclose(quick, 2 * calm, rtol=1e-6)
+
+
+def test_tracking_finds_the_motion(clip):
+    result = track(clip)
+    assert result.error is None
+    assert result.reference.count == 63
+    assert result.kept_fraction == [1.0] * 7
+    moved = np.array([d.mean(axis=0) for d in result.displacement_m]) / result.metres_per_px
+    assert np.allclose(moved[:, 0], 0.5 * np.arange(1, 8), atol=0.02)
+    assert np.allclose(moved[:, 1], 0.0, atol=0.02)
+
+
+def test_track_writes_what_it_found(clip, tmp_path):
+    out, picture = tmp_path / "out.json", tmp_path / "out.png"
+    done = CliRunner().invoke(cli, ["track", str(clip), "--json", str(out), "--plot", str(picture)])
+    assert done.exit_code == 0, done.output
+    data = json.loads(out.read_text())
+    assert data["markers"] == 63
+    assert len(data["per_frame"]["kept_fraction"]) == 7
+    assert np.array(data["per_frame"]["displacement_m"]).shape == (7, 63, 2)
+    assert len(data["features"]["v_net"]["values"]) == 7
+    assert data["features"]["v_net"]["values"][0] is None, "the first velocity is undefined, not zero"
+    assert cv2.imread(str(picture)).shape[0] > 400
+
+
+def test_a_batch_goes_on_past_a_bad_recording(clip, tmp_path):
+    (tmp_path / "good.avi").write_bytes(clip.read_bytes())
+    (tmp_path / "empty.avi").write_bytes(b"")
+    out = tmp_path / "all.json"
+    code = main(["track", "--batch", str(tmp_path), "--json", str(out), "--jobs", "1"])
+    data = json.loads(out.read_text())
+    assert code == DataError.exit_code
+    assert data["overview"]["recordings"] == 2
+    assert data["overview"]["failed"] == 1
+    errors = {r["source"].rpartition("/")[2]: r["error"] for r in data["recordings"]}
+    assert errors["good.avi"] is None
+    assert "empty" in errors["empty.avi"]
+
+
+# -- bad ones ---------------------------------------------------------------------------------------------
+
+
+def test_a_truncated_video_names_the_frame_and_keeps_what_came_before(clip, tmp_path):
+    cut = tmp_path / "cut.avi"
+    cut.write_bytes(clip.read_bytes()[: int(clip.stat().st_size * 0.6)])
+    result = track(cut)
+    assert "cut.avi" in result.error
+    assert "frame" in result.error
+    assert result.reference is not None
+    assert 0 < len(result.kept_fraction) < 7
+
+
+def test_missing_empty_and_foreign_files(tmp_path):
+    (tmp_path / "empty.avi").write_bytes(b"")
+    (tmp_path / "text.avi").write_text("this is no video")
+    (tmp_path / "nothing").mkdir()
+    for name, words in (
+        ("absent.avi", "no such file"),
+        ("empty.avi", "empty"),
+        ("text.avi", "not a video|cannot be decoded"),
+        ("nothing", "no images"),
+    ):
+        with pytest.raises(DataError, match=words):
+            list(sensor(tmp_path / name).frames())
+
+
+def test_a_grey_video_is_refused_with_the_remedy(tmp_path):
+    grey = [np.repeat(image[..., 1:2], 3, axis=2) for image in moving(3)]
+    path = write_video(tmp_path / "grey.avi", grey)
+    with pytest.raises(DataError, match=r"grey.*sensor\.video\.grey=true"):
+        list(sensor(path).frames())
+    assert len(list(sensor(path, grey=True).frames())) == 3
+
+
+def test_a_reference_without_dots_says_so(tmp_path):
+    plain = [render(np.empty((0, 2)), seed=i) for i in range(3)]
+    result = track(write_video(tmp_path / "plain.avi", plain))
+    assert "dots form a grid" in result.error
+    assert "dis" in result.error
+
+
+@pytest.mark.parametrize(("level", "word"), [(0, "black"), (255, "saturated")])
+def test_an_unusable_frame_is_listed_and_passed_over(tmp_path, level, word):
+    frames = moving(6)
+    frames[3] = np.full_like(frames[3], level)
+    result = track(write_video(tmp_path / "hurt.avi", frames))
+    assert result.error is None
+    assert len(result.kept_fraction) == 4
+    [(number, reason)] = result.failures
+    assert number == 3
+    assert word in reason
+
+
+def test_images_of_different_sizes(tmp_path):
+    cv2.imwrite(str(tmp_path / "0.png"), moving(1)[0])
+    cv2.imwrite(str(tmp_path / "1.png"), moving(1)[0][:200])
+    with pytest.raises(DataError, match=r"1\.png: frame 1 is 320 x 200"):
+        list(sensor(tmp_path).frames())
+
+
+def test_times_that_do_not_increase_and_lists_that_end(clip, tmp_path):
+    times = tmp_path / "times.txt"
+    times.write_text("0\n0.04\n0.04\n", encoding="utf-8")
+    with pytest.raises(DataError, match="frame 2 is stamped"):
+        list(sensor(clip, timestamps="list", times_file=str(times)).frames())
+    times.write_text("0\n0.04\n", encoding="utf-8")
+    with pytest.raises(DataError, match="frame 2 has no time"):
+        list(sensor(clip, timestamps="list", times_file=str(times)).frames())
+    times.write_text("0\nsoon\n", encoding="utf-8")
+    with pytest.raises(DataError, match="line 2: 'soon'"):
+        list(sensor(clip, timestamps="list", times_file=str(times)).frames())
+
+
+def test_reading_before_connecting_and_before_the_first_frame(clip):
+    from lsds.errors import LifecycleError
+
+    video = sensor(clip)
+    with pytest.raises(LifecycleError):
+        video.read()
+    clock = VirtualClock(10)
+    late = sensor(clip, clock)
+    late.connect()
+    clock._now = 0
+    with pytest.raises(StaleData):
+        late.read()
+
+
+def test_run_reads_a_recording_through_the_same_loop(clip):
+    from lsds.cli.run_session import run_session
+
+    overrides = [
+        "tactile.reference_frames=1",
+        "sensor.backend=video",
+        f'sensor.video.path="{clip}"',
+        "gripper.backend=none",
+        "arm.backend=none",
+    ]
+    session = run_session(None, overrides)
+    assert session.fault is None
+    assert session.summary["outcome"] == "ended"
+    assert session.summary["cycles"] == 7
+    assert session.summary["figures_are"] == "measured"
