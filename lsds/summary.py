@@ -48,12 +48,13 @@ def summarise(
     acting = [sample for sample in samples if sample.acting]
     begun = acting[0].t_ns if acting else None
     truths = [truth for truth in loop.truth_seen if begun is not None and truth.t_ns >= begun]
+    moving = [sample for sample in acting if sample.true_speed_m_s > AT_REST_M_S]
     slip = _slip(truths)
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
     scheduled = loop.scheduler.statistics()
     return {
         "outcome": _outcome(loop, acting, truths, fault),
-        "fault": None if fault is None else f"{type(fault).__name__}: {fault}",
+        "fault": None if fault is None else _reason(fault),
         "figures_are": "simulated" if rig.cell is not None else "measured",
         "slip_distance_m": slip.distance_m if slip else None,
         "slip_onset_s": slip.onset_s if slip else None,
@@ -63,6 +64,8 @@ def summarise(
         "required_normal_force_n": max((t.required_normal_force_n for t in truths), default=None),
         "severity_mae_m_s": _severity_mae(acting),
         "severity_zero_predictor_mae_m_s": _zero_mae(acting),
+        "severity_moving_mae_m_s": _severity_mae(moving),
+        "severity_moving_zero_predictor_mae_m_s": _zero_mae(moving),
         "detection": _detection(acting),
         "aperture_m": {
             "at_lift": _measured(acting[0]) if acting else None,
@@ -106,6 +109,12 @@ def _outcome(loop: Loop, acting: Sequence[Sample], truths: Sequence[CellTruth], 
     if loop.task.stage is not Stage.DONE or not acting:
         return "ended"  # A recording that ran out: nothing was held or dropped.
     return "dropped" if acting[-1].contact_fraction < LOST_SHARE * acting[0].contact_fraction else "held"
+
+
+def _reason(fault: BaseException) -> str:
+    if isinstance(fault, KeyboardInterrupt):
+        return "stopped by a keyboard interrupt"
+    return f"{type(fault).__name__}: {fault}"
 
 
 def _slip(truths: Sequence[CellTruth]) -> Slip | None:

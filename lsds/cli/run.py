@@ -28,6 +28,8 @@ def run(
 ) -> None:
     """Grasp, lift and hold, closing the gripper when the object slips.
 
+    Ctrl-C stops the cell, keeps the grip, and still writes what was recorded.
+
     Without CONFIG it runs the simulated cell: a PVC pipe, gripped a little too weakly, lifted at 3.8 cm/s. The exit
     code is 0 where the object was held, 8 where it was dropped, and the error's own where the run ended in a fault.
 
@@ -71,6 +73,8 @@ def _table(summary: dict[str, Any]) -> str:
         ("needed to hold", show(summary["required_normal_force_n"], 1, "N a finger")),
         ("error of slip speed (MAE)", show(summary["severity_mae_m_s"], 1e2, "cm/s")),
         ("  of always saying zero", show(summary["severity_zero_predictor_mae_m_s"], 1e2, "cm/s")),
+        ("  while it slips", show(summary["severity_moving_mae_m_s"], 1e2, "cm/s")),
+        ("  of saying zero then", show(summary["severity_moving_zero_predictor_mae_m_s"], 1e2, "cm/s")),
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
         ("missed cycles", str(summary["overruns"])),
         ("image to command", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99"),

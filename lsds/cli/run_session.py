@@ -10,7 +10,7 @@ from typing import Any
 from lsds.clock import perf_ns, seconds
 from lsds.config import load_config
 from lsds.contracts import CellTruth, Frame, MarkerReference
-from lsds.errors import LsdsError
+from lsds.errors import LsdsError, PluginError
 from lsds.loop import Cycle, Loop
 from lsds.observers import Observers
 from lsds.record import RunRecord
@@ -20,14 +20,14 @@ from lsds.summary import summarise
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """A finished run. `fault` is the error that ended it, None for a run to the end."""
+    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None for a run to the end."""
 
     summary: dict[str, Any]
     record: RunRecord
     truths: Sequence[CellTruth]
     reference_frame: Frame | None
     reference: MarkerReference | None
-    fault: LsdsError | None
+    fault: BaseException | None
 
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
@@ -43,10 +43,13 @@ class Session:
 
 
 def run_session(config_file: Path | None, overrides: Sequence[str]) -> Session:
-    """Load, connect, arm, run, close. An error during the run becomes `fault`; one before it is raised."""
+    """Load, connect, arm, run, close. What ends the run early becomes `fault`; an error before it is raised.
+
+    Whatever ends it, the cell is stopped and closed, and what was recorded until then is in the summary.
+    """
     config = load_config(config_file, overrides)
     record = RunRecord()
-    fault: LsdsError | None = None
+    fault: BaseException | None = None
     with Rig(config) as rig:
         rig.arm_devices()
         observers: Observers[Cycle] = Observers(threaded=not rig.virtual, queue=config.schedule.observer_queue)
@@ -55,8 +58,15 @@ def run_session(config_file: Path | None, overrides: Sequence[str]) -> Session:
         begun, began_ns = perf_ns(), rig.clock.now()
         try:
             loop.run()
-        except LsdsError as error:
+        except (LsdsError, KeyboardInterrupt) as error:
             fault = error
+        except Exception as error:
+            note = "; ".join(getattr(error, "__notes__", ()))
+            fault = PluginError(
+                f"a backend raised {type(error).__name__}: {error} ({note}); the cell was stopped "
+                "(lsds --debug run shows where)"
+            )
+            fault.__cause__ = error
         finally:
             wall_s = seconds(perf_ns() - begun)
             simulated_s = seconds(rig.clock.now() - began_ns)
