@@ -266,8 +266,13 @@ class Loop:
             self.scheduler.stop()
 
     def _truth_at(self, t_ns: int) -> CellTruth | None:
-        """The sampled truth nearest to an exposure."""
-        return min(self._truths, key=lambda truth: abs(truth.t_ns - t_ns), default=None)
+        """The sampled truth nearest to an exposure, which lies a few samples back."""
+        nearest: CellTruth | None = None
+        for truth in reversed(self._truths):
+            if nearest is not None and abs(truth.t_ns - t_ns) > abs(nearest.t_ns - t_ns):
+                break
+            nearest = truth
+        return nearest
 
 
 def _period(rate_hz: float) -> int:

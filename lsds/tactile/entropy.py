@@ -5,6 +5,7 @@ Bins are `BIN_M` wide from zero; the last of `BINS` is open. Natural logarithm: 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,4 +29,4 @@ def displacement_entropy(magnitude_m: NDArray[np.float64]) -> float:
         return np.nan
     bins = np.minimum(magnitude_m * (1.0 / BIN_M), BINS - 1).astype(np.intp)
     occupied = np.bincount(bins, minlength=BINS)
-    return max(0.0, float(np.log(count) - _N_LOG_N[occupied].sum() / count))
+    return max(0.0, math.log(count) - float(_N_LOG_N[occupied].sum()) / count)

@@ -16,11 +16,12 @@ from lsds.tactile.differential import gradient_operators
 from lsds.tactile.entropy import displacement_entropy
 from lsds.tactile.feature_sets import NAMES
 from lsds.tactile.lost_markers import fill_lost
+from lsds.tactile.plane_motion import as_complex
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import ContactPatch, DeformationField
+    from lsds.contracts import ContactPatch, DeformationField, MarkerReference
 
 #: Fewer valid markers than this share of the reference leave the field's features undefined.
 LEAST_VALID = 0.5
@@ -33,6 +34,11 @@ class FeatureExtractor:
         self._operators: _Operators | None = None
         self.reset()
 
+    def start(self, reference: MarkerReference, position_m: NDArray[np.float64]) -> None:
+        """Prepare for a reference whose markers rest at `position_m` (N, 2): not in the first frame's time."""
+        self._operators = _Operators(reference, position_m)
+        self.reset()
+
     def reset(self) -> None:
         """Forget the last frame."""
         self._last: _Shape | None = None
@@ -42,7 +48,7 @@ class FeatureExtractor:
     def extract(self, field: DeformationField, contact: ContactPatch | None) -> FeatureVector:
         """Return all features of the frame, in the order of `feature_sets.NAMES`."""
         if self._operators is None or self._operators.reference is not field.reference:
-            self._operators = _Operators(field)
+            self._operators = _Operators(field.reference, field.position_m)
         dt = field.dt_s
         now = self._operators.shape(field)
         last = self._last if self._last is not None else _UNDEFINED
@@ -116,11 +122,10 @@ _UNDEFINED = _Shape()
 class _Operators:
     """The linear features of one reference, as rows that act on flattened displacements."""
 
-    def __init__(self, field: DeformationField) -> None:
-        self.reference = field.reference
-        self.count = field.reference.count
-        position = field.position_m
-        divergence, curl = gradient_operators(field.reference, position)
+    def __init__(self, reference: MarkerReference, position: NDArray[np.float64]) -> None:
+        self.reference = reference
+        self.count = reference.count
+        divergence, curl = gradient_operators(reference, position)
         #: How many markers have a difference quotient: the sum's number of terms.
         self.terms = max(1, int(np.count_nonzero(np.abs(divergence).sum(axis=1))))
         mean = np.zeros((2, 2 * self.count))
@@ -143,19 +148,19 @@ class _Operators:
                 return _UNDEFINED
             filled, affine = fill_lost(field)
             displacement = displacement[valid]
-        norm = np.sqrt(np.einsum("ni,ni->n", displacement, displacement))
+        norm = np.abs(as_complex(displacement))
         linear = (self._rows @ (displacement if complete else filled).ravel()).tolist()
         if not complete and affine is not None:
             # The affine pair rests on markers really seen; the sums on the field with its holes filled.
             linear[4], linear[5] = affine.divergence, affine.curl
-        return _Shape(tuple(linear), float(norm.mean()), displacement_entropy(norm), complete)
+        return _Shape(tuple(linear), float(norm.sum()) / len(norm), displacement_entropy(norm), complete)
 
 
 def _velocity(field: DeformationField, now: _Shape, last: _Shape) -> tuple[float, float, float]:
     """Mean velocity (x, y) and mean speed over the markers seen in both frames."""
     velocity: NDArray[np.float64] = field.velocity_m_s
     if now.all_valid and last.all_valid:
-        speed = float(np.sqrt(np.einsum("ni,ni->n", velocity, velocity)).mean())
+        speed = float(np.abs(as_complex(velocity)).sum()) / len(velocity)
         return (now.mean_x - last.mean_x) / field.dt_s, (now.mean_y - last.mean_y) / field.dt_s, speed
     both = np.isfinite(velocity[:, 0])
     if now is _UNDEFINED or np.count_nonzero(both) < LEAST_VALID * len(both):

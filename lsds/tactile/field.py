@@ -9,6 +9,8 @@ import numpy as np
 from lsds.contracts import DeformationField
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lsds.contracts import MarkerReference, MarkerTracks
 
 
@@ -23,6 +25,11 @@ class FieldBuilder:
         self._position_m = (reference.xy_px - centre) * metres_per_px
         self._undefined = np.full_like(reference.xy_px, np.nan)
         self.reset()
+
+    @property
+    def position_m(self) -> NDArray[np.float64]:
+        """Where the markers are at rest, (N, 2) from the image's centre."""
+        return np.asarray(self._position_m)
 
     def reset(self) -> None:
         """Forget the last field."""

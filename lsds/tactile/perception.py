@@ -51,7 +51,7 @@ class Perception:
             scale=self._options.depth_scale,
             threshold_m=self._options.contact_threshold_mm * 1e-3,
         )
-        self._features.reset()
+        self._features.start(self.reference, self._field.position_m)
         return self.reference
 
     def reset(self) -> None:

@@ -36,26 +36,53 @@ def as_complex(vectors: NDArray[np.float64]) -> Plane:
     return np.ascontiguousarray(vectors).view(np.complex128)[:, 0]
 
 
+class Points:
+    """N points of the plane, and what the fit of any motion to them needs: worked out once for many frames.
+
+    `offset` (N,) from their centroid, `inertia` the sum of its squares, `radius` their radius of gyration.
+    """
+
+    def __init__(self, position: Plane) -> None:
+        self.count = len(position)
+        self.offset = position - position.sum() / self.count
+        self.inertia = float(np.vdot(self.offset, self.offset).real)
+        self.radius = math.sqrt(self.inertia / self.count)
+
+    def rigid(self, vector: Plane) -> tuple[complex, float]:
+        """Return translation and rotation of the best rigid motion; the points must not coincide."""
+        return complex(vector.sum()) / self.count, float(np.vdot(self.offset, vector).imag) / self.inertia
+
+    def motion(self, translation: complex, rotation: float) -> Plane:
+        """Return the rigid motion at the points, (N,)."""
+        return np.asarray(translation + (1j * rotation) * self.offset)
+
+
 def rigid(position: Plane, vector: Plane) -> Rigid | None:
     """Fit vectors at positions, all finite; None where the positions coincide."""
-    count = len(position)
-    if count < 2:
+    if len(position) < 2:
         return None
-    offset = position - position.sum() / count
-    inertia = float(np.vdot(offset, offset).real)
-    if inertia <= 0:
+    points = Points(position)
+    if points.inertia <= 0:
         return None
-    translation = complex(vector.sum()) / count
-    rotation = float(np.vdot(offset, vector).imag) / inertia
-    motion = translation + (1j * rotation) * offset
-    return Rigid(translation, rotation, offset, math.sqrt(inertia / count), motion, vector - motion)
+    translation, rotation = points.rigid(vector)
+    motion = points.motion(translation, rotation)
+    return Rigid(translation, rotation, points.offset, points.radius, motion, vector - motion)
 
 
 def smooth_residual(offset: Plane, vector: Plane, motion: Literal["affine", "quadratic"]) -> Plane:
     """Return what the best affine or quadratic field leaves of the vectors (N,) at offsets (N,) from their centroid.
 
-    Scaled by sqrt(N / (N - terms)), so that its mean square estimates the errors' variance however many markers there
-    are. Too few markers for the terms step down to the simpler motion, and below five to the mean.
+    See `residual_maker` for the scaling.
+    """
+    both = np.ascontiguousarray(vector).view(np.float64).reshape(len(vector), 2)
+    return as_complex(residual_maker(offset, motion) @ both)
+
+
+def residual_maker(offset: Plane, motion: Literal["affine", "quadratic"]) -> NDArray[np.float64]:
+    """Return the matrix (N, N) from vectors (N, 2) at the offsets to what the best smooth field leaves of them.
+
+    Scaled by sqrt(N / (N - terms)), so that the residual's mean square estimates the errors' variance however many
+    markers there are. Too few markers for the terms step down to the simpler motion, and below five to the mean.
     """
     count = len(offset)
     scale = float(np.abs(offset).max()) or 1.0
@@ -65,15 +92,9 @@ def smooth_residual(offset: Plane, vector: Plane, motion: Literal["affine", "qua
         terms = (x, y, x * x, x * y, y * y)
     elif count >= 5:
         terms = (x, y)
-    basis = np.empty((count, 1 + len(terms)))
-    basis[:, 0] = 1.0
-    for column, term in enumerate(terms, start=1):
-        basis[:, column] = term
+    basis = np.stack([np.ones(count), *terms], axis=1)
     normal = basis.T @ basis
     # A ridge far below any real moment keeps markers in one line from stopping the run.
     normal.ravel()[:: len(normal) + 1] += 1e-9 * count
-    both = vector.view(np.float64).reshape(count, 2)
-    coefficient = np.linalg.solve(normal, basis.T @ both)
-    residual = both - basis @ coefficient
-    residual *= math.sqrt(count / max(1, count - basis.shape[1]))
-    return as_complex(residual)
+    maker = np.eye(count) - basis @ np.linalg.solve(normal, basis.T)
+    return np.asarray(maker * math.sqrt(count / max(1, count - basis.shape[1])))

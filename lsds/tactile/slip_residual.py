@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from lsds.tactile.contact_markers import markers_in_contact
-from lsds.tactile.plane_motion import as_complex, rigid, smooth_residual
+from lsds.tactile.plane_motion import Points, as_complex, residual_maker
 
 if TYPE_CHECKING:
-    from lsds.contracts import Observation
+    from numpy.typing import NDArray
+
+    from lsds.contracts import DeformationField, MarkerReference, Observation
 
 Motion = Literal["rigid", "affine", "quadratic"]
 
@@ -70,27 +72,62 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
     count = int(np.count_nonzero(chosen))
     if count < least:
         return None
-    position, velocity = as_complex(field.position_m)[chosen], velocity[chosen]
-    held = rigid(position, as_complex(field.displacement_m)[chosen])
-    moving = rigid(position, velocity)
-    if held is None or moving is None:
+    contact = _contact(field, chosen, motion)
+    points = contact.points
+    if points.inertia <= 0:
         return None
-    residual = moving.residual if motion == "rigid" else smooth_residual(moving.offset, velocity, motion)
+    velocity = velocity[contact.index]
+    held, twist = points.rigid(as_complex(field.displacement_m)[contact.index])
+    translation, rotation = points.rigid(velocity)
+    if contact.maker is None:
+        residual = velocity - points.motion(translation, rotation)
+    else:
+        residual = as_complex(contact.maker @ velocity.view(np.float64).reshape(count, 2))
     # Direction of the shear at each marker: translation and twist of the displacements, without the press's spread.
-    shear = held.motion
+    shear = points.motion(held, twist)
     along = (residual * shear.conj()).real / np.maximum(np.abs(shear), 1e-12)
     along_square = float(along @ along) / count
     total = float(np.vdot(residual, residual).real) / count
     return SlipResidual(
         along_square,
         max(0.0, total - along_square),
-        abs(moving.translation) ** 2,
-        (moving.radius * moving.rotation) ** 2,
-        (held.translation.real, held.translation.imag),
-        held.rotation,
-        moving.radius,
+        abs(translation) ** 2,
+        (points.radius * rotation) ** 2,
+        (held.real, held.imag),
+        twist,
+        points.radius,
         count,
     )
+
+
+class _Contact:
+    """One choice of markers of a reference: their indices, their points and the matrix that leaves the residual."""
+
+    __slots__ = ("index", "maker", "points")
+
+    def __init__(self, field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> None:
+        self.index = np.flatnonzero(chosen)
+        self.points = Points(as_complex(field.position_m)[self.index])
+        self.maker = None if motion == "rigid" else residual_maker(self.points.offset, motion)
+
+
+#: A contact wavers between a few choices of markers; this many are kept.
+_KEPT = 64
+_contacts_of: MarkerReference | None = None
+_contacts: dict[tuple[bytes, Motion], _Contact] = {}
+
+
+def _contact(field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> _Contact:
+    """Return what belongs to the chosen markers: their rest positions, and so all of it, stay from frame to frame."""
+    global _contacts_of
+    if _contacts_of is not field.reference or len(_contacts) >= _KEPT:
+        _contacts_of = field.reference
+        _contacts.clear()
+    key = (chosen.tobytes(), motion)
+    contact = _contacts.get(key)
+    if contact is None:
+        contact = _contacts[key] = _Contact(field, chosen, motion)
+    return contact
 
 
 def confidence(score: float, threshold: float) -> float:

@@ -69,6 +69,8 @@ class MockGelSightMini:
             self.cell.advance(now)
             self._shutter = Shutter(self.options, now, self._seed)
             self.cell.watch(self._shutter)
+            # The gel's matrices from forces to dots take ten milliseconds to make: not in the first frame's time.
+            self._renderer.markers(self.cell.plant.gel, self.cell.gel_state())
 
     def arm(self) -> None:
         """Nothing to activate."""

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 SLIDING = 1.0 - 1e-9
 _NO_REACTION = Reaction(0.0, 0.0, 0.0, 0.0)
-#: Square of a deflection (m^2) far below any real one: keeps 0 / 0 out of a bristle at rest.
-_TINY2 = 1e-40
+#: A deflection (m) far below any real one: keeps 0 / 0 out of a bristle at rest.
+_TINY_M = 1e-300
 
 
 def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, count: int) -> NDArray[np.float64]:
@@ -65,11 +65,10 @@ class BrushGel:
         self._gap = shape.gap(self._points[0], self._points[1])
         self._u = np.zeros((2, size))
         self._try = np.zeros((2, size))
-        self._square = np.zeros((2, size))
         self._shift = np.zeros((2, 1))
         self._force = np.zeros(2)
-        self._limit2 = np.zeros(size)
-        self._floor2 = np.full(size, _TINY2)
+        self._limit = np.zeros(size)
+        self._floor = np.full(size, _TINY_M)
         self._scale = np.ones(size)
         self._kept_scale = np.ones(size)
         self._pressure = np.zeros(size)
@@ -123,28 +122,25 @@ class BrushGel:
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the deflection at which each bristle lets go."""
-        limit = self._limit2
+        limit = self._limit
         np.multiply(friction, self._pressure, out=limit)
-        limit *= 1.0 / self._k
-        np.multiply(limit, limit, out=limit)
-        np.maximum(limit, _TINY2, out=self._floor2)
+        limit /= self._k
+        np.maximum(limit, _TINY_M, out=self._floor)
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Move all tips with the object, draw back those beyond their limit, add up the forces."""
         if not self._touching:
             return _NO_REACTION
-        moved, square, scale = self._try, self._square, self._scale
+        moved, scale = self._try, self._scale
         self._shift[0, 0], self._shift[1, 0] = dx_m, dy_m
         np.add(self._u, self._shift, out=moved)
         if dtheta_rad:
             moved[0] -= dtheta_rad * self._points[1]
             moved[1] += dtheta_rad * self._points[0]
         # A tip keeps the share min(1, limit / |u|) of its deflection.
-        np.multiply(moved, moved, out=square)
-        np.add(square[0], square[1], out=scale)
-        np.maximum(scale, self._floor2, out=scale)
-        np.divide(self._limit2, scale, out=scale)
-        np.sqrt(scale, out=scale)
+        np.hypot(moved[0], moved[1], out=scale)
+        np.maximum(scale, self._floor, out=scale)
+        np.divide(self._limit, scale, out=scale)
         k = self._k
         fx, fy = np.dot(moved, scale, out=self._force).tolist()
         torque = 0.0

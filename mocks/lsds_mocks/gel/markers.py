@@ -53,13 +53,12 @@ class MarkerField:
 
     def __init__(self, xy_m: NDArray[np.float64], points_m: NDArray[np.float64], kernel: MarkerKernel) -> None:
         self.xy_m = xy_m
-        count = points_m.shape[1]
-        self._at_dots = kernel.matrix(xy_m, points_m).reshape(2, len(xy_m), 3 * count).astype(np.float32)
-        self._at_tips = kernel.matrix(points_m.T, points_m).reshape(2, count, 3 * count).astype(np.float32)
+        self._at_dots = _by_direction(kernel.matrix(xy_m, points_m), points_m.shape[1])
+        self._at_tips = _by_direction(kernel.matrix(points_m.T, points_m), points_m.shape[1])
         self._near = _nearness(xy_m, points_m)
         self._share: NDArray[np.float64] | None = None
         self._weights = np.zeros(self._near.shape, np.float32)
-        self._of_force = np.zeros((2 * len(xy_m), 3 * count), np.float32)
+        self._of_force = np.zeros_like(self._at_dots)
 
     def displacement(
         self, force_n: NDArray[np.float64], tips_m: NDArray[np.float64], share: NDArray[np.float64]
@@ -67,7 +66,8 @@ class MarkerField:
         """Return (M, 2) metres for point forces (3 N,) fx, fy, p and tip displacements (2, N)."""
         if self._share is None or not np.array_equal(share, self._share):
             self._take_contact(share)
-        by_force = (self._of_force @ force_n.astype(np.float32)).reshape(2, -1)
+        force = force_n.astype(np.float32).reshape(3, -1, 1)
+        by_force = (self._of_force @ force)[..., 0].sum(axis=1)
         by_tips = tips_m.astype(np.float32) @ self._weights.T
         return np.asarray((by_force + by_tips).T, np.float64)
 
@@ -75,4 +75,16 @@ class MarkerField:
         """Kernel at the dots, less what the tips' say takes off it: at_dots - weights at_tips."""
         self._share = share
         self._weights = _normalised(self._near, share).astype(np.float32)
-        np.subtract(self._at_dots, self._weights @ self._at_tips, out=self._of_force.reshape(self._at_dots.shape))
+        for start in range(0, len(self._weights), _ROWS):
+            rows = slice(start, start + _ROWS)
+            np.subtract(self._at_dots[:, :, rows], self._weights[rows] @ self._at_tips, out=self._of_force[:, :, rows])
+
+
+_ROWS = 16
+"""Dots at a time: products of this size do not wake BLAS's threads, which on a busy machine keep a frame waiting."""
+
+
+def _by_direction(matrix: NDArray[np.float64], points: int) -> NDArray[np.float32]:
+    """Return a kernel matrix (2 M, 3 N) as (2, 3, M, N): displacement x and y, force fx, fy and p."""
+    parts = matrix.reshape(2, -1, 3, points).transpose(0, 2, 1, 3)
+    return np.ascontiguousarray(parts, np.float32)
