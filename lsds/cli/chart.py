@@ -47,10 +47,20 @@ def frame(repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: 
     rows = [(p.name, f"{p.p50_us:.1f}", f"{p.p99_us:.1f}") for p in (cost.total, *cost.parts, *cost.depth)]
     trackers = [
         (s.name, "peer" if s.peer else "", f"{s.p50_us:.0f}", f"{s.p99_us:.0f}", f"{s.rms_px:.4f}",
-         f"{s.kept_fraction:.4f}", f"{s.wrong_unflagged:.4f}")
+         f"{s.kept_fraction:.4f}", f"{s.wrong_unflagged:.4f}", f"{s.jump_wrong_unflagged:.4f}", f"{s.jump_right:.4f}")
         for s in cost.trackers
     ]  # fmt: skip
-    header = ("tracker", "", "us p50", "us p99", "RMS px (simulated)", "kept", "wrong, unflagged")
+    header = (
+        "tracker",
+        "",
+        "us p50",
+        "us p99",
+        "RMS px (simulated)",
+        "kept",
+        "wrong, unflagged",
+        "jumps: wrong, unflagged",
+        "right",
+    )
     if json_file is not None:
         write_json(cost, json_file)
     if json_file != "-":

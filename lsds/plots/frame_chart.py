@@ -26,14 +26,25 @@ def plot_frame_cost(path: Path, cost: FrameCost) -> None:
     bars.axvline(500, color="0.4", ls=":", lw=1)
     bars.set_xlabel("microseconds (median), one core")
     bars.legend(fontsize=8)
+    side = False
     for score in cost.trackers:
         colour = "tab:orange" if score.peer else "tab:blue"
         scatter.plot(score.p50_us, score.rms_px, "s" if score.peer else "o", color=colour)
-        text = f" {score.name}\n {100 * score.wrong_unflagged:.1f} % wrong unseen"
-        scatter.annotate(text, (score.p50_us, score.rms_px), fontsize=8, va="center")
+        text = f"{score.name}\njumps: {100 * score.jump_wrong_unflagged:.0f} % wrong, unflagged"
+        place = (0, -9) if side else (0, 9)
+        side = not side
+        scatter.annotate(
+            text,
+            (score.p50_us, score.rms_px),
+            xytext=place,
+            textcoords="offset points",
+            fontsize=8,
+            ha="center",
+            va="top" if place[1] < 0 else "bottom",
+        )
     scatter.set_xscale("log")
     scatter.set_yscale("log")
-    scatter.margins(x=0.35, y=0.2)
+    scatter.margins(x=0.3, y=0.25)
     scatter.set_xlabel("microseconds a frame (median)")
     scatter.set_ylabel("RMS error against the simulated truth (px)")
     scatter.grid(alpha=0.3, which="both")

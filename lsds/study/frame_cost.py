@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 
 from lsds.clock import perf_ns
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 TRACKERS = ("lk", "centroid", "dis")
 SCALES = (4, 8, 16)
+#: Single jumps to survive or to own up to, px: from half a pitch on.
+JUMPS_PX = (18, 24, 30, 36, 41)
 #: A track this far from the truth is on another dot, px.
 WRONG_PX = 3.0
 
@@ -52,7 +55,11 @@ class Cost:
 
 @dataclass(frozen=True, slots=True)
 class TrackerScore:
-    """Speed and accuracy of one tracker on the same frames. `rms_px` is over right tracks, one axis."""
+    """Speed and accuracy of one tracker on the same frames. `rms_px` is over right tracks, one axis.
+
+    `wrong_unflagged` is over the run; `jump_wrong_unflagged` over single jumps of half a pitch and more, the share of
+    markers that are on another's dot and not flagged; `jump_right` the share followed to the right dot.
+    """
 
     name: str
     peer: bool
@@ -61,6 +68,8 @@ class TrackerScore:
     rms_px: float
     kept_fraction: float
     wrong_unflagged: float
+    jump_wrong_unflagged: float
+    jump_right: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +108,7 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
     depth: dict[int, list[int]] = {scale: [] for scale in SCALES}
     areas: dict[int, list[float]] = {scale: [] for scale in SCALES}
     scores: dict[str, tuple[float, float, float]] = {}
+    jumps = {name: _jumps(tracker, clip) for name, tracker in _candidates(config, host).items()}
     for _ in range(repeats):
         for name, samples in _time_parts(config, host, clip).items():
             parts.setdefault(name, []).extend(samples)
@@ -116,7 +126,9 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
         total=_cost("image to command", total),
         parts=tuple(_cost(name, samples) for name, samples in parts.items()),
         trackers=tuple(
-            TrackerScore(name, name not in TRACKERS, _cost(name, t).p50_us, _cost(name, t).p99_us, *scores[name])
+            TrackerScore(
+                name, name not in TRACKERS, _cost(name, t).p50_us, _cost(name, t).p99_us, *scores[name], *jumps[name]
+            )
             for name, t in trackers.items()
         ),
         depth=tuple(_cost(f"depth at 1/{scale}", samples) for scale, samples in depth.items()),
@@ -232,6 +244,25 @@ def _time_tracker(tracker: Any, clip: Clip) -> tuple[list[int], tuple[float, flo
     right = error[~wrong]
     rms = float(np.sqrt((right**2).mean())) if len(right) else math.nan
     return times, (rms, float(np.mean(kept)), float(wrong.mean()) if len(wrong) else 0.0)
+
+
+def _jumps(tracker: Any, clip: Clip) -> tuple[float, float]:
+    """Shares of markers wrong and unflagged, and right, after the whole untouched image has jumped once."""
+    wrong = right = total = 0
+    height, width = clip.reference.image.shape[:2]
+    for distance in JUMPS_PX:
+        for turn in range(8):
+            shift = distance * np.array([math.cos(turn * math.pi / 4), math.sin(turn * math.pi / 4)])
+            move = np.hstack([np.eye(2), shift[:, None]])
+            image = cv2.warpAffine(clip.reference.image, move, (width, height), borderMode=cv2.BORDER_REPLICATE)
+            reference = tracker.start(clip.reference)
+            tracker.update(Frame(clip.reference.image, 0, 0))
+            tracks = tracker.update(Frame(np.asarray(image, np.uint8), 40_000_000, 1))
+            off = np.abs(tracks.xy_px - reference.xy_px - shift).max(axis=1)
+            wrong += int(np.count_nonzero(tracks.valid & (off > WRONG_PX)))
+            right += int(np.count_nonzero(tracks.valid & (off <= WRONG_PX)))
+            total += reference.count
+    return wrong / total, right / total
 
 
 def _time_depth(clip: Clip, scale: int, threshold_m: float) -> tuple[list[int], list[float]]:
