@@ -17,6 +17,8 @@ from lsds.errors import DataError
 from lsds.tactile.views import HALF, views_of
 
 _PATCH = 9
+#: Texture may fade to this share of the least that a reference needs before it counts as gone.
+FADED = 0.5
 
 
 class DenseFlowOptions(BaseModel):
@@ -100,7 +102,10 @@ class DenseFlowTracker:
         inside = ((xy >= 0) & (xy <= [width - 1, height - 1])).all(axis=1)
         flags = np.full(len(xy), TrackFlag.OK.value, np.uint8)
         flags[at_point > self._options.most_mismatch] = TrackFlag.INCONSISTENT.value
-        flags[~self._seen] = TrackFlag.LOST.value
+        # Black and saturated frames differ from the reference by a level common to all, too; what they lack is texture.
+        flags[~self._seen | (self._contrast(np.asarray(warped, np.uint8)) < FADED * self._options.least_contrast)] = (
+            TrackFlag.LOST.value
+        )
         flags[~inside] = TrackFlag.OUT_OF_VIEW.value
         valid = flags == TrackFlag.OK.value
         xy[~valid] = np.nan

@@ -1,0 +1,199 @@
+"""From frames to observations: streaming equals offline, reset forgets, the past knows nothing of the future."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lsds_plugins.detectors.rigid_residual import RigidResidualDetector, RigidResidualOptions
+from lsds_plugins.detectors.threshold import ThresholdDetector, ThresholdOptions
+from lsds_plugins.estimators.field import FieldEstimator, FieldOptions
+from lsds_plugins.trackers.dis import DenseFlowOptions, DenseFlowTracker
+from lsds_plugins.trackers.dots import centroid, lucas_kanade
+from tactile.cell_frames import grasp_and_lift
+
+from lsds.clock import VirtualClock
+from lsds.contracts import BuildContext, Frame
+from lsds.errors import DataError
+from lsds.tactile.options import TactileOptions
+from lsds.tactile.perception import Perception
+from lsds.tactile.reference import ReferenceCollector, average_frames
+
+CONTEXT = BuildContext(VirtualClock(), 0)
+TRACKERS = {
+    "lk": lambda: lucas_kanade(None, CONTEXT),
+    "centroid": lambda: centroid(None, CONTEXT),
+    "dis": lambda: DenseFlowTracker(DenseFlowOptions(), CONTEXT),
+}
+
+
+@pytest.fixture(scope="module")
+def recording():
+    """(spec, reference frames, frames): a grasp and a lift with jitter, lost and repeated frames."""
+    return grasp_and_lift(seed=3, count=36, drop_probability=0.1, duplicate_probability=0.1)
+
+
+def perception(name, spec, reference):
+    made = Perception(TRACKERS[name](), spec, TactileOptions())
+    made.start(reference)
+    return made
+
+
+def copied(frame):
+    return Frame(frame.image.copy(), frame.t_ns, frame.seq)
+
+
+def numbers(observation, tracks):
+    """Everything that an observation holds, copied now."""
+    field, contact = observation.field, observation.contact
+    parts = (
+        tracks.xy_px, tracks.flags, field.position_m, field.displacement_m, field.velocity_m_s, field.valid,
+        contact.depth_m, [contact.area_fraction, observation.dt_s, observation.t_ns, observation.seq],
+        observation.features.values,
+    )  # fmt: skip
+    return [np.array(part) for part in parts]
+
+
+def same(one, other):
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("name", sorted(TRACKERS))
+def test_frame_by_frame_and_again_gives_the_same_bits(name, recording):
+    spec, reference, frames = recording
+    first = perception(name, spec, reference)
+    streamed = [numbers(*first.observe(frame)) for frame in frames]
+    # The second one works on copies, interleaved with a third that sees the frames in another order.
+    second, other = (perception(name, spec, [copied(f) for f in reference]) for _ in range(2))
+    for i, frame in enumerate(frames):
+        other.observe(frames[-1 - i])
+        assert same(streamed[i], numbers(*second.observe(copied(frame)))), f"frame {i}"
+
+
+@pytest.mark.parametrize("name", sorted(TRACKERS))
+def test_what_was_seen_does_not_change_when_more_is_seen(name, recording):
+    spec, reference, frames = recording
+    seen = perception(name, spec, reference)
+    kept, now = [], []
+    for frame in frames[:12]:
+        kept.append(seen.observe(frame))
+        now.append(numbers(*kept[-1]))
+    for frame in reversed(frames[12:]):
+        seen.observe(frame)
+    for i, (observation, before) in enumerate(zip(kept, now, strict=True)):
+        assert same(before, numbers(*observation)), f"frame {i} was overwritten"
+
+
+@pytest.mark.parametrize("name", sorted(TRACKERS))
+@pytest.mark.parametrize("cut", [1, 7, 20])
+def test_the_present_does_not_depend_on_the_future(name, cut, recording):
+    spec, reference, frames = recording
+    one, other = perception(name, spec, reference), perception(name, spec, reference)
+    futures = frames[cut:], frames[cut + 5 :] + frames[cut : cut + 5]
+    pasts = []
+    for seen, future in zip((one, other), futures, strict=True):
+        pasts.append([numbers(*seen.observe(frame)) for frame in (*frames[:cut], *future)][:cut])
+    assert all(same(a, b) for a, b in zip(*pasts, strict=True))
+
+
+@pytest.mark.parametrize("name", sorted(TRACKERS))
+def test_reset_forgets_everything_but_the_reference(name, recording):
+    spec, reference, frames = recording
+    used, fresh = perception(name, spec, reference), perception(name, spec, reference)
+    for frame in frames[:17]:
+        used.observe(frame)
+    used.reset()
+    for i, frame in enumerate(frames[4:20]):
+        assert same(numbers(*used.observe(frame)), numbers(*fresh.observe(frame))), f"frame {i}"
+
+
+BRAINS = {
+    "threshold": lambda: ThresholdDetector(ThresholdOptions(), CONTEXT),
+    "rigid-residual": lambda: RigidResidualDetector(RigidResidualOptions(frames=3), CONTEXT),
+    "field": lambda: FieldEstimator(FieldOptions(frames=4), CONTEXT),
+}
+
+
+@pytest.mark.parametrize("name", sorted(BRAINS))
+def test_brains_are_pure_and_reset_forgets(name, recording):
+    spec, reference, frames = recording
+    seen = perception("lk", spec, reference)
+    observations = [seen.observe(frame)[0] for frame in frames]
+    first, second = BRAINS[name](), BRAINS[name]()
+    answers = [repr(first.update(o)) for o in observations]
+    for _ in range(2):
+        assert answers == [repr(second.update(o)) for o in observations]
+        second.reset()
+
+
+def test_every_feature_is_in_its_range(recording):
+    spec, reference, frames = recording
+    seen = perception("lk", spec, reference)
+    defined = 0
+    for frame in frames:
+        features = seen.observe(frame)[0].features
+        assert 0 <= features["area"] <= 1
+        assert 0 <= features["entropy"] <= np.log(63)
+        defined += int(np.isfinite(features.values).all())
+    assert defined > len(frames) / 2
+
+
+def test_the_displacement_is_the_simulated_gel_s():
+    from tactile.cell_frames import CellBench
+
+    bench = CellBench(5, jitter_ms=0.0)
+    seen = perception("lk", bench.sensor.spec, bench.frames(5, 400))
+    bench.grip(0.0236)
+    errors = []
+    for _ in bench.frames(10, 1300):
+        observation, _ = seen.observe(bench.sensor.read())
+        truth = bench.sensor.marker_truth()
+        true_m = (truth.xy_px - truth.rest_px) * bench.sensor.spec.metres_per_px
+        errors.append(observation.field.displacement_m - true_m)
+    assert np.abs(true_m).max() > 5e-5, "nothing moved"
+    assert np.sqrt(np.mean(np.square(errors))) < 0.06 * bench.sensor.spec.metres_per_px
+
+
+@pytest.mark.parametrize(
+    ("image", "says"),
+    [
+        (np.zeros((240, 320), np.uint8), r"\(240, 320\)"),
+        (np.zeros((240, 320, 3), np.float64), "float64"),
+        (np.full((240, 320, 3), np.nan), "float64"),
+        (np.zeros((120, 160, 3), np.uint8), r"\(120, 160, 3\)"),
+        ([[1, 2], [3, 4]], "list"),
+    ],
+)
+def test_a_frame_that_is_not_the_sensor_s_is_refused_by_name(image, says, recording):
+    spec, reference, _ = recording
+    seen = perception("lk", spec, reference)
+    with pytest.raises(DataError, match=f"frame 77: .*{says}"):
+        seen.observe(Frame(image, 10**12, 77))
+
+
+def test_a_refused_frame_leaves_no_trace(recording):
+    spec, reference, frames = recording
+    used, fresh = perception("lk", spec, reference), perception("lk", spec, reference)
+    for frame in frames[:8]:
+        with pytest.raises(DataError):
+            used.observe(Frame(np.zeros((2, 2, 3), np.uint8), frame.t_ns, frame.seq))
+        assert same(numbers(*used.observe(frame)), numbers(*fresh.observe(frame)))
+
+
+def test_the_reference_is_the_mean_of_its_frames():
+    levels = [10, 11, 13]
+    frames = [Frame(np.full((4, 4, 3), level, np.uint8), i, i) for i, level in enumerate(levels)]
+    mean = average_frames(frames)
+    assert (mean.image == 11).all()
+    assert (mean.t_ns, mean.seq) == (2, 2)
+    with pytest.raises(DataError, match="no frame"):
+        average_frames([])
+    with pytest.raises(DataError, match="different sizes"):
+        average_frames([frames[0], Frame(np.zeros((2, 4, 3), np.uint8), 3, 3)])
+
+
+def test_the_dim_first_frames_are_no_reference():
+    collector = ReferenceCollector(3)
+    brightness = [40, 70, 95, 100, 100, 101]
+    enough = [collector.add(Frame(np.full((8, 8, 3), b, np.uint8), i, i)) for i, b in enumerate(brightness)]
+    assert enough == [False, False, False, False, False, True]
+    assert [frame.seq for frame in collector.frames] == [3, 4, 5]
