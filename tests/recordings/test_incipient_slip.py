@@ -19,7 +19,8 @@ pytestmark = pytest.mark.skipif(
 
 
 def test_every_recording_is_followed_and_the_dots_are_kept():
-    rows = list(csv.DictReader((DATA / "index.csv").open(encoding="utf-8")))
+    with (DATA / "index.csv").open(encoding="utf-8") as index:
+        rows = list(csv.DictReader(index))
     videos = [str(DATA / row["video"]) for row in rows]
     results = list(track_many(videos, None, [], jobs=1))
     found = overview(results)
