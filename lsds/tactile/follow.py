@@ -182,8 +182,8 @@ class DotFollower:
         pixel = (inside * (1 / HALF)).astype(np.intp)
         flags[seen & (mask[pixel[:, 1], pixel[:, 0]] > 0)] = _OK
         offset = np.abs(inside - expected)
-        strayed = np.maximum(offset[:, 0], offset[:, 1]) > reach * lattice.pitch_px
-        if strayed.any():
+        if offset.max() > reach * lattice.pitch_px:
+            strayed = np.maximum(offset[:, 0], offset[:, 1]) > reach * lattice.pitch_px
             flags[(flags == _OK) & strayed] = _INCONSISTENT
         ratio = self._areas(inside) / self._reference_area
         if ratio.min() < AREA_RATIO[0] or ratio.max() > AREA_RATIO[1]:

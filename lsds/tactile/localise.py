@@ -61,7 +61,8 @@ class LucasKanade:
             winSize=self._window,
             maxLevel=0,
             criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.01),
-            flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+            # The eigenvalue is known anyway; the error that it stands in for would cost a pass over every window.
+            flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS,
             minEigThreshold=1e-4,
         )
         xy = found.reshape(-1, 2).astype(np.float64)

@@ -40,7 +40,7 @@ class FrameViews:
     @cached_property
     def grey(self) -> NDArray[np.uint8]:
         """Brightness of the dots without the colours of the contact, uint8 (height, width): see `RED_SHARE`."""
-        red, blue = cv2.extractChannel(self.frame.image, 0), cv2.extractChannel(self.frame.image, 2)
+        red, _, blue = cv2.split(self.frame.image, _planes(self.frame.image))
         return np.asarray(cv2.addWeighted(red, RED_SHARE, blue, 1 - RED_SHARE, 0), np.uint8)
 
     @cached_property
@@ -70,6 +70,17 @@ class FrameViews:
         mean = cv2.blur(grey, (MEAN_WINDOW, MEAN_WINDOW), borderType=cv2.BORDER_REFLECT)
         cv2.convertScaleAbs(mean, mean, DARKNESS)
         return np.asarray(cv2.compare(grey, mean, cv2.CMP_LT), np.uint8)
+
+
+_scratch: list[NDArray[np.uint8]] = []
+
+
+def _planes(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+    """Return room for the three colours of an image; the same for every frame, as new pages cost more than the split."""
+    global _scratch
+    if not _scratch or _scratch[0].shape != image.shape[:2]:
+        _scratch = [np.empty(image.shape[:2], np.uint8) for _ in range(3)]
+    return _scratch
 
 
 _last: FrameViews | None = None
