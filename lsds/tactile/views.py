@@ -76,7 +76,7 @@ _scratch: list[NDArray[np.uint8]] = []
 
 
 def _planes(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
-    """Return room for the three colours of an image; the same for every frame, as new pages cost more than the split."""
+    """Return room for the three colours of an image; kept, as new memory costs more than the split."""
     global _scratch
     if not _scratch or _scratch[0].shape != image.shape[:2]:
         _scratch = [np.empty(image.shape[:2], np.uint8) for _ in range(3)]
