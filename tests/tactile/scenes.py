@@ -69,7 +69,7 @@ def observation(
     velocity[~valid] = np.nan
     field = DeformationField(0, 0, dt_s, reference, positions_m(reference), displacement, velocity, valid)
     contact = None if depth_m is None else ContactPatch(depth_m, 50e-6, float((depth_m > 50e-6).mean()))
-    speed = np.nan if velocity_m_s is None else float(np.linalg.norm(velocity[valid].mean(axis=0)))
+    speed = np.nan if velocity_m_s is None or not valid.any() else float(np.linalg.norm(velocity[valid].mean(axis=0)))
     features = FeatureVector(("v_net",), np.array([speed if v_net is None else v_net]))
     return Observation(0, 0, dt_s, field, contact, features)
 

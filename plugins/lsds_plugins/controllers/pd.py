@@ -65,6 +65,7 @@ class PdController:
         self._quiet_s = 0.0
         self._released_to = None
         if estimate.abstained or not math.isfinite(estimate.speed_m_s):
+            self._last_error = None
             return None
         error = 100 * (estimate.speed_m_s - self._options.target_m_s)
         change = 0.0 if self._last_error is None else error - self._last_error
@@ -78,7 +79,9 @@ class PdController:
         # its way the same correction is asked for again, not added once more, so delay does not wind the grip up.
         aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
         closed = TICKS * (1 - aperture / STROKE_M)
-        return STROKE_M * (1 - min(max(closed + ticks, 0.0), TICKS) / TICKS)
+        wanted = STROKE_M * (1 - min(max(closed + ticks, 0.0), TICKS) / TICKS)
+        # A falling error, or fingers that lag behind their command, must not loosen the grip while the object slips.
+        return wanted if self._options.literal_sign else min(wanted, state.aperture_m)
 
     def _release(self, state: GripInput) -> float | None:
         """Open slowly after a quiet time. Abstention is not quiet: it neither counts nor releases."""
@@ -87,7 +90,7 @@ class PdController:
         self._quiet_s += state.dt_s
         if self._quiet_s < self._options.release_after_s:
             return None
-        # Steps smaller than a tick would be rounded away: add up against what was asked for, not what was sent.
-        base = state.aperture_m if self._released_to is None else max(self._released_to, state.aperture_m)
+        # Steps smaller than a tick would be rounded away, or up: add up what was asked for, not what was sent.
+        base = state.aperture_m if self._released_to is None else self._released_to
         self._released_to = min(STROKE_M, base + self._options.release_m_s * state.dt_s)
         return self._released_to
