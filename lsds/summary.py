@@ -138,8 +138,9 @@ def _severity_mae(acting: Sequence[Sample]) -> float | None:
 
 
 def _zero_mae(acting: Sequence[Sample]) -> float | None:
-    """The same for an estimator that always says zero: what the figure above has to be compared with."""
-    return _mean([s.true_speed_m_s for s in acting if math.isfinite(s.true_speed_m_s)])
+    """The same, on the same frames, for an estimator that always says zero: what the figure above is compared with."""
+    judged = [s for s in acting if math.isfinite(s.speed_m_s)]
+    return _mean([s.true_speed_m_s for s in judged if math.isfinite(s.true_speed_m_s)])
 
 
 def _detection(acting: Sequence[Sample]) -> dict[str, Any]:

@@ -1,0 +1,184 @@
+"""Whole runs of the default cell on the virtual clock, through the same door as `lsds run`."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+
+import pytest
+
+from lsds.cli.run_session import run_session
+from lsds.config import load_config
+from lsds.errors import SafetyStop
+from lsds.loop import Loop
+from lsds.observers import Observers
+from lsds.record import RunRecord
+from lsds.rig import Rig
+from lsds.task import Stage
+
+pytestmark = pytest.mark.usefixtures("installed_host")
+TIMING = ("frame_to_command_us", "realtime_factor", "timing")
+
+
+def run(*overrides):
+    return run_session(None, overrides)
+
+
+def plain(summary):
+    """The summary as JSON, without what the machine's speed decides."""
+    kept = {key: copy.deepcopy(value) for key, value in summary.items() if key not in TIMING}
+    return json.loads(json.dumps(kept, default=str))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_pipe_is_held(seed):
+    summary = run(f"seed={seed}").summary
+    print(f"seed {seed}: {1e3 * summary['slip_distance_m']:.2f} mm of slip")
+    assert summary["outcome"] == "held"
+    assert summary["fault"] is None
+    assert 0 < summary["slip_distance_m"] < 0.010
+    assert summary["corrections"] > 0
+    assert summary["aperture_m"]["at_end"] < summary["aperture_m"]["at_lift"]
+    assert summary["peak_normal_force_n"] > summary["required_normal_force_n"]
+    assert summary["overruns"] == 0
+    assert summary["figures_are"] == "simulated"
+    assert summary["seed"] == seed
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_without_control_it_drops(seed):
+    summary = run(f"seed={seed}", "controller.enabled=false").summary
+    assert summary["outcome"] == "dropped"
+    assert summary["corrections"] == 0
+    assert summary["aperture_m"]["at_end"] == pytest.approx(summary["aperture_m"]["at_lift"], abs=2e-4)
+    assert summary["detection"]["true_positive"] > 5, "it was seen, and nothing was done"
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_with_the_sign_as_printed_it_drops(seed):
+    summary = run(f"seed={seed}", "controller.pd.literal_sign=true").summary
+    assert summary["outcome"] == "dropped"
+    assert summary["corrections"] > 0
+    assert summary["aperture_m"]["at_end"] > summary["aperture_m"]["at_lift"]
+
+
+@pytest.mark.parametrize("override", ["seed=7", "seed=8"])
+def test_one_seed_gives_one_run(override):
+    one, two = run(override), run(override)
+    assert plain(one.summary) == plain(two.summary)
+    assert repr(one.record.samples) == repr(two.record.samples)
+    assert one.truths == two.truths
+    assert (one.reference_frame.image == two.reference_frame.image).all()
+
+
+def test_another_seed_gives_another_run():
+    one, two = run("seed=7"), run("seed=8")
+    assert plain(one.summary) != plain(two.summary) | {"seed": 7}
+    assert one.summary["slip_distance_m"] != two.summary["slip_distance_m"]
+    assert (one.reference_frame.image != two.reference_frame.image).any()
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "detector.backend=threshold",
+        "tracker.backend=centroid",
+        "sensor.mock-gelsight-mini.pad=8x10",
+        "sensor.mock-gelsight-mini.pad=5x7",
+    ],
+)
+def test_one_override_swaps_a_part(override):
+    summary = run(override).summary
+    assert summary["outcome"] == "held"
+    assert summary["slip_distance_m"] < 0.015
+    key, _, value = override.partition("=")
+    if key.endswith("backend"):
+        assert summary["backends"][key.partition(".")[0]] == value
+
+
+def test_a_gel_without_dots_is_watched_by_dense_flow():
+    session = run("sensor.mock-gelsight-mini.pad=none", "tracker.backend=dis", "controller.enabled=false")
+    assert session.fault is None
+    assert session.summary["outcome"] == "dropped"
+    assert session.summary["markers"]["reference"] == 63
+    assert session.summary["markers"]["kept_fraction"] > 0.9
+
+
+class Rigged:
+    """A run whose rig can still be looked at: `fault`, `state` of gripper and arm after the stop."""
+
+    def __init__(self, *overrides):
+        config = load_config(None, overrides)
+        record = RunRecord()
+        self.fault = None
+        with Rig(config) as rig:
+            rig.arm_devices()
+            observers = Observers(threaded=False, queue=16)
+            observers.add("record", record.observe)
+            self.loop = Loop(rig, observers)
+            try:
+                self.loop.run()
+            except SafetyStop as stop:
+                self.fault = stop
+            self.target_m = rig.gripper.read().target_m
+            rig.clock.sleep_until(rig.clock.now() + 1_000_000_000)
+            self.gripper, self.arm, self.truth = rig.gripper.read(), rig.arm.read(), None
+            rig.cell.advance(rig.clock.now())
+            self.truth = rig.cell.truth()
+            observers.close()
+        self.samples = record.samples
+
+
+FAULTS = {"silent": "silent_at_s", "frozen": "freeze_at_s"}
+
+
+@pytest.mark.parametrize("option", sorted(FAULTS.values()))
+@pytest.mark.parametrize("at_s", [3.0, 3.7])
+def test_a_sensor_that_stops_seeing_stops_the_arm_and_keeps_the_grip(option, at_s):
+    rigged = Rigged(f"sensor.mock-gelsight-mini.{option}={at_s}")
+    assert isinstance(rigged.fault, SafetyStop)
+    assert rigged.loop.task.stage in (Stage.LIFT, Stage.HOLD)
+    last_sent = [s.held_m for s in rigged.samples if math.isfinite(s.held_m)][-1]
+    assert rigged.gripper.aperture_m <= max(last_sent, rigged.samples[-1].measured_m) + 1e-4, "the gripper opened"
+    assert rigged.truth.normal_force_n > rigged.truth.required_normal_force_n / 2
+    assert rigged.arm.tcp_twist.linear_m_s == pytest.approx((0, 0, 0), abs=1e-6)
+
+
+@pytest.mark.parametrize("option", sorted(FAULTS.values()))
+def test_a_sensor_that_stops_seeing_is_a_fault_in_the_summary(option):
+    session = run(f"sensor.mock-gelsight-mini.{option}=3.0")
+    assert session.summary["outcome"] == "fault"
+    assert session.summary["fault"].startswith("SafetyStop")
+    assert isinstance(session.fault, SafetyStop)
+
+
+def test_a_camera_without_noise_is_not_taken_for_a_frozen_one():
+    sensor = "sensor.mock-gelsight-mini"
+    summary = run(f"{sensor}.noise=0", f"{sensor}.drift=0").summary
+    assert summary["fault"] is None
+    assert summary["outcome"] == "held"
+
+
+def test_lost_and_repeated_frames_are_lived_with():
+    sensor = "sensor.mock-gelsight-mini"
+    summary = run(f"{sensor}.drop_probability=0.1", f"{sensor}.duplicate_probability=0.1").summary
+    assert summary["fault"] is None
+    assert summary["outcome"] == "held"
+    assert summary["slip_distance_m"] < 0.02
+
+
+def test_brightness_swings_are_lived_with():
+    summary = run("sensor.mock-gelsight-mini.swing_levels=30").summary
+    assert summary["outcome"] == "held"
+    assert summary["markers"]["kept_fraction"] > 0.95
+
+
+def test_the_zero_predictor_is_judged_on_the_frames_the_estimator_is_judged_on():
+    session = run("seed=0", "controller.enabled=false")
+    acting = [s for s in session.record.samples if s.acting]
+    judged = [s for s in acting if math.isfinite(s.speed_m_s) and math.isfinite(s.true_speed_m_s)]
+    mae = sum(abs(s.speed_m_s - s.true_speed_m_s) for s in judged) / len(judged)
+    zero = sum(s.true_speed_m_s for s in judged) / len(judged)
+    assert session.summary["severity_mae_m_s"] == pytest.approx(mae)
+    assert session.summary["severity_zero_predictor_mae_m_s"] == pytest.approx(zero)

@@ -1,0 +1,50 @@
+"""The figures of a run, on samples made by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from lsds.record import Sample
+from lsds.summary import _detection, _severity_mae, _slip, _zero_mae
+from lsds.task import Stage
+
+MS = 1_000_000
+
+
+def sample(i, *, said=True, speed=0.0, true=0.0):
+    return Sample(40 * i * MS, Stage.LIFT, 1.0, 0.2, said, speed, 0.0, true, None, 0.02, 0.02)
+
+
+def test_the_zero_predictor_is_judged_on_the_same_frames_as_the_estimator():
+    """Abstaining on the hard frames must not make the estimator look better than saying zero."""
+    samples = [sample(0, speed=0.01, true=0.02), sample(1, speed=math.nan, true=0.08), sample(2, true=0.0)]
+    assert _severity_mae(samples) == pytest.approx(0.01 / 2)
+    assert _zero_mae(samples) == pytest.approx(0.02 / 2)
+
+
+def test_without_a_truth_there_is_no_error():
+    samples = [sample(0, speed=0.01, true=math.nan)]
+    assert _severity_mae(samples) is None
+    assert _zero_mae(samples) is None
+    assert _severity_mae([]) is None
+
+
+def test_detections_are_counted_and_the_delay_is_from_slip_to_alarm():
+    said = [True, False, False, None, True, False]
+    true = [0.0, 0.0, 0.02, 0.02, 0.02, 0.02]
+    counts = _detection([sample(i, said=s, true=t) for i, (s, t) in enumerate(zip(said, true, strict=True))])
+    assert counts == {
+        "true_positive": 1,
+        "false_positive": 1,
+        "true_negative": 1,
+        "false_negative": 2,
+        "abstained": 1,
+        "onset_delay_s": pytest.approx(0.08),
+    }
+
+
+def test_no_slip_has_no_onset():
+    assert _slip([]) is None
+    assert _detection([sample(0, said=False)])["onset_delay_s"] is None
