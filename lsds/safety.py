@@ -98,7 +98,7 @@ class Guard:
         counts.arm_angular += changed
         acceleration, changed = _at_most(command.acceleration_m_s2, limits.max_arm_acceleration_m_s2)
         counts.arm_acceleration += changed
-        return replace(command, twist=Twist(linear, angular), acceleration_m_s2=acceleration)
+        return ArmCommand(Twist(linear, angular), acceleration, command.expires_ns)
 
 
 class Watchdog:

@@ -65,6 +65,7 @@ class BrushGel:
         self._gap = shape.gap(self._points[0], self._points[1])
         self._u = np.zeros((2, size))
         self._try = np.zeros((2, size))
+        self._try_x, self._try_y = self._try
         self._shift = np.zeros((2, 1))
         self._force = np.zeros(2)
         self._limit = np.zeros(size)
@@ -135,17 +136,17 @@ class BrushGel:
         self._shift[0, 0], self._shift[1, 0] = dx_m, dy_m
         np.add(self._u, self._shift, out=moved)
         if dtheta_rad:
-            moved[0] -= dtheta_rad * self._points[1]
-            moved[1] += dtheta_rad * self._points[0]
+            self._try_x -= dtheta_rad * self._points[1]
+            self._try_y += dtheta_rad * self._points[0]
         # A tip keeps the share min(1, limit / |u|) of its deflection.
-        np.hypot(moved[0], moved[1], out=scale)
+        np.hypot(self._try_x, self._try_y, out=scale)
         np.maximum(scale, self._floor, out=scale)
         np.divide(self._limit, scale, out=scale)
         k = self._k
         fx, fy = np.dot(moved, scale, out=self._force).tolist()
         torque = 0.0
         if dtheta_rad or fx:
-            torque = k * float((self._points[0] * moved[1] - self._points[1] * moved[0]) @ scale)
+            torque = k * float((self._points[0] * self._try_y - self._points[1] * self._try_x) @ scale)
         self._tried_stuck = int(np.count_nonzero(np.greater_equal(scale, SLIDING, out=self._holds)))
         return Reaction(k * fx, k * fy, torque, k * self._tried_stuck)
 

@@ -59,11 +59,8 @@ class DotPainter:
         for seen, (x, y), (i, j) in zip(visible.tolist(), corner.tolist(), phase.tolist(), strict=True):
             if not seen:
                 continue
-            spot = padded[y : y + size, x : x + size]
-            if crowded:
-                np.minimum(spot, bank[j, i], out=spot)
-            else:
-                spot[:] = bank[j, i]
+            stamp, spot = bank[j, i], (slice(y, y + size), slice(x, x + size))
+            padded[spot] = np.minimum(padded[spot], stamp) if crowded else stamp
         return self._view
 
     def _crowded(self, corner: NDArray[np.int64]) -> bool:
