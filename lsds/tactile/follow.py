@@ -212,7 +212,12 @@ class DotFollower:
         lost = np.flatnonzero(failed)
         neighbour = np.minimum(lattice.neighbour[lost], lattice.count - 1)
         good = lattice.has_neighbour[lost] & (lattice.neighbour[lost] < lattice.count) & ~failed[neighbour]
-        total = np.where(good[..., None], moved[neighbour], 0.0).sum(axis=1)
+        many = np.maximum(good.sum(axis=1), 1)[:, None]
         shifted = predicted.copy()
-        shifted[lost] += total / np.maximum(good.sum(axis=1), 1)[:, None]
+        shifted[lost] += np.where(good[..., None], moved[neighbour], 0.0).sum(axis=1) / many
+        # Lost for longer, its own past misleads: what a marker was led astray to would be carried along for good.
+        away = (predicted + moved - self._xy_home)[neighbour]
+        beside = self._xy_home[lost] + np.where(good[..., None], away, 0.0).sum(axis=1) / many
+        stale = self._failed[lost] & good.any(axis=1)
+        shifted[lost[stale]] = beside[stale]
         return shifted
