@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 
 from lsds.cli.output import json_option, table, write_json, write_text
+from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
 
@@ -39,6 +40,7 @@ def frame(repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: 
       lsds chart frame
       lsds chart frame --repeats 30 --json frame.json --csv frame.csv --plot frame.png
     """
+    one_thread()
     from lsds.plots.frame_chart import plot_frame_cost
     from lsds.study.frame_cost import measure
 

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from lsds.cli.output import json_option, table, write_json
+from lsds.cli.threads import one_thread
 
 
 @click.command()
@@ -41,6 +42,7 @@ def run(
       lsds run --set controller.pd.literal_sign=true   the paper's sign as printed: it opens on slip
       lsds run rig.toml --no-plot                      your own cell
     """
+    one_thread()
     from lsds.cli.run_session import run_session
 
     chosen = (*overrides, *([] if seed is None else [f"seed={seed}"]))

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from lsds.cli.output import json_option, table, write_json
+from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
 
@@ -44,6 +45,7 @@ def track(
       lsds track clip.mp4 --tracker centroid --set sensor.video.timestamps=file
       lsds track --batch recordings/ --json all.json
     """
+    one_thread()
     from lsds.cli import track_session
 
     chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]
