@@ -103,7 +103,7 @@ class DepthEstimator:
     """Contact patches against one reference frame. `scale` is how many image pixels make a depth pixel."""
 
     #: Share of the depth map taken to be free of contact when its zero is set.
-    FREE_SHARE = 0.15
+    FREE_SHARE = 0.25
 
     def __init__(
         self,

@@ -113,8 +113,7 @@ def test_the_contact_area_is_the_true_one_to_a_hundredth(seed):
     judged = np.abs([error for error, depth in errors if 0.05e-3 < depth <= 0.35e-3])
     assert len(judged) >= 4
     # The mock draws its surface on a grid of its own, which moves the edge of its contact by up to 0.006.
-    assert judged.mean() < 0.01
-    assert judged.max() < 0.0125
+    assert judged.max() < 0.01
 
 
 @pytest.mark.parametrize("gain", [0.75, 0.9, 1.1, 1.25])
@@ -122,7 +121,7 @@ def test_a_change_of_brightness_hardly_changes_the_area(gain):
     for estimator, image, _, depth in pressed(1, APERTURES_M[1:4]):
         brighter = np.clip(np.rint(image.image * gain), 0, 255).astype(np.uint8)
         before, after = estimator.measure(image), estimator.measure(Frame(brighter, 0, 0))
-        assert after.area_fraction == pytest.approx(before.area_fraction, abs=0.0125), f"{depth}"
+        assert after.area_fraction == pytest.approx(before.area_fraction, abs=0.01), f"{depth}"
 
 
 def test_an_untouched_gel_has_no_contact():
