@@ -9,22 +9,23 @@ velocity stream, stale sensing, observers.
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.clock import NS_PER_S, nanoseconds, perf_ns, seconds
+from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.collector import quiet_collector
 from lsds.contracts import ArmCommand, GripInput, GripperCommand, Twist
-from lsds.errors import CommandExpired, DataError, SafetyStop, StaleData
+from lsds.errors import CommandExpired, ConfigError, ConfigIssue, DataError, StaleData
 from lsds.histogram import LogHistogram
 from lsds.safety import Guard, Watchdog
 from lsds.scheduler import Phase, Scheduler
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector
 from lsds.task import LiftTask, Stage
+from lsds.truth_log import TruthLog
+from lsds.vigilance import FollowWatch, Freshness, GraspWatch, RepeatedImage
 
 if TYPE_CHECKING:
     from lsds.contracts import (
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
         GripperState,
         MarkerTracks,
         Observation,
+        PoseSample,
         SlipEstimate,
     )
     from lsds.observers import Observers
@@ -42,8 +44,10 @@ if TYPE_CHECKING:
 #: The newest frame is asked for this many times per nominal frame interval: a camera's phase is its own, and a frame
 #: that waits for a poll is delay in the loop, which costs more slip than any gain.
 POLLS_PER_FRAME = 8
-#: Time that a camera may take for its first frame.
+#: Time that a camera may take for its first frame, s.
 FIRST_FRAME_S = 3.0
+#: With fewer of its dots followed than this share, a gel is as good as not seen.
+BLIND_SHARE = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +65,7 @@ class Cycle:
     held_m: float
     measured_m: float
     truth: CellTruth | None
+    pose: PoseSample | None = None
 
 
 class Loop:
@@ -68,6 +73,7 @@ class Loop:
 
     def __init__(self, rig: Rig, observers: Observers[Cycle]) -> None:
         config = rig.config
+        _require_rate(rig.sensor.spec.rate_hz, config.safety.stale_after_s)
         self._rig = rig
         self._observers = observers
         self._clock = rig.clock
@@ -75,24 +81,33 @@ class Loop:
         self._guard = Guard(config.safety)
         self._safety = config.safety
         self._lifetime_ns = nanoseconds(config.safety.command_lifetime_s)
-        self._stale_ns = nanoseconds(config.safety.stale_after_s)
-        self._first_ns = nanoseconds(FIRST_FRAME_S)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
-        self._start_ns = rig.clock.now()
-        self._task = LiftTask(config.task, self._start_ns)
+        start = self._start_ns = rig.clock.now()
+        stale = nanoseconds(config.safety.stale_after_s)
+        self._task = LiftTask(config.task, start)
         self._reference = ReferenceCollector(config.tactile.reference_frames)
-        self._last: Frame | None = None
+        self._sensor_fresh = Freshness(
+            "sensor", start, stale, allowance_ns=nanoseconds(FIRST_FRAME_S), remedy="check the sensor and its cable"
+        )
+        self._gripper_fresh = Freshness("gripper", start, stale, remedy="check the gripper and its cable")
+        self._arm_fresh = Freshness("arm", start, stale, remedy="check the arm's connection")
+        self._image_fresh = Freshness(
+            "sensor", start, nanoseconds(config.safety.frozen_after_s), remedy="the camera repeats one image"
+        )
+        self._repeated = RepeatedImage()
+        self._grasp = GraspWatch(rig.gripper.spec.resolution_m if rig.gripper is not None else 0.0)
+        self._follow = FollowWatch()
         self._seen_seq = -1
-        self._bad = ""
-        self.bad_frames = 0
         self._gripper_state: GripperState | None = None
+        self._pose: PoseSample | None = None
         self._held_m = math.nan
-        self._truths: deque[CellTruth] = deque(maxlen=64)
         self._watchdog: Watchdog | None = None
-        self._ended = False
+        # A recording or a real sensor has nothing to do with what a simulated pipe does beside it.
+        lives_in_cell = "sensor" in rig.backends and rig.backends["sensor"].spec.in_cell
+        self.truth = TruthLog(rig.cell if lives_in_cell else None, config.schedule.arm_rate_hz)
+        self.unusable_frames = 0
         self.frame_to_command = LogHistogram()
-        self.truth_seen: list[CellTruth] = []
         self.perception = self._perception
         self.scheduler = Scheduler(rig.clock)
         self._add_tasks()
@@ -134,7 +149,7 @@ class Loop:
         observation, tracks = self._perception.observe(frame)
         detection = self._rig.detector.update(observation)
         estimate = self._rig.estimator.update(observation)
-        command = self._correct(observation, detection, estimate, now_ns)
+        command = self._correct(observation, detection, estimate)
         self.frame_to_command.add((perf_ns() - started,))
         measured = math.nan if self._gripper_state is None else self._gripper_state.aperture_m
         self._observers.publish(
@@ -149,13 +164,17 @@ class Loop:
                 command,
                 self._held_m,
                 measured,
-                self._truth_at(frame.t_ns),
+                self.truth.at(frame.t_ns),
+                self._pose,
             )
         )
+        share = float(np.count_nonzero(tracks.valid)) / len(tracks.valid)
+        if share >= BLIND_SHARE:
+            self._sensor_fresh.good(now_ns)
+        else:
+            self._unusable(f"frame {frame.seq}: only {100 * share:.0f} % of the dots can be followed", now_ns)
 
-    def _correct(
-        self, observation: Observation, detection: Detection, estimate: SlipEstimate, now_ns: int
-    ) -> float | None:
+    def _correct(self, observation: Observation, detection: Detection, estimate: SlipEstimate) -> float | None:
         """Ask the controller; send what the guard lets through. Return the aperture really sent."""
         gripper, state = self._rig.gripper, self._gripper_state
         if not (self._controls and self._task.corrects_grip) or gripper is None or state is None:
@@ -165,14 +184,18 @@ class Loop:
         )
         if wanted is None:
             return None
-        return self._send_aperture(wanted, now_ns, allow_opening=self._may_open)
+        return self._send_aperture(wanted, allow_opening=self._may_open)
 
-    def _send_aperture(self, aperture_m: float, now_ns: int, *, allow_opening: bool) -> float | None:
+    def _send_aperture(self, aperture_m: float, *, allow_opening: bool) -> float | None:
         gripper, task = self._rig.gripper, self._task.options
         if gripper is None:
             return None
-        command = GripperCommand(aperture_m, task.grip_speed_m_s, task.grip_force_n, now_ns + self._lifetime_ns)
-        held = self._held_m if math.isfinite(self._held_m) else gripper.spec.stroke_m
+        stroke = gripper.spec.stroke_m
+        aperture_m = min(max(aperture_m, 0.0), stroke) if math.isfinite(aperture_m) else aperture_m
+        # The command lives from when it is sent, not from when its frame came.
+        expires = self._clock.now() + self._lifetime_ns
+        command = GripperCommand(aperture_m, task.grip_speed_m_s, task.grip_force_n, expires)
+        held = self._held_m if math.isfinite(self._held_m) else stroke
         try:
             sent = gripper.command(self._guard.gripper(command, held, allow_opening=allow_opening))
         except CommandExpired:
@@ -188,106 +211,131 @@ class Loop:
         add = self.scheduler.add
         if rig.gripper is not None:
             add("gripper", self._read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
+        if rig.arm is not None:
+            add("arm", self._read_arm, _period(schedule.gripper_rate_hz), phase=Phase.READ)
+        if rig.pose_source is not None:
+            add("pose", self._read_pose, _period(schedule.pose_rate_hz), phase=Phase.READ)
         add("sensor", self._poll_sensor, _period(rig.sensor.spec.rate_hz * POLLS_PER_FRAME), phase=Phase.TRACK)
         add("job", self._do_job, _period(schedule.arm_rate_hz), phase=Phase.COMMAND)
 
     def _read_gripper(self, now_ns: int) -> None:
-        gripper = self._rig.gripper
-        if gripper is not None:
-            self._gripper_state = gripper.read()
+        gripper, fresh = self._rig.gripper, self._gripper_fresh
+        if gripper is None:
+            return
+        try:
+            state = gripper.read()
+        except StaleData as error:
+            fresh.bad(str(error))
+        else:
+            if fresh.stamped(state.t_ns, now_ns):
+                self._gripper_state = state
+                fresh.good(now_ns)
+        fresh.require(now_ns)
+
+    def _read_arm(self, now_ns: int) -> None:
+        arm, fresh = self._rig.arm, self._arm_fresh
+        if arm is None:
+            return
+        try:
+            state = arm.read()
+        except StaleData as error:
+            fresh.bad(str(error))
+        else:
+            if fresh.stamped(state.t_ns, now_ns):
+                fresh.good(now_ns)
+                self._follow.check(state, self._task.lift_speed_m_s, now_ns)
+        fresh.require(now_ns)
+
+    def _read_pose(self, now_ns: int) -> None:
+        """Take the newest poses; they are for observers, so that going without stops nothing."""
+        if self._rig.pose_source is not None:
+            try:
+                self._pose = self._rig.pose_source.read()
+            except StaleData:
+                self._pose = None
 
     def _poll_sensor(self, now_ns: int) -> None:
         try:
             frame = self._rig.sensor.read()
-        except StaleData:
-            self._require_fresh(now_ns)
-            return
         except EOFError:
-            self._ended = True
             self.scheduler.stop()
             return
-        if frame.seq == self._seen_seq:
-            self._require_fresh(now_ns)
+        except StaleData as error:
+            self._sensor_fresh.bad(str(error))
+        except DataError as error:
+            self._unusable(str(error), now_ns)
+        else:
+            if frame.seq != self._seen_seq:
+                self._seen_seq = frame.seq
+                self._take(frame, now_ns)
+                return
+        self._sensor_fresh.require(now_ns)
+
+    def _take(self, frame: Frame, now_ns: int) -> None:
+        """Use a new frame for the reference or for the grip. An unusable one is a frame lost, and counted."""
+        if not self._sensor_fresh.stamped(frame.t_ns, now_ns):
+            self._unusable("", now_ns)
             return
-        self._seen_seq = frame.seq
         if self._task.stage is Stage.REFERENCE:
-            self._collect_reference(frame, now_ns)
-            self._last = frame
+            self._sensor_fresh.good(now_ns)
+            if self._reference.add(frame):
+                self._perception.start(self._reference.frames)
+                self._task.reference_taken(self._clock.now())
             return
-        if self._is_frozen(frame):
-            self.bad_frames += 1
-            self._bad = f"frame {frame.seq} repeats the image of the one before: check the camera"
-            self._require_fresh(now_ns)
+        if self._is_repeated(frame, now_ns):
             return
         try:
             self.on_frame(frame, now_ns)
         except DataError as error:
-            # One unusable frame is a frame lost; going without for too long is stale sensing.
-            self.bad_frames += 1
-            self._bad = str(error)
-            self._require_fresh(now_ns)
-            return
-        self._last = frame
+            self._unusable(str(error), now_ns)
 
-    def _is_frozen(self, frame: Frame) -> bool:
-        """Tell whether the camera repeats itself while an object depends on it: no image comes twice to the bit."""
-        if self._last is None or self._rig.gripper is None or not self._task.corrects_grip:
+    def _is_repeated(self, frame: Frame, now_ns: int) -> bool:
+        """Pass over an image that came before; stop where nothing but it comes while an object depends on it."""
+        depends = self._task.corrects_grip and self._rig.gripper is not None
+        if not self._repeated.seen(frame.image) or not depends:
+            self._image_fresh.good(now_ns)
             return False
-        now, last = frame.image, self._last.image
-        # A few rows tell nearly always, at a hundredth of the cost.
-        return np.array_equal(now[::48], last[::48]) and np.array_equal(now, last)
+        self._sensor_fresh.good(now_ns)
+        self._image_fresh.require(now_ns)
+        return True
 
-    def _collect_reference(self, frame: Frame, now_ns: int) -> None:
-        if self._reference.add(frame):
-            self._perception.start(self._reference.frames)
-            self._task.reference_taken(now_ns)
-            self._send_aperture(self._task.options.grip_aperture_m, now_ns, allow_opening=True)
-
-    def _require_fresh(self, now_ns: int) -> None:
-        newest = self._start_ns + self._first_ns if self._last is None else self._last.t_ns
-        if now_ns - newest > self._stale_ns:
-            raise SafetyStop(
-                f"sensor: no new usable frame for {seconds(now_ns - newest):.2f} s, allowed are "
-                f"{self._safety.stale_after_s} s; the arm was stopped and the grip kept "
-                f"({self._bad or 'check the sensor and its cable'})"
-            )
+    def _unusable(self, reason: str, now_ns: int) -> None:
+        self.unusable_frames += 1
+        if reason:
+            self._sensor_fresh.bad(reason)
+        self._sensor_fresh.require(now_ns)
 
     def _do_job(self, now_ns: int) -> None:
         """Advance the job, stream the arm's velocity, sample the truth."""
         if self._watchdog is not None:
             self._watchdog.feed()
             self._watchdog.check()
-        moving = self._gripper_state is not None and self._gripper_state.moving
-        stage = self._task.advance(now_ns, moving)
-        self._sample_truth(now_ns)
-        if stage is Stage.DONE:
+        if self._task.stage is Stage.GRASP and self._grasp.wants_sending(self._gripper_state, now_ns):
+            sent = self._send_aperture(self._task.options.grip_aperture_m, allow_opening=True)
+            if sent is not None:
+                self._grasp.sent(sent, now_ns)
+        grasped = self._rig.gripper is None or self._grasp.arrived(self._gripper_state, now_ns)
+        stage = self._task.advance(now_ns, grasped)
+        truth = self.truth.sample(now_ns)
+        if stage is Stage.DONE or (truth is not None and truth.dropped):
             self.scheduler.stop()
             return
         arm, task = self._rig.arm, self._task.options
-        if arm is not None and stage in (Stage.LIFT, Stage.HOLD):
+        if arm is not None and self._task.corrects_grip:
             twist = Twist(linear_m_s=(0.0, 0.0, self._task.lift_speed_m_s))
-            command = ArmCommand(twist, task.lift_acceleration_m_s2, now_ns + self._lifetime_ns)
+            command = ArmCommand(twist, task.lift_acceleration_m_s2, self._clock.now() + self._lifetime_ns)
             arm.command(self._guard.arm(command))
 
-    def _sample_truth(self, now_ns: int) -> None:
-        cell = self._rig.cell
-        if cell is None:
-            return
-        cell.advance(now_ns)
-        truth = cell.truth()
-        self._truths.append(truth)
-        self.truth_seen.append(truth)
-        if truth.dropped:
-            self.scheduler.stop()
 
-    def _truth_at(self, t_ns: int) -> CellTruth | None:
-        """The sampled truth nearest to an exposure, which lies a few samples back."""
-        nearest: CellTruth | None = None
-        for truth in reversed(self._truths):
-            if nearest is not None and abs(truth.t_ns - t_ns) > abs(nearest.t_ns - t_ns):
-                break
-            nearest = truth
-        return nearest
+def _require_rate(rate_hz: float, stale_after_s: float) -> None:
+    """Raise ConfigError where a healthy sensor would count as stale between two frames."""
+    if 2 / rate_hz > stale_after_s:
+        issue = ConfigIssue(
+            "safety.stale_after_s",
+            f"{stale_after_s:g} s is less than two frames of a sensor at {rate_hz:g} Hz",
+            f"at least {2 / rate_hz:.3g}",
+        )
+        raise ConfigError("the rig", [issue])
 
 
 def _period(rate_hz: float) -> int:

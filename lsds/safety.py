@@ -31,6 +31,9 @@ class SafetyOptions(BaseModel):
     min_aperture_m: float = Field(default=0.0, ge=0, le=0.5, description="never close further than this")
     max_aperture_m: float | None = Field(default=None, gt=0, le=0.5, description="never open further than this")
     stale_after_s: float = Field(default=0.2, gt=0, le=10, description="stop where no new frame came for so long")
+    frozen_after_s: float = Field(
+        default=1.0, gt=0, le=3600, description="stop where the camera repeats one image for so long"
+    )
     watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop where the loop is silent for so long")
     command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="a motion command expires after so long")
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lsds.clock import seconds
+from lsds.clock import nanoseconds, seconds
 from lsds.task import Stage
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 AT_REST_M_S = 1e-3
 #: Without a truth, the object counts as lost where contact at the end is below this share of contact before the lift.
 LOST_SHARE = 0.2
+#: Less of the image in contact than this at the start of the lift is an empty grip.
+LEAST_CONTACT = 0.005
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +48,14 @@ def summarise(
 ) -> dict[str, Any]:
     """Return the run as plain values, ready for JSON. `wall_s` is what the loop took, `simulated_s` what it lived."""
     acting = [sample for sample in samples if sample.acting]
-    begun = acting[0].t_ns if acting else None
-    truths = [truth for truth in loop.truth_seen if begun is not None and truth.t_ns >= begun]
+    begun = loop.task.lift_began_ns
+    truths = [truth for truth in loop.truth.samples if begun is not None and truth.t_ns >= begun]
     moving = [sample for sample in acting if sample.true_speed_m_s > AT_REST_M_S]
     slip = _slip(truths)
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
     scheduled = loop.scheduler.statistics()
     return {
-        "outcome": _outcome(loop, acting, truths, fault),
+        "outcome": _outcome(rig, loop, acting, truths, fault),
         "fault": None if fault is None else _reason(fault),
         "figures_are": "simulated" if rig.cell is not None else "measured",
         "slip_distance_m": slip.distance_m if slip else None,
@@ -66,7 +68,7 @@ def summarise(
         "severity_zero_predictor_mae_m_s": _zero_mae(acting),
         "severity_moving_mae_m_s": _severity_mae(moving),
         "severity_moving_zero_predictor_mae_m_s": _zero_mae(moving),
-        "detection": _detection(acting),
+        "detection": _detection(acting, begun, slip),
         "aperture_m": {
             "at_lift": _measured(acting[0]) if acting else None,
             "at_end": _measured(acting[-1]) if acting else None,
@@ -78,17 +80,22 @@ def summarise(
         "corrections": sum(sample.command_m is not None for sample in acting),
         "guard": loop.guard.counts,
         "cycles": len(samples),
-        "unusable_frames": loop.bad_frames,
+        "unusable_frames": loop.unusable_frames,
         "overruns": sum(task.overruns for task in scheduled),
         "simulated_s" if rig.virtual else "duration_s": simulated_s,
         "backends": backends,
         "seed": rig.config.seed,
         "timing": {
             "wall_s": wall_s,
-            "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
-            "frame_to_command_us": _microseconds(loop),
             "tasks": {
-                task.name: {"runs": task.runs, "mean_us": task.mean_ns / 1e3, "p99_us": task.p99_ns / 1e3}
+                task.name: {
+                    "runs": task.runs,
+                    "overruns": task.overruns,
+                    "mean_us": task.mean_ns / 1e3,
+                    "p99_us": task.p99_ns / 1e3,
+                    "max_us": task.max_ns / 1e3,
+                    "max_lateness_us": task.max_lateness_ns / 1e3,
+                }
                 for task in scheduled
             },
         },
@@ -97,8 +104,13 @@ def summarise(
     }
 
 
-def _outcome(loop: Loop, acting: Sequence[Sample], truths: Sequence[CellTruth], fault: BaseException | None) -> str:
-    """Tell whether the object is in the grip at the end; an object left standing on the table is not."""
+def _outcome(
+    rig: Rig, loop: Loop, acting: Sequence[Sample], truths: Sequence[CellTruth], fault: BaseException | None
+) -> str:
+    """Tell whether the object is in the grip at the end; an object left standing on the table is not.
+
+    Without a truth, contact at the end has to show it; with no gripper there is nothing to tell: the job has "ended".
+    """
     if fault is not None:
         return "fault"
     if truths:
@@ -106,9 +118,10 @@ def _outcome(loop: Loop, acting: Sequence[Sample], truths: Sequence[CellTruth], 
         lifts = loop.task.options.lift_speed_m_s > 0 and loop.task.options.lift_s > 0
         gone = last.dropped or last.normal_force_n <= 0 or (lifts and last.supported)
         return "dropped" if gone else "held"
-    if loop.task.stage is not Stage.DONE or not acting:
-        return "ended"  # A recording that ran out: nothing was held or dropped.
-    return "dropped" if acting[-1].contact_fraction < LOST_SHARE * acting[0].contact_fraction else "held"
+    if rig.gripper is None or loop.task.stage is not Stage.DONE or not acting:
+        return "ended"
+    before, after = acting[0].contact_fraction, acting[-1].contact_fraction
+    return "held" if before >= LEAST_CONTACT and after >= LOST_SHARE * before else "dropped"
 
 
 def _reason(fault: BaseException) -> str:
@@ -126,7 +139,8 @@ def _slip(truths: Sequence[CellTruth]) -> Slip | None:
     if not slipping:
         return Slip(distance, None, None, max(speeds))
     first, last = slipping[0], slipping[-1]
-    arrested = last + 1 < len(truths) and not truths[-1].dropped
+    # Slip that ends because the fingers have let go is no arrest.
+    arrested = last + 1 < len(truths) and not truths[-1].dropped and truths[-1].normal_force_n > 0
     arrest = seconds(truths[last + 1].t_ns - truths[first].t_ns) if arrested else None
     return Slip(distance, seconds(truths[first].t_ns - truths[0].t_ns), arrest, max(speeds))
 
@@ -143,25 +157,29 @@ def _zero_mae(acting: Sequence[Sample]) -> float | None:
     return _mean([s.true_speed_m_s for s in judged if math.isfinite(s.true_speed_m_s)])
 
 
-def _detection(acting: Sequence[Sample]) -> dict[str, Any]:
-    """Frames by true slip and by what the detector said; abstentions count as neither."""
+def _detection(acting: Sequence[Sample], begun_ns: int | None, slip: Slip | None) -> dict[str, Any]:
+    """Frames by true slip and by what the detector said; abstentions count as neither.
+
+    `onset_delay_s` is from the true onset to the first alarm after it, camera and computing included; alarms of the
+    lift before the onset are `early_alarms`.
+    """
     counts = {"true_positive": 0, "false_positive": 0, "true_negative": 0, "false_negative": 0, "abstained": 0}
-    first_slip = first_alarm = None
     for sample in acting:
         said = sample.slip
         if math.isnan(sample.true_speed_m_s):
             continue
         slips = sample.true_speed_m_s > AT_REST_M_S
-        if slips and first_slip is None:
-            first_slip = sample.t_ns
-        if said and first_slip is not None and first_alarm is None:
-            first_alarm = sample.t_ns
         if said is None:
             counts["abstained"] += 1
         else:
             counts[f"{'true' if said == slips else 'false'}_{'positive' if said else 'negative'}"] += 1
-    delay = seconds(first_alarm - first_slip) if first_alarm is not None and first_slip is not None else None
-    return {**counts, "onset_delay_s": delay}
+    if begun_ns is None or slip is None or slip.onset_s is None:
+        return {**counts, "onset_delay_s": None, "early_alarms": sum(s.slip is True for s in acting)}
+    onset_ns = begun_ns + nanoseconds(slip.onset_s)
+    alarms = [sample.t_ns for sample in acting if sample.slip]
+    after = [t_ns for t_ns in alarms if t_ns >= onset_ns]
+    delay = seconds(after[0] - onset_ns) if after else None
+    return {**counts, "onset_delay_s": delay, "early_alarms": len(alarms) - len(after)}
 
 
 def _measured(sample: Sample) -> float | None:

@@ -13,7 +13,7 @@ from lsds.errors import SafetyStop
 class TaskOptions(BaseModel):
     """Options of the `[task]` table. The default is the paper's demonstration: lift a PVC pipe at 3.8 cm/s."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture to grasp with")
     grip_speed_m_s: float = Field(default=0.05, gt=0, le=1, description="finger speed of grasping and correcting")
@@ -37,10 +37,6 @@ class Stage(Enum):
     DONE = "done"
 
 
-#: The gripper counts as having arrived when it has rested this long: a command takes time to start a motion.
-_REST_NS = nanoseconds(0.15)
-
-
 class LiftTask:
     """The stages in order. `advance` is told what has happened and moves on by time and by events."""
 
@@ -48,7 +44,7 @@ class LiftTask:
         self.options = options
         self.stage = Stage.REFERENCE
         self.since_ns = start_ns
-        self._resting_since: int | None = None
+        self.lift_began_ns: int | None = None
 
     @property
     def corrects_grip(self) -> bool:
@@ -64,19 +60,20 @@ class LiftTask:
         """Go on to grasping."""
         self._enter(Stage.GRASP, now_ns)
 
-    def advance(self, now_ns: int, gripper_moving: bool) -> Stage:
-        """Return the stage at `now_ns`. Raises SafetyStop where reference or grasp took too long."""
+    def advance(self, now_ns: int, grasped: bool) -> Stage:
+        """Return the stage at `now_ns`; `grasped` tells whether the gripper has done what it was sent to do.
+
+        Raises SafetyStop where reference or grasp took too long.
+        """
         elapsed = now_ns - self.since_ns
         if self.stage in (Stage.REFERENCE, Stage.GRASP) and elapsed > nanoseconds(self.options.timeout_s):
-            what = "no reference frame" if self.stage is Stage.REFERENCE else "the gripper did not come to rest"
+            what = "no reference frame" if self.stage is Stage.REFERENCE else "nothing was grasped: no arrival"
             raise SafetyStop(f"task: {what} within {self.options.timeout_s} s (raise task.timeout_s if that is normal)")
-        if self.stage is Stage.GRASP:
-            if gripper_moving or self._resting_since is None:
-                self._resting_since = now_ns
-            if now_ns - self._resting_since >= _REST_NS:
-                self._enter(Stage.SETTLE, now_ns)
+        if self.stage is Stage.GRASP and grasped:
+            self._enter(Stage.SETTLE, now_ns)
         elif self.stage is Stage.SETTLE and elapsed >= nanoseconds(self.options.settle_s):
             self._enter(Stage.LIFT, now_ns)
+            self.lift_began_ns = now_ns
         elif self.stage is Stage.LIFT and elapsed >= nanoseconds(self.options.lift_s):
             self._enter(Stage.HOLD, now_ns)
         elif self.stage is Stage.HOLD and elapsed >= nanoseconds(self.options.hold_s):

@@ -38,7 +38,7 @@ def devices(json_file: str | None) -> None:
             "kind": backend.spec.kind,
             "name": backend.spec.name,
             "missing": list(host.missing_requirements(backend)),
-            "simulated": backend.spec.virtual_time,
+            "simulated": backend.spec.in_cell,
         }
         for backend in host.backends
         if backend.spec.kind in _KINDS

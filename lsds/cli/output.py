@@ -46,6 +46,19 @@ def write_json(value: Any, target: str | Path) -> None:
     write_text(to_json(value), target)
 
 
+def require_writable(target: str | Path | None) -> None:
+    """Raise DataError where a result could not be written to `target` later on; None and "-" always can."""
+    if target is None or str(target) == "-":
+        return
+    path = Path(target).resolve()
+    if not path.parent.is_dir():
+        raise DataError(f"{path}: cannot be written: there is no such folder; create the folder first")
+    if path.is_dir():
+        raise DataError(f"{path}: cannot be written: it is a folder; name a file in it")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise DataError(f"{path}: cannot be written: permission denied")
+
+
 def write_text(text: str, target: str | Path) -> None:
     """Write text to a file or to stdout for "-". Raises DataError where it cannot.
 

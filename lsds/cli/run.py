@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, table, write_json
+from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.cli.threads import one_thread
 
 
@@ -46,17 +46,22 @@ def run(
     from lsds.cli.run_session import run_session
 
     chosen = (*overrides, *([] if seed is None else [f"seed={seed}"]))
+    # A job done cannot be done again for a folder that is missing: find out before anything moves.
+    for target in (json_file, None if no_plot else plot):
+        require_writable(target)
     session = run_session(config, chosen)
     summary = session.summary
-    if json_file is not None:
-        write_json(summary, json_file)
     if json_file != "-":
         click.echo(_table(summary))
-    if not no_plot and session.record.samples:
-        session.draw(plot)
-        click.echo(f"picture: {plot}", err=json_file == "-")
-    if session.fault is not None:
-        raise session.fault
+    try:
+        if json_file is not None:
+            write_json(summary, json_file)
+        if not no_plot and session.record.samples:
+            session.draw(plot)
+            click.echo(f"picture: {plot}", err=json_file == "-")
+    finally:
+        if session.fault is not None:
+            raise session.fault
     if summary["outcome"] == "dropped":
         raise click.exceptions.Exit(8)
 
@@ -68,6 +73,7 @@ def _table(summary: dict[str, Any]) -> str:
     cost = summary["frame_to_command_us"]
     rows = [
         ("outcome", f"{summary['outcome']} ({summary['figures_are']})"),
+        *([("reason", summary["fault"])] if summary["fault"] else []),
         ("slip distance", show(summary["slip_distance_m"], 1e3, "mm")),
         ("time to arrest", show(summary["time_to_arrest_s"], 1e3, "ms")),
         ("peak slip speed", show(summary["peak_slip_speed_m_s"], 1e2, "cm/s")),

@@ -55,14 +55,13 @@ class ControllerSection(BackendSection):
 
 
 class ScheduleOptions(BaseModel):
-    """How often each task of the loop runs. The sensor runs at its own nominal rate."""
+    """How often each task of the loop runs. The sensor is polled at eight times its own nominal rate."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the gripper's state")
     arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="reading and commanding the arm")
     pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="reading the pose source")
-    observe_rate_hz: float = Field(default=25.0, gt=0, le=1000, description="what observers are shown")
     observer_queue: int = Field(default=256, ge=1, le=100_000, description="samples kept for a slow observer")
 
 
@@ -110,6 +109,20 @@ class RigConfig(BaseModel):
             if isinstance(section, Mapping) and "backend" not in section:
                 filled[kind] = {"backend": cls.model_fields[kind].default.backend, **section}
         return filled
+
+    @model_validator(mode="after")
+    def _rates_fit_the_limits(self) -> RigConfig:
+        """Refuse rates that would make healthy commands expire, or the watchdog bite, between two ticks."""
+        period = 1 / self.schedule.arm_rate_hz
+        for name in ("command_lifetime_s", "watchdog_s"):
+            if 2 * period > getattr(self.safety, name):
+                raise ValueError(
+                    f"schedule.arm_rate_hz = {self.schedule.arm_rate_hz:g} is too slow for safety.{name} = "
+                    f"{getattr(self.safety, name):g}: at least two ticks have to fit"
+                )
+        if 2 / self.schedule.gripper_rate_hz > self.safety.stale_after_s:
+            raise ValueError("schedule.gripper_rate_hz is too slow for safety.stale_after_s: two readings have to fit")
+        return self
 
     def section(self, kind: Kind) -> BackendSection:
         """Return the section of a kind of backend."""

@@ -60,7 +60,11 @@ class Estimator(Protocol):
 
 @runtime_checkable
 class Controller(Protocol):
-    """Turns the slip state into an aperture."""
+    """Turns the slip state into an aperture.
+
+    The guard lets automatic corrections only close. A controller that opens on purpose (a release) says so with an
+    attribute `may_open`, true where its options ever open; without it, it may not.
+    """
 
     def update(self, state: GripInput) -> float | None:
         """Return the aperture (m) to command, or None to leave the gripper as it is."""

@@ -67,8 +67,8 @@ class TactileSensor(Device, Protocol):
         """Image size, rate, scale, pad."""
 
     def read(self) -> Frame:
-        """Return the newest frame; the same one again if no newer has come. Raises StaleData, DataError, EOFError
-        where a recording has ended."""
+        """Return the newest frame; the same one again if no newer has come. Each frame's image is an array of its own,
+        not written again. Raises StaleData, DataError for one damaged frame, EOFError where a recording has ended."""
 
 
 @runtime_checkable

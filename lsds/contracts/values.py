@@ -235,7 +235,10 @@ class FeatureVector:
     values: NDArray[np.float64]
 
     def __getitem__(self, name: str) -> float:
-        return float(self.values[self.names.index(name)])
+        try:
+            return float(self.values[self.names.index(name)])
+        except ValueError:
+            raise KeyError(f"no feature {name!r} here; there are {', '.join(self.names)}") from None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -50,7 +50,7 @@ def plot_run(
     aperture.step(t, [1e3 * s.held_m for s in samples], where="post", color="tab:orange", lw=1, label="commanded")
     aperture.set_ylabel("aperture (mm)")
     _zoom_on_grip(aperture, samples)
-    aperture.legend(loc="upper right", fontsize=8)
+    aperture.legend(loc="best", fontsize=8)
 
     truth_t = np.array([seconds(truth.t_ns - start) for truth in truths])
     estimated = np.array([100 * s.speed_m_s for s in samples])
@@ -64,12 +64,12 @@ def plot_run(
     speed.plot(alarms, np.full(len(alarms), -0.25), "|", color="tab:red", ms=9, label="slip detected")
     speed.set_ylim(-0.5, _top([100 * v for s in samples if s.acting for v in (s.speed_m_s, s.true_speed_m_s)]))
     speed.set_ylabel("slip speed (cm/s)")
-    speed.legend(loc="upper right", fontsize=8)
+    speed.legend(loc="best", fontsize=8)
 
     if truths:
         force.plot(truth_t, [truth.normal_force_n for truth in truths], color="tab:blue", label="normal force a finger")
         force.plot(truth_t, [truth.required_normal_force_n for truth in truths], "k--", lw=1, label="needed to hold")
-        force.legend(loc="lower right", fontsize=8)
+        force.legend(loc="best", fontsize=8)
         force.set_ylabel("force (N)")
     else:
         area = [s.contact_fraction for s in samples]

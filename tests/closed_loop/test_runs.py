@@ -6,6 +6,7 @@ import copy
 import json
 import math
 
+import numpy as np
 import pytest
 
 from lsds.cli.run_session import run_session
@@ -182,3 +183,84 @@ def test_the_zero_predictor_is_judged_on_the_frames_the_estimator_is_judged_on()
     zero = sum(s.true_speed_m_s for s in judged) / len(judged)
     assert session.summary["severity_mae_m_s"] == pytest.approx(mae)
     assert session.summary["severity_zero_predictor_mae_m_s"] == pytest.approx(zero)
+
+
+def gone_blind(fault, when_s=1.8):
+    """The mock's frames with `fault` applied to each image from a time on; commands go through untouched."""
+    from lsds.contracts import Frame
+
+    def wrap(sensor):
+        read = sensor.read
+        start = []
+
+        def reading():
+            frame = read()
+            start.append(frame.t_ns)
+            if frame.t_ns - start[0] < when_s * 1e9:
+                return frame
+            return Frame(fault(frame), frame.t_ns, frame.seq)
+
+        sensor.read = reading
+
+    return wrap
+
+
+@pytest.mark.parametrize("colour", [(120, 120, 120), (255, 100, 255)], ids=["grey", "saturated red and blue"])
+def test_a_gel_that_cannot_be_seen_any_more_stops_the_arm_and_keeps_the_grip(colour):
+    rng = np.random.default_rng(0)
+
+    def noisy(frame):
+        flat = np.full(frame.image.shape, colour, float) + rng.normal(0, 2, frame.image.shape)
+        return np.clip(flat, 0, 255).astype(np.uint8)
+
+    with Rig(load_config(None, ["controller.enabled=false", "task.grip_aperture_m=0.021"])) as rig:
+        gone_blind(noisy)(rig.sensor)
+        rig.arm_devices()
+        loop = Loop(rig, Observers(threaded=False))
+        with pytest.raises(SafetyStop, match="sensor: nothing usable"):
+            loop.run()
+        rig.clock.sleep_until(rig.clock.now() + 1_000_000_000)
+        assert rig.arm.read().tcp_twist.linear_m_s == (0.0, 0.0, 0.0)
+        assert rig.gripper.read().aperture_m == pytest.approx(0.021, abs=4e-4)
+        assert loop.unusable_frames > 0
+
+
+def test_one_torn_frame_from_read_is_a_frame_lost():
+    from lsds.errors import DataError
+
+    with Rig(load_config(None, [])) as rig:
+        read, count = rig.sensor.read, iter(range(10**9))
+
+        def reading():
+            if next(count) == 500:
+                raise DataError("frame is torn")
+            return read()
+
+        rig.sensor.read = reading
+        rig.arm_devices()
+        loop = Loop(rig, Observers(threaded=False))
+        loop.run()
+        assert loop.unusable_frames == 1
+
+
+@pytest.mark.parametrize("override", ["gripper.mock-hand-e.command_loss=1.0", "task.grip_aperture_m=0.0"])
+def test_a_grasp_that_does_not_happen_lifts_nothing(override):
+    with Rig(load_config(None, [override, "task.timeout_s=3.0"])) as rig:
+        rig.arm_devices()
+        loop = Loop(rig, Observers(threaded=False))
+        if "loss" in override:
+            with pytest.raises(SafetyStop, match="nothing was grasped"):
+                loop.run()
+            assert loop.task.lift_began_ns is None
+        else:
+            loop.run()
+            assert loop.task.lift_began_ns is not None, "stalled on the object at the force limit is a grasp"
+
+
+def test_a_slow_gripper_is_waited_for():
+    with Rig(load_config(None, ["gripper.mock-hand-e.latency_ms=400", "task.grip_aperture_m=0.021"])) as rig:
+        rig.arm_devices()
+        loop = Loop(rig, Observers(threaded=False))
+        loop.run()
+        at_lift = next(t for t in loop.truth.samples if t.t_ns >= loop.task.lift_began_ns)
+        assert at_lift.aperture_m == pytest.approx(0.021, abs=4e-4)

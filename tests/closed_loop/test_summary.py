@@ -7,7 +7,7 @@ import math
 import pytest
 
 from lsds.record import Sample
-from lsds.summary import _detection, _severity_mae, _slip, _zero_mae
+from lsds.summary import Slip, _detection, _severity_mae, _slip, _zero_mae
 from lsds.task import Stage
 
 MS = 1_000_000
@@ -34,17 +34,21 @@ def test_without_a_truth_there_is_no_error():
 def test_detections_are_counted_and_the_delay_is_from_slip_to_alarm():
     said = [True, False, False, None, True, False]
     true = [0.0, 0.0, 0.02, 0.02, 0.02, 0.02]
-    counts = _detection([sample(i, said=s, true=t) for i, (s, t) in enumerate(zip(said, true, strict=True))])
+    samples = [sample(i, said=s, true=t) for i, (s, t) in enumerate(zip(said, true, strict=True))]
+    onset = Slip(0.001, (samples[2].t_ns - samples[0].t_ns) * 1e-9 - 0.01, 0.1, 0.02)
+    counts = _detection(samples, samples[0].t_ns, onset)
     assert counts == {
         "true_positive": 1,
         "false_positive": 1,
         "true_negative": 1,
         "false_negative": 2,
         "abstained": 1,
-        "onset_delay_s": pytest.approx(0.08),
+        # From the true onset, 10 ms before the frame that shows it, to the alarm two frames later.
+        "onset_delay_s": pytest.approx(0.09),
+        "early_alarms": 1,
     }
 
 
 def test_no_slip_has_no_onset():
     assert _slip([]) is None
-    assert _detection([sample(0, said=False)])["onset_delay_s"] is None
+    assert _detection([sample(0, said=False)], 0, None)["onset_delay_s"] is None

@@ -7,12 +7,12 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lsds_plugins.controllers.pd import STROKE_M, TICKS, PdController, PdOptions
+from lsds_plugins.controllers.pd import TICK_M, PdController, PdOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, Detection, GripInput, SlipEstimate
 
-TICK_M = STROKE_M / TICKS
+STROKE_M = 0.05
 NAN = math.nan
 
 
@@ -131,12 +131,12 @@ def test_it_never_opens_unless_told_to(options, sequence, start):
 
 
 @given(gains, st.booleans(), st.floats(0, 0.01), st.lists(steps, min_size=1, max_size=30))
-def test_what_it_asks_for_is_within_the_stroke(options, literal, release, sequence):
+def test_it_never_asks_for_less_than_closed(options, literal, release, sequence):
     pd, held = controller(literal_sign=literal, release_m_s=release, release_after_s=0.05, **options), 0.023
     for slip, speed, dt_s, measured in sequence:
         wanted = pd.update(state(slip, speed, dt_s=dt_s, held=held, measured=measured))
         if wanted is not None:
-            assert 0 <= wanted <= STROKE_M
+            assert wanted >= 0
             held = wanted
 
 
@@ -187,3 +187,9 @@ def test_steps_below_the_gripper_s_resolution_add_up():
 
 def test_without_release_nothing_is_ever_opened():
     assert released(controller(release_after_s=0.0), 100) == []
+
+
+@pytest.mark.parametrize("aperture", [0.07, 0.085, 0.14])
+def test_a_gripper_of_any_stroke_is_moved_by_the_gains_and_no_more(aperture):
+    wanted = controller().update(state(True, 0.001, held=aperture))
+    assert wanted == pytest.approx(aperture - 3.10 * 0.1 * TICK_M)

@@ -16,9 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, GripInput
 
-#: Ticks from open to closed in the paper, and the Hand-E's stroke.
-TICKS = 225
-STROKE_M = 0.05
+#: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is the unit of the gains and nothing else: where
+#: the fingers' range ends is the gripper's to say.
+TICK_M = 0.05 / 225
 #: The interval the paper's derivative gain is quoted at.
 NOMINAL_DT_S = 0.04
 
@@ -78,8 +78,7 @@ class PdController:
         # From where the fingers are, as the paper has it, not from where they were last sent: while a command is on
         # its way the same correction is asked for again, not added once more, so delay does not wind the grip up.
         aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
-        closed = TICKS * (1 - aperture / STROKE_M)
-        wanted = STROKE_M * (1 - min(max(closed + ticks, 0.0), TICKS) / TICKS)
+        wanted = max(0.0, aperture - TICK_M * ticks)
         # A falling error, or fingers that lag behind their command, must not loosen the grip while the object slips.
         return wanted if self._options.literal_sign else min(wanted, state.aperture_m)
 
@@ -92,5 +91,5 @@ class PdController:
             return None
         # Steps smaller than a tick would be rounded away, or up: add up what was asked for, not what was sent.
         base = state.aperture_m if self._released_to is None else self._released_to
-        self._released_to = min(STROKE_M, base + self._options.release_m_s * state.dt_s)
+        self._released_to = base + self._options.release_m_s * state.dt_s
         return self._released_to

@@ -1,0 +1,162 @@
+"""Noticing that a device has gone quiet, blind or deaf, before the arm runs on with it.
+
+Pure bookkeeping over times that are handed in, so that every rule can be tested without a device.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.clock import seconds
+from lsds.errors import SafetyStop
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import ArmState, GripperState
+
+#: A sample stamped further ahead of the rig's clock than this is from another clock.
+AHEAD_NS = 50_000_000
+
+
+class Freshness:
+    """When a source last gave something usable, by the rig's own clock; its stamps are checked, not believed.
+
+    `limit_ns` is how long it may be without, `allowance_ns` how much longer at the start; `remedy` is told where the
+    source itself gave no reason.
+    """
+
+    def __init__(self, source: str, start_ns: int, limit_ns: int, *, allowance_ns: int = 0, remedy: str = "") -> None:
+        self._source = source
+        self._limit_ns = limit_ns
+        self._remedy = remedy
+        self._reason = ""
+        self._good_ns = start_ns
+        self._allowance_ns = allowance_ns
+        self._stamp_ns: int | None = None
+
+    def good(self, now_ns: int) -> None:
+        """Take note of a usable sample."""
+        self._good_ns, self._allowance_ns, self._reason = now_ns, 0, ""
+
+    def bad(self, reason: str) -> None:
+        """Take note of why there is none."""
+        self._reason = reason
+
+    def stamped(self, stamp_ns: int, now_ns: int) -> bool:
+        """Take note of a sample's own time; return whether it may be used: newer than the last, not from the future,
+        and not already too old when it came."""
+        last = self._stamp_ns
+        if stamp_ns > now_ns + AHEAD_NS:
+            self.bad(f"samples are stamped {seconds(stamp_ns - now_ns):.3f} s ahead of the rig's clock: use its clock")
+            return False
+        self._stamp_ns = stamp_ns if last is None else max(last, stamp_ns)
+        if last is not None and stamp_ns <= last:
+            self.bad("samples are not stamped later than those before them")
+            return False
+        if now_ns - stamp_ns > self._limit_ns:
+            self.bad(f"samples come {seconds(now_ns - stamp_ns):.3f} s after they were taken")
+            return False
+        return True
+
+    def require(self, now_ns: int) -> None:
+        """Raise SafetyStop where the source has been without for too long."""
+        silence = now_ns - self._good_ns
+        if silence > self._limit_ns + self._allowance_ns:
+            raise SafetyStop(
+                f"{self._source}: nothing usable for {seconds(silence):.2f} s, allowed are "
+                f"{seconds(self._limit_ns + self._allowance_ns):.2f} s; the arm was stopped and the grip kept "
+                f"({self._reason or self._remedy})"
+            )
+
+
+class RepeatedImage:
+    """Tells whether an image is the last one again, by a few of its rows: a camera's noise never comes twice."""
+
+    _ROWS = 48
+
+    def __init__(self) -> None:
+        self._rows: NDArray[np.uint8] | None = None
+
+    def seen(self, image: NDArray[np.uint8]) -> bool:
+        """Take an image (height, width, 3); return whether it repeats the one before."""
+        rows = image[:: self._ROWS]
+        repeated = self._rows is not None and np.array_equal(rows, self._rows)
+        if not repeated:
+            self._rows = rows.copy()
+        return repeated
+
+
+class GraspWatch:
+    """Tells whether the gripper has done what it was sent to do, from its own states.
+
+    "Not moving" alone also holds before a motion has begun and where the command was lost.
+    """
+
+    #: The gripper counts as arrived when it has rested this long.
+    REST_NS = 150_000_000
+    #: A command that is not echoed for this long is sent again.
+    RESEND_NS = 500_000_000
+
+    def __init__(self, resolution_m: float) -> None:
+        self._near_m = 2 * resolution_m
+        self._sent_m = math.nan
+        self._sent_ns = 0
+        self._resting_since: int | None = None
+
+    def sent(self, aperture_m: float, now_ns: int) -> None:
+        """Take note of the aperture that was really sent."""
+        self._sent_m, self._sent_ns, self._resting_since = aperture_m, now_ns, None
+
+    def wants_sending(self, state: GripperState | None, now_ns: int) -> bool:
+        """Return whether the command is still to be sent, or lost and to be sent again."""
+        if math.isnan(self._sent_m):
+            return True
+        echoed = state is not None and self._echoes(state)
+        return not echoed and now_ns - self._sent_ns > self.RESEND_NS
+
+    def arrived(self, state: GripperState | None, now_ns: int) -> bool:
+        """Return whether the fingers rest where they were sent, or on an object on the way there."""
+        if state is None or math.isnan(self._sent_m) or state.t_ns <= self._sent_ns or not self._echoes(state):
+            self._resting_since = None
+            return False
+        if state.moving:
+            self._resting_since = None
+            return False
+        if self._resting_since is None:
+            self._resting_since = now_ns
+        on_target = abs(state.aperture_m - self._sent_m) <= self._near_m
+        return (on_target or state.contact.value == "closing") and now_ns - self._resting_since >= self.REST_NS
+
+    def _echoes(self, state: GripperState) -> bool:
+        return abs(state.target_m - self._sent_m) <= self._near_m
+
+
+class FollowWatch:
+    """Notices an arm that takes velocity commands and does not move."""
+
+    #: How long an arm may take to get going, and the share of the speed that counts as going.
+    PATIENCE_NS = 1_000_000_000
+    SHARE = 0.3
+
+    def __init__(self) -> None:
+        self._lagging_since: int | None = None
+
+    def check(self, state: ArmState, commanded_m_s: float, now_ns: int) -> None:
+        """Raise SafetyStop for a protective stop, and for an arm that has not followed for too long."""
+        if state.protective_stop:
+            raise SafetyStop("arm: protective stop; the grip was kept (find its cause, then unlock it at the arm)")
+        speed = math.hypot(*state.tcp_twist.linear_m_s)
+        if abs(commanded_m_s) <= 0 or speed >= self.SHARE * abs(commanded_m_s):
+            self._lagging_since = None
+            return
+        if self._lagging_since is None:
+            self._lagging_since = now_ns
+        if now_ns - self._lagging_since > self.PATIENCE_NS:
+            raise SafetyStop(
+                f"arm: commanded {commanded_m_s:.3f} m/s and moving {speed:.3f} m/s for "
+                f"{seconds(now_ns - self._lagging_since):.1f} s; the grip was kept (is it in remote control, and free?)"
+            )

@@ -1,0 +1,94 @@
+"""Devices that go quiet, blind or deaf are noticed; healthy ones are left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lsds.contracts import ArmState, Contact, GripperState, Pose, Twist
+from lsds.errors import SafetyStop
+from lsds.vigilance import AHEAD_NS, FollowWatch, Freshness, GraspWatch, RepeatedImage
+
+MS = 1_000_000
+
+
+def test_a_source_may_be_without_for_its_limit_and_longer_at_the_start():
+    fresh = Freshness("sensor", 0, 200 * MS, allowance_ns=3000 * MS, remedy="look at the cable")
+    fresh.require(3200 * MS)
+    with pytest.raises(SafetyStop, match=r"sensor: nothing usable for 3\.30 s.*look at the cable"):
+        fresh.require(3300 * MS)
+    fresh.good(3300 * MS)
+    fresh.require(3500 * MS)
+    fresh.bad("frame 7 is black")
+    with pytest.raises(SafetyStop, match=r"allowed are 0\.20 s.*frame 7 is black"):
+        fresh.require(3501 * MS)
+
+
+def test_stamps_are_checked_not_believed():
+    fresh = Freshness("sensor", 0, 200 * MS)
+    assert fresh.stamped(100 * MS, 110 * MS)
+    assert not fresh.stamped(100 * MS, 120 * MS), "the same stamp again"
+    assert not fresh.stamped(90 * MS, 130 * MS), "back in time"
+    assert not fresh.stamped(140 * MS + AHEAD_NS + 1, 140 * MS), "from the future"
+    assert fresh.stamped(150 * MS, 160 * MS), "one stray stamp does no lasting harm"
+    assert not fresh.stamped(170 * MS, 400 * MS), "too old when it came"
+    with pytest.raises(SafetyStop):
+        fresh.require(500 * MS)
+
+
+def test_a_repeated_image_is_seen_even_where_the_buffer_is_reused():
+    watch = RepeatedImage()
+    buffer = np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
+    assert not watch.seen(buffer)
+    buffer[48] ^= 1
+    assert not watch.seen(buffer), "new content in the same array"
+    assert watch.seen(buffer)
+    assert watch.seen(buffer.copy())
+
+
+def gripper(t_ms, aperture, target, *, moving=False, contact=Contact.NONE):
+    return GripperState(t_ms * MS, t_ms, aperture, target, moving, contact)
+
+
+def test_a_grasp_has_arrived_when_the_gripper_says_so():
+    watch = GraspWatch(0.0002)
+    assert watch.wants_sending(None, 0)
+    watch.sent(0.02, 0)
+    assert not watch.arrived(None, 100 * MS)
+    # Resting open before the command has arrived is no arrival, however long.
+    assert not any(watch.arrived(gripper(t, 0.05, 0.05), t * MS) for t in range(10, 400, 10))
+    assert not any(watch.arrived(gripper(t, 0.03, 0.02, moving=True), t * MS) for t in range(400, 900, 10))
+    rests = [watch.arrived(gripper(t, 0.02, 0.02), t * MS) for t in range(900, 1100, 10)]
+    assert rests.index(True) == 15
+
+
+def test_resting_on_an_object_needs_the_contact_flag():
+    for contact, arrives in ((Contact.NONE, False), (Contact.CLOSING, True)):
+        watch = GraspWatch(0.0002)
+        watch.sent(0.02, 0)
+        states = [watch.arrived(gripper(t, 0.0243, 0.02, contact=contact), t * MS) for t in range(10, 400, 10)]
+        assert any(states) is arrives
+
+
+def test_a_lost_command_is_sent_again():
+    watch = GraspWatch(0.0002)
+    watch.sent(0.02, 0)
+    assert not watch.wants_sending(gripper(400, 0.05, 0.05), 400 * MS)
+    assert watch.wants_sending(gripper(600, 0.05, 0.05), 600 * MS)
+    assert not watch.wants_sending(gripper(600, 0.05, 0.02), 600 * MS)
+
+
+def arm(t_ms, speed, *, stopped=False):
+    return ArmState(t_ms * MS, t_ms, Pose((0, 0, 0)), Twist((0.0, 0.0, speed)), stopped)
+
+
+def test_an_arm_that_does_not_follow_is_noticed_and_one_that_does_is_not():
+    watch = FollowWatch()
+    for t in range(0, 5000, 10):
+        watch.check(arm(t, 0.03), 0.038, t * MS)
+    for t in range(5000, 6000, 10):
+        watch.check(arm(t, 0.0), 0.038, t * MS)
+    with pytest.raises(SafetyStop, match=r"moving 0\.000 m/s"):
+        watch.check(arm(6010, 0.0), 0.038, 6010 * MS)
+    with pytest.raises(SafetyStop, match="protective stop"):
+        FollowWatch().check(arm(0, 0.0, stopped=True), 0.0, 0)
