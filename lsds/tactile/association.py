@@ -33,6 +33,7 @@ EVIDENCE = 4
 CALM = MOTION_WEIGHT * 0.25**2
 #: All dots within this many pitches of the reference are the gel at rest.
 HOME = 0.15
+MOST = 0.8
 _EDGE_PX = 1.0
 _SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row or column]
 
@@ -177,10 +178,19 @@ def _hypothesis(
     )
     against = int(missing + surplus)
     cost = MISS_WEIGHT * against + MOTION_WEIGHT * motion / lattice.pitch_px**2
-    if found.all() and float(np.abs(dots[dot] - lattice.home_px).max()) < HOME * lattice.pitch_px:
-        # Every dot back in its place: an elastic gel at rest needs no other witness.
-        cost = float(-MARGIN)
+    if found.all() or (found.mean() >= MOST and _away(trusted, lattice)):
+        # Every dot back in its place, or most of them where the gel was away: an elastic gel at rest needs no other
+        # witness. Most alone would not do: after a jump by a pitch, all but a line of dots seem not to have moved.
+        off = np.abs(dots[dot] - lattice.home_px)[found].max()
+        if float(off) < HOME * lattice.pitch_px:
+            cost = float(-MARGIN)
     return _Hypothesis(cost, against, np.where(found, dot, -1), expected)
+
+
+def _away(trusted: NDArray[np.float64], lattice: Lattice) -> bool:
+    """Tell whether the gel as a whole was last seen away from rest."""
+    moved = np.median(trusted - lattice.home_px, axis=0)
+    return float(np.abs(moved).max()) > 2 * HOME * lattice.pitch_px
 
 
 def _off_segment(point: NDArray[np.float64], end: NDArray[np.float64]) -> float:

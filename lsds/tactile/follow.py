@@ -37,6 +37,10 @@ FURTHEST = 0.75
 RECHECK = 12
 #: A marker whose displacement differs this much, in pitches, from the median around it is on another's dot.
 APART = 0.7
+#: The gel as a whole further from rest than this, in pitches, was not reached in one leap; no marker gets further than
+#: the second, which at 3.5 mm is most of the gel's thickness.
+FAR = 0.75
+FARTHEST = 1.75
 #: More failing markers than this ask the whole grid; fewer are single dots worn off or hidden.
 STRAY = 2
 #: Grey levels at which neither gel nor dot could be told.
@@ -106,10 +110,18 @@ class DotFollower:
             else:
                 # Stray losses: expect them where their neighbours have gone.
                 predicted = self._carry(predicted, xy - predicted, failed)
+            flags[(flags == _OK) & (np.abs(xy - self._xy_home).max(axis=1) > FARTHEST * self._lattice.pitch_px)] = (
+                _INCONSISTENT
+            )
+            failed = flags != _OK
             stray = self._lattice.stray(np.where(failed[:, None], 0.0, xy - self._xy_home), ~failed, self._apart_px)
             if stray.any():
                 flags[stray] = _INCONSISTENT
                 failed = flags != _OK
+            if self._leapt(xy, failed):
+                flags[~failed] = _AMBIGUOUS
+                failed, self._doubt = np.ones_like(failed), True
+                predicted = self._xy
             settled = np.where(failed[:, None], predicted, xy)
             flags[failed & (flags != _AMBIGUOUS) & ~self._lattice.in_view(settled, self._edge_px)] = _OUT
             xy = settled.copy()
@@ -117,6 +129,18 @@ class DotFollower:
         self._remember(settled, failed, dt)
         self._t_ns = frame.t_ns
         return MarkerTracks(frame.t_ns, frame.seq, xy, ~failed, flags.astype(np.uint8))
+
+    def _leapt(self, xy: NDArray[np.float64], failed: NDArray[np.bool_]) -> bool:
+        """Tell whether the whole gel is found far from rest, after a leap, on a pad that goes on beyond the image.
+
+        There a shift by a pitch shows nowhere, so that a leap of this size is as likely one pitch too far.
+        """
+        if self._lattice.complete or failed.all():
+            return False
+        seen = ~failed
+        home = np.abs(np.median((xy - self._xy_home)[seen], axis=0)).max()
+        leap = np.abs(np.median((xy - self._trusted)[seen], axis=0)).max()
+        return bool(home > FAR * self._lattice.pitch_px and leap > 0.5 * self._lattice.pitch_px)
 
     def _needs_grid(self, failed: NDArray[np.bool_]) -> bool:
         """Tell whether single dots have failed or the grid has to be looked at as a whole."""
