@@ -64,7 +64,8 @@ def test_every_dot_gets_its_cell_when_turned_distorted_and_with_dots_missing(pad
 @given(pads, st.floats(-40, 40), st.floats(0, 0.15), st.integers(1, 8), seeds)
 def test_blobs_off_the_grid_get_no_cell_and_spoil_none(pad, degrees, missing, blobs, seed):
     angle = np.deg2rad(degrees)
-    xy = printed(pad, angle, 0.03, seed)
+    # No pincushion here: a blob off the straight lattice could lie on the continuation of a distorted one.
+    xy = printed(pad, angle, 0.0, seed)
     keep = np.random.default_rng(seed).permutation(len(xy))[int(missing * len(xy)) :]
     points = np.concatenate([xy[keep], dirt(pad, angle, blobs, seed)])
     real = np.arange(len(points)) < len(keep)
