@@ -30,11 +30,13 @@ class TrackResult:
 
     `displacement_m` entries are (N, 2), NaN where lost; `features` (F,) in the order of `FEATURES`. `failures` names
     each frame that could not be used and why; `error` is what ended the recording early, None for a good end.
+    `frames` counts all frames read, those of the reference and unusable ones included.
     """
 
     source: str
     timestamps: str = "nominal"
     metres_per_px: float = math.nan
+    frames: int = 0
     reference: MarkerReference | None = None
     reference_frame: Frame | None = None
     t_s: list[float] = field(default_factory=list)
@@ -56,7 +58,7 @@ class TrackResult:
         return {
             "source": self.source,
             "error": self.error,
-            "frames": len(kept) + 1 if self.reference else 0,
+            "frames": self.frames,
             "duration_s": self.t_s[-1] if self.t_s else 0.0,
             "timestamps": self.timestamps,
             "markers": count,
@@ -91,7 +93,7 @@ class TrackResult:
         return result
 
     def _largest_px(self) -> float | None:
-        norms = [float(np.nanmax(np.abs(d))) for d in self.displacement_m if np.isfinite(d).any()]
+        norms = [float(np.nanmax(np.hypot(d[:, 0], d[:, 1]))) for d in self.displacement_m if np.isfinite(d).any()]
         return max(norms) / self.metres_per_px if norms else None
 
 
@@ -117,6 +119,7 @@ def track_recording(
         result.metres_per_px = perception.metres_per_px
         claimed = sensor.frame_count
         for frame in sensor.frames():
+            result.frames += 1
             if progress is not None:
                 progress(frame.seq + 1, claimed)
             if result.reference is None:
@@ -132,6 +135,8 @@ def track_recording(
             except DataError as error:
                 result.failures.append((frame.seq, str(error)))
                 continue
+            if not tracks.valid.any():
+                result.failures.append((frame.seq, f"frame {frame.seq}: none of the dots can be followed for certain"))
             estimate = estimator.update(observation)
             result.t_s.append((frame.t_ns - start_ns) * 1e-9)
             result.kept_fraction.append(float(tracks.valid.mean()))

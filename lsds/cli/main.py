@@ -15,7 +15,7 @@ from lsds.errors import LsdsError
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("lsds.cli.run:run", "Run the closed loop: grasp, lift, hold, on hardware or in the simulated cell."),
-    "track": ("lsds.cli.track:track", "Track slip through a recording or a live fingertip, moving nothing."),
+    "track": ("lsds.cli.track:track", "Track slip through recordings, moving nothing."),
     "chart": ("lsds.cli.chart:chart", "Draw speed against accuracy, and what each part costs."),
     "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),
     "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),

@@ -58,7 +58,7 @@ def track(
         result = track_session.track_one(sources[0], config, chosen, bar)
     if json_file is not None:
         write_json(result.as_dict(), json_file)
-    if json_file != "-":
+    if json_file != "-" and result.reference is not None:
         click.echo(_table(result.summary()))
     if plot is not None and result.reference is not None:
         track_session.draw(result, plot)

@@ -42,7 +42,12 @@ def track_one(source: str, config_file: Path | None, overrides: Sequence[str], b
     host = PluginHost()
     # Recordings begin untouched for one frame only; a config or an override may know better.
     defaults = ["tactile.reference_frames=1"] if config_file is None else []
-    chosen = [*defaults, *overrides, "sensor.backend=video", f"sensor.video.path={json.dumps(source)}"]
+    chosen = [
+        *defaults,
+        *overrides,
+        "sensor.backend=video",
+        f"sensor.video.path={json.dumps(source, ensure_ascii=False)}",
+    ]
     config = load_config(config_file, chosen, host=host)
 
     def advance(done: int, claimed: int) -> None:
@@ -106,9 +111,11 @@ def draw(result: TrackResult, path: Path) -> None:
 def _summary_of(source: str, config_file: Path | None, overrides: tuple[str, ...]) -> dict[str, Any]:
     try:
         return track_one(source, config_file, overrides).summary()
-    except LsdsError as error:
+    except Exception as error:
+        # Whatever is wrong with one recording, or with a plugin on it, the others are still to be told.
+        what = str(error) if isinstance(error, LsdsError) else f"{source}: {type(error).__name__}: {error}"
         failed = TrackResult(source)
-        failed.error = str(error)
+        failed.error = what
         return failed.summary()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,17 +26,23 @@ def markers_in_contact(observation: Observation, least: int) -> NDArray[np.bool_
     return touched if np.count_nonzero(touched) >= least else field.valid
 
 
-_last: tuple[MarkerReference, tuple[int, ...], NDArray[np.intp]] | None = None
+class _Kept(threading.local):
+    """What one thread keeps from frame to frame."""
+
+    last: tuple[MarkerReference, tuple[int, ...], NDArray[np.intp]] | None = None
+
+
+_kept = _Kept()
 
 
 def _pixels(reference: MarkerReference, contact: ContactPatch) -> NDArray[np.intp]:
     """Flat index of each marker's depth pixel; the same for every frame of a recording, so it is kept."""
-    global _last
     shape = contact.depth_m.shape
-    if _last is None or _last[0] is not reference or _last[1] != shape:
+    last = _kept.last
+    if last is None or last[0] is not reference or last[1] != shape:
         width, height = reference.image_size
         rows, columns = shape
         column = np.minimum((reference.xy_px[:, 0] * (columns / width)).astype(np.intp), columns - 1)
         row = np.minimum((reference.xy_px[:, 1] * (rows / height)).astype(np.intp), rows - 1)
-        _last = (reference, shape, row * columns + column)
-    return _last[2]
+        last = _kept.last = (reference, shape, row * columns + column)
+    return last[2]

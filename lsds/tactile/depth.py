@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from lsds.contracts import ContactPatch
+from lsds.errors import DataError
 from lsds.tactile.views import HALF, views_of
 
 if TYPE_CHECKING:
@@ -117,6 +118,11 @@ class DepthEstimator:
         height, width = reference.image.shape[:2]
         if scale < HALF or scale & (scale - 1):
             raise ValueError(f"scale must be a power of two, {HALF} or more, got {scale}")
+        if min(height, width) < 4 * scale:
+            raise DataError(
+                f"reference frame {reference.seq}: {width} x {height} pixels are too few for depth at 1/{scale} of the "
+                "image (lower tactile.depth_scale, or use larger images)"
+            )
         self._halvings = (scale // HALF).bit_length() - 1
         # At a sixteenth no pixel is covered by one dot; finer levels fill their holes from there.
         self._coarser = max(1, 5 - scale.bit_length())

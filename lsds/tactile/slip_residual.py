@@ -9,6 +9,7 @@ so does the tracker's jitter. The part of the residual along the shear, less the
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -20,7 +21,7 @@ from lsds.tactile.plane_motion import Points, as_complex, residual_maker
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import DeformationField, MarkerReference, Observation
+    from lsds.contracts import DeformationField, Observation
 
 Motion = Literal["rigid", "affine", "quadratic"]
 
@@ -49,18 +50,15 @@ class SlipResidual:
         return max(0.0, self.along - self.across)
 
 
-_last: tuple[Observation, Motion, int, SlipResidual | None] | None = None
-
-
 def slip_residual(observation: Observation, motion: Motion = "quadratic", least: int = 6) -> SlipResidual | None:
     """Return the frame's evidence from the markers in contact; None with fewer than `least` of them or no velocity.
 
     The last answer is kept: detector and estimator ask the same of each frame.
     """
-    global _last
-    if _last is None or _last[0] is not observation or _last[1:3] != (motion, least):
-        _last = (observation, motion, least, _evidence(observation, motion, least))
-    return _last[3]
+    last = _kept.last
+    if last is None or last[0] is not observation or last[1:3] != (motion, least):
+        last = _kept.last = (observation, motion, least, _evidence(observation, motion, least))
+    return last[3]
 
 
 def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResidual | None:
@@ -113,20 +111,31 @@ class _Contact:
 
 #: A contact wavers between a few choices of markers; this many are kept.
 _KEPT = 64
-_contacts_of: MarkerReference | None = None
-_contacts: dict[tuple[bytes, Motion], _Contact] = {}
+
+
+class _Kept(threading.local):
+    """What one thread keeps from frame to frame; another thread's frames must not get in between."""
+
+    last: tuple[Observation, Motion, int, SlipResidual | None] | None = None
+    position_m: NDArray[np.float64] | None = None
+    contacts: dict[tuple[bytes, Motion], _Contact]
+
+    def __init__(self) -> None:
+        self.contacts = {}
+
+
+_kept = _Kept()
 
 
 def _contact(field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> _Contact:
     """Return what belongs to the chosen markers: their rest positions, and so all of it, stay from frame to frame."""
-    global _contacts_of
-    if _contacts_of is not field.reference or len(_contacts) >= _KEPT:
-        _contacts_of = field.reference
-        _contacts.clear()
+    if _kept.position_m is not field.position_m or len(_kept.contacts) >= _KEPT:
+        _kept.position_m = field.position_m
+        _kept.contacts = {}
     key = (chosen.tobytes(), motion)
-    contact = _contacts.get(key)
+    contact = _kept.contacts.get(key)
     if contact is None:
-        contact = _contacts[key] = _Contact(field, chosen, motion)
+        contact = _kept.contacts[key] = _Contact(field, chosen, motion)
     return contact
 
 

@@ -6,6 +6,7 @@ done, without either knowing of the other.
 
 from __future__ import annotations
 
+import threading
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -72,23 +73,30 @@ class FrameViews:
         return np.asarray(cv2.compare(grey, mean, cv2.CMP_LT), np.uint8)
 
 
-_scratch: list[NDArray[np.uint8]] = []
+class _Kept(threading.local):
+    """What one thread keeps from frame to frame; another thread's frames must not get in between."""
+
+    scratch: list[NDArray[np.uint8]]
+    last: FrameViews | None = None
+
+    def __init__(self) -> None:
+        self.scratch = []
+
+
+_kept = _Kept()
 
 
 def _planes(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
     """Return room for the three colours of an image; kept, as new memory costs more than the split."""
-    global _scratch
-    if not _scratch or _scratch[0].shape != image.shape[:2]:
-        _scratch = [np.empty(image.shape[:2], np.uint8) for _ in range(3)]
-    return _scratch
-
-
-_last: FrameViews | None = None
+    scratch = _kept.scratch
+    if not scratch or scratch[0].shape != image.shape[:2]:
+        scratch = _kept.scratch = [np.empty(image.shape[:2], np.uint8) for _ in range(3)]
+    return scratch
 
 
 def views_of(frame: Frame) -> FrameViews:
-    """Return the views of a frame; those of the last frame asked for are kept."""
-    global _last
-    if _last is None or _last.frame is not frame:
-        _last = FrameViews(frame)
-    return _last
+    """Return the views of a frame; those of the last frame that this thread asked for are kept."""
+    last = _kept.last
+    if last is None or last.frame is not frame:
+        last = _kept.last = FrameViews(frame)
+    return last

@@ -34,7 +34,7 @@ def lsds_commands(page: Path):
 
 
 @pytest.fixture
-def workplace(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A folder with what the snippets name: a config, a recording."""
     import numpy as np
 
@@ -52,7 +52,7 @@ def workplace(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("command", [c for page in PAGES for c in lsds_commands(page)])
-def test_every_lsds_command_in_the_docs_runs(command, workplace):
+def test_every_lsds_command_in_the_docs_runs(command, folder):
     bin_folder = str(Path(sys.executable).parent)
     environment = {**os.environ, "PATH": bin_folder + os.pathsep + os.environ["PATH"]}
     done = subprocess.run(command, shell=True, capture_output=True, text=True, env=environment, check=False)
@@ -102,6 +102,16 @@ def test_the_architecture_page_names_files_that_exist():
     files = set(re.findall(r"`(lsds/[\w/]+\.py)`", text))
     assert len(files) >= 8
     assert [file for file in sorted(files) if not (ROOT / file).exists()] == []
+
+
+def test_every_file_named_in_the_docs_exists():
+    missing = set()
+    for page in PAGES:
+        for name in re.findall(r"`((?:docs|lsds|tests|\.ci)/[\w./-]+)`", page.read_text(encoding="utf-8")):
+            missing |= set() if (ROOT / name).exists() else {name}
+        for name in re.findall(r"\]\((docs/[\w./-]+)\)", page.read_text(encoding="utf-8")):
+            missing |= set() if (ROOT / name).exists() else {name}
+    assert missing == set()
 
 
 def test_ci_runs_the_readme_s_own_test_command():

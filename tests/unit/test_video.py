@@ -246,3 +246,48 @@ def test_run_reads_a_recording_through_the_same_loop(clip):
     assert session.summary["outcome"] == "ended"
     assert session.summary["cycles"] == 7
     assert session.summary["figures_are"] == "measured"
+
+
+def test_an_image_too_small_for_the_tracker_is_told_and_does_not_stop_a_batch(clip, tmp_path):
+    (tmp_path / "good.avi").write_bytes(clip.read_bytes())
+    tiny = np.random.default_rng(0).integers(0, 255, (3, 16, 16, 3), np.uint8)
+    write_video(tmp_path / "tiny.avi", list(tiny))
+    out = tmp_path / "all.json"
+    code = main(["track", "--batch", str(tmp_path), "--tracker", "dis", "--json", str(out), "--jobs", "1"])
+    assert code == DataError.exit_code
+    errors = {r["source"].rpartition("/")[2]: r["error"] for r in json.loads(out.read_text())["recordings"]}
+    assert "16 x 16" in errors["tiny.avi"]
+    assert errors["good.avi"] is None or "texture" in errors["good.avi"]
+
+
+def test_odd_names_are_names(clip, tmp_path):
+    for name in ("clip[1].avi", "clip \U0001f600 ü.avi", 'say "so".avi'):
+        (tmp_path / name).write_bytes(clip.read_bytes())
+        assert main(["track", str(tmp_path / name)]) == 0
+
+
+def test_images_come_in_the_order_of_their_numbers(tmp_path):
+    for i, image in enumerate(moving(12)):
+        cv2.imwrite(str(tmp_path / f"frame{i}.png"), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    frames = list(sensor(tmp_path).frames())
+    assert np.array_equal(frames[2].image, moving(3)[2])
+    assert np.array_equal(frames[11].image, moving(12)[11])
+
+
+def test_frames_are_all_counted_and_distances_are_distances(tmp_path):
+    frames = [render(DOTS + np.array([0.6 * i, 0.8 * i]), seed=i) for i in range(6)]
+    frames[3] = np.zeros_like(frames[3])
+    summary = track(write_video(tmp_path / "slanted.avi", frames), "tactile.reference_frames=2").summary()
+    assert summary["frames"] == 6
+    assert len(summary["failures"]) == 1
+    # The reference is the mean of the first two frames.
+    assert summary["largest_displacement_px"] == pytest.approx(4.5, abs=0.1)
+
+
+def test_a_frame_saturated_in_the_colours_of_the_dots_is_unusable(tmp_path):
+    frames = moving(4)
+    frames[2] = frames[2].copy()
+    frames[2][..., [0, 2]] = 255
+    [(number, reason)] = track(write_video(tmp_path / "purple.avi", frames)).failures
+    assert number == 2
+    assert "saturated" in reason

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
@@ -32,10 +33,10 @@ class Reader(Protocol):
 def open_reader(path: str) -> Reader:
     """Return a reader for a video file, a folder of images, or a pattern such as `clip/*.png`. Raises DataError."""
     source = Path(path).expanduser()
-    if any(letter in source.name for letter in "*?["):
-        return ImageReader(path, sorted(source.parent.glob(source.name)))
     if source.is_dir():
-        return ImageReader(path, sorted(p for p in source.iterdir() if p.suffix.lower() in IMAGE_ENDINGS))
+        return ImageReader(path, [p for p in source.iterdir() if p.suffix.lower() in IMAGE_ENDINGS])
+    if not source.exists() and any(letter in source.name for letter in "*?["):
+        return ImageReader(path, list(source.parent.glob(source.name)))
     if not source.exists():
         raise DataError(f"{path}: there is no such file or folder (check the path)")
     if source.stat().st_size == 0:
@@ -50,8 +51,10 @@ class ImageReader:
 
     def __init__(self, path: str, files: list[Path]) -> None:
         if not files:
-            raise DataError(f"{path}: no images there (looked for {', '.join(IMAGE_ENDINGS)})")
-        self._files = files
+            raise DataError(
+                f"{path}: no images there (looked for {', '.join(IMAGE_ENDINGS)}; a folder of videos takes --batch)"
+            )
+        self._files = sorted(files, key=_natural)
         self.count = len(files)
 
     def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
@@ -104,6 +107,12 @@ class VideoReader:
         if not capture.isOpened():
             raise DataError(f"{self._file}: not a video that can be opened (damaged header, or an unknown format)")
         return capture
+
+
+def _natural(file: Path) -> list[tuple[int, int | str]]:
+    """Sort key by which frame2 comes before frame10."""
+    parts = re.split(r"(\d+)", file.name)
+    return [(0, int(part)) if part.isdigit() else (1, part) for part in parts]
 
 
 def _rgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

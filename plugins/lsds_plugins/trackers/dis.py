@@ -49,6 +49,11 @@ class DenseFlowTracker:
         """Lay the grid of sample points over the untouched frame. Raises DataError where nothing has texture."""
         options = self._options
         height, width = frame.image.shape[:2]
+        if 2 * options.margin_px >= min(width, height) - 1:
+            raise DataError(
+                f"reference frame {frame.seq}: {width} x {height} pixels leave no room for sample points "
+                f"{options.margin_px:g} px from the border (lower tracker.dis.margin_px, or use larger images)"
+            )
         x = np.linspace(options.margin_px, width - 1 - options.margin_px, options.columns)
         y = np.linspace(options.margin_px, height - 1 - options.margin_px, options.rows)
         grid_x, grid_y = np.meshgrid(x, y)
