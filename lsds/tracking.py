@@ -11,7 +11,7 @@ import numpy as np
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, TrackFlag
 from lsds.errors import DataError
-from lsds.tactile.feature_sets import FEATURES
+from lsds.tactile.feature_sets import FEATURES, feature_indices
 from lsds.tactile.perception import Perception
 
 if TYPE_CHECKING:
@@ -73,8 +73,11 @@ class TrackResult:
             "failures": [{"frame": number, "reason": reason} for number, reason in self.failures],
         }
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything: the summary, the reference, and per frame kept fraction, field, features and slip."""
+    def as_dict(self, feature_set: str = "all") -> dict[str, Any]:
+        """Return everything: the summary, the reference, and per frame kept fraction, field, features and slip.
+
+        `feature_set` names the features wanted, see `lsds.tactile.feature_sets`.
+        """
         result = self.summary()
         if self.reference is not None:
             result["reference"] = {"xy_px": np.round(self.reference.xy_px, 3), "cell": self.reference.cell}
@@ -88,7 +91,7 @@ class TrackResult:
             "slip_speed_std_m_s": self.speed_std_m_s,
         }
         result["features"] = {
-            spec.name: {"unit": spec.unit, "values": values} for spec, values in zip(FEATURES, features, strict=True)
+            FEATURES[i].name: {"unit": FEATURES[i].unit, "values": features[i]} for i in feature_indices(feature_set)
         }
         return result
 

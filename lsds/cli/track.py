@@ -20,6 +20,13 @@ from lsds.errors import DataError
 @click.option("--tracker", metavar="NAME", help="Tracker backend: lk, centroid, dis, or a plugin's.")
 @click.option("--config", type=click.Path(dir_okay=False, path_type=Path), help="Config to start from.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--features",
+    type=click.Choice(["baseline", "proposed", "combined", "released13", "all"]),
+    default="all",
+    show_default=True,
+    help="Which named set of features the JSON holds.",
+)
 @click.option("--jobs", type=click.IntRange(min=1), default=None, help="Processes for --batch; all cores if not given.")
 @json_option
 def track(
@@ -29,6 +36,7 @@ def track(
     tracker: str | None,
     config: Path | None,
     overrides: tuple[str, ...],
+    features: str,
     jobs: int | None,
     json_file: str | None,
 ) -> None:
@@ -42,6 +50,7 @@ def track(
     Examples:
       lsds track clip.avi --json clip.json --plot clip.png
       lsds track frames/ --set sensor.video.rate_hz=18
+      lsds track clip.avi --features released13 --json clip.json
       lsds track clip.mp4 --tracker centroid --set sensor.video.timestamps=file
       lsds track --batch recordings/ --json all.json
     """
@@ -57,7 +66,7 @@ def track(
     with _bar("tracking", json_file) as bar:
         result = track_session.track_one(sources[0], config, chosen, bar)
     if json_file is not None:
-        write_json(result.as_dict(), json_file)
+        write_json(result.as_dict(features), json_file)
     if json_file != "-" and result.reference is not None:
         click.echo(_table(result.summary()))
     if plot is not None and result.reference is not None:

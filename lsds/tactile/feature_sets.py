@@ -76,5 +76,5 @@ def feature_indices(feature_set: str) -> list[int]:
     """Return where the set's features stand in the full vector. Raises ConfigError for an unknown set."""
     if feature_set not in FEATURE_SETS:
         known = ", ".join(FEATURE_SETS)
-        raise ConfigError("features", [ConfigIssue("tactile.feature_set", f"unknown set {feature_set!r}", known)])
+        raise ConfigError("features", [ConfigIssue("features", f"unknown set {feature_set!r}", known)])
     return [NAMES.index(name) for name in FEATURE_SETS[feature_set]]

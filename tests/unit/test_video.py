@@ -16,7 +16,7 @@ from lsds.config import load_config
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, StaleData
 from lsds.plugins import PluginHost
-from lsds.tactile.feature_sets import NAMES
+from lsds.tactile.feature_sets import FEATURE_SETS, NAMES
 from lsds.tracking import track_recording
 from tests.tactile.render import pad_positions, render
 from tests.video_files import write_video
@@ -291,3 +291,10 @@ def test_a_frame_saturated_in_the_colours_of_the_dots_is_unusable(tmp_path):
     [(number, reason)] = track(write_video(tmp_path / "purple.avi", frames)).failures
     assert number == 2
     assert "saturated" in reason
+
+
+@pytest.mark.parametrize("name", sorted(FEATURE_SETS))
+def test_the_json_holds_the_named_features(clip, tmp_path, name):
+    out = tmp_path / "out.json"
+    assert main(["track", str(clip), "--features", name, "--json", str(out)]) == 0
+    assert set(json.loads(out.read_text())["features"]) == set(FEATURE_SETS[name])
