@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class TactileOptions(BaseModel):
     """From image to features. Lengths in millimetres here, because people type them; metres everywhere inside."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     mm_per_px: float | None = Field(
         default=None, gt=0, le=1, description="scale of the image; the sensor's own where not given"

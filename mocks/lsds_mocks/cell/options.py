@@ -13,7 +13,7 @@ class CellOptions(BaseModel):
     Lengths in millimetres here, because people type them; SI inside.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     step_ms: float = Field(default=2.0, ge=0.25, le=10, description="step of the physics, on an absolute grid")
     gel: Literal["brush"] = Field(default="brush", description="tier of the gel model")

@@ -12,7 +12,7 @@ from lsds_mocks.optics.renderer import Look
 class GelSightOptions(BaseModel):
     """Options of `[sensor.mock-gelsight-mini]`. Ranges in the descriptions are what public recordings show."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     pad: Literal["7x9", "8x10", "5x7", "none"] = Field(default="7x9", description="printed dots, rows x columns")
     mm_per_px: float = Field(default=0.0625, gt=0.02, le=0.2, description="scale; 0.058-0.071 are published")

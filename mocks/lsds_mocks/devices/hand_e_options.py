@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 class HandEOptions(BaseModel):
     """Options of `[gripper.mock-hand-e]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     stroke_mm: float = Field(default=50.0, gt=0, le=200, description="both fingers together, between the two ticks")
     open_tick: int = Field(default=3, ge=0, le=254, description="position register when fully open")

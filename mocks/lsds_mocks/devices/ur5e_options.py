@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class UR5eOptions(BaseModel):
     """Options of `[arm.mock-ur5e]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     latency_ms: float = Field(default=4.0, ge=0, le=500, description="from command to motion; 3.5-4 ms seen by RTDE")
     latency_jitter_ms: float = Field(default=1.0, ge=0, le=100, description="half width of the latency's spread")

@@ -26,7 +26,7 @@ NOMINAL_DT_S = 0.04
 class PdOptions(BaseModel):
     """Options of `[controller.pd]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     kp: float = Field(default=3.10, ge=0, le=1000, description="ticks per cm/s of slip")
     kd: float = Field(default=0.42, ge=0, le=1000, description="ticks per cm/s of change over 0.04 s")

@@ -18,7 +18,7 @@ from lsds.tactile.slip_residual import Motion, confidence, slip_residual
 class RigidResidualOptions(BaseModel):
     """Options of `[detector.rigid-residual]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     residual_m_s: float = Field(
         default=5.0e-5, gt=0, le=1, description="RMS residual velocity above which it slips (0.8 px/s on a Mini)"

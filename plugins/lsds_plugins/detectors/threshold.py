@@ -16,7 +16,7 @@ from lsds.tactile.slip_residual import confidence
 class ThresholdOptions(BaseModel):
     """Options of `[detector.threshold]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     v_net_m_s: float = Field(
         default=2.5e-4, gt=0, le=1, description="mean marker velocity above which it slips (4 px/s on a Mini)"

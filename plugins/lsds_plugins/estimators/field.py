@@ -23,7 +23,7 @@ from lsds.tactile.slip_residual import Motion, SlipResidual, slip_residual
 class FieldOptions(BaseModel):
     """Options of `[estimator.field]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     frames: int = Field(default=2, ge=1, le=100, description="frames in the window")
     gain: float = Field(default=100.0, gt=0, le=1e4, description="sliding speed per RMS residual velocity (simulated)")

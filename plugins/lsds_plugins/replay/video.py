@@ -21,7 +21,7 @@ from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 class VideoOptions(BaseModel):
     """Options of `[sensor.video]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     path: str = Field(default="", description="video file, folder of images, or pattern such as clip/*.png")
     timestamps: Timestamps = Field(
@@ -30,8 +30,13 @@ class VideoOptions(BaseModel):
     times_file: str = Field(default="", description="text file with one time in seconds per frame, for 'list'")
     rate_hz: float = Field(default=0.0, ge=0, le=1000, description="nominal rate; 0 takes the file's own, else 25")
     mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the image as it is read")
-    size: tuple[int, int] | None = Field(default=None, description="resize to [width, height]; as it is where absent")
-    pad: tuple[int, int] | None = Field(default=None, description="dots printed, [rows, columns], where known")
+    # A TOML array is a list; its two numbers are still checked.
+    size: tuple[int, int] | None = Field(
+        default=None, strict=False, description="resize to [width, height]; as it is where absent"
+    )
+    pad: tuple[int, int] | None = Field(
+        default=None, strict=False, description="dots printed, [rows, columns], where known"
+    )
     grey: bool = Field(default=False, description="accept a recording without colour; contact area means nothing then")
 
     @model_validator(mode="after")

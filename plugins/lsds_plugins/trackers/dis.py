@@ -24,7 +24,7 @@ FADED = 0.5
 class DenseFlowOptions(BaseModel):
     """Options of `[tracker.dis]`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     rows: int = Field(default=7, ge=3, le=60, description="rows of sample points")
     columns: int = Field(default=9, ge=3, le=80, description="columns of sample points")
