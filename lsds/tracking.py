@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, TrackFlag
-from lsds.errors import DataError
+from lsds.errors import DataError, LsdsError
 from lsds.tactile.feature_sets import FEATURES, feature_indices
 from lsds.tactile.perception import Perception
+from lsds.tactile.reference import ReferenceCollector
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -29,8 +32,9 @@ class TrackResult:
     """What tracking a recording gave. Lists are one entry per frame after the reference, in order.
 
     `displacement_m` entries are (N, 2), NaN where lost; `features` (F,) in the order of `FEATURES`. `failures` names
-    each frame that could not be used and why; `error` is what ended the recording early, None for a good end.
-    `frames` counts all frames read, those of the reference and unusable ones included.
+    each frame that could not be used and why; `error` is what ended the recording early, None for a good end, and
+    `cause` the exception behind it, if any. `frames` counts all frames read, those of the reference and unusable ones
+    included.
     """
 
     source: str
@@ -49,19 +53,19 @@ class TrackResult:
     speed_std_m_s: list[float] = field(default_factory=list)
     failures: list[tuple[int, str]] = field(default_factory=list)
     error: str | None = None
+    cause: BaseException | None = None
     worst: tuple[Frame, MarkerTracks] | None = None
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of the whole recording."""
         kept = self.kept_fraction
-        count = self.reference.count if self.reference else 0
         return {
             "source": self.source,
             "error": self.error,
             "frames": self.frames,
             "duration_s": self.t_s[-1] if self.t_s else 0.0,
             "timestamps": self.timestamps,
-            "markers": count,
+            "markers": self.reference.count if self.reference else 0,
             "grid": self.reference.shape if self.reference else None,
             "pitch_px": self.reference.pitch_px if self.reference else None,
             "metres_per_px": self.metres_per_px,
@@ -103,61 +107,96 @@ class TrackResult:
 def track_recording(
     config: RigConfig, host: PluginHost, progress: Callable[[int, int], object] | None = None
 ) -> TrackResult:
-    """Track the recording that the config's sensor names, first frame (or frames) as reference.
+    """Track the recording that the config's sensor names, its first settled frames as reference.
 
     `progress(done, claimed)` is called after every frame. An unusable frame is listed and passed over; a recording
     that cannot be opened, has no usable reference or ends early is `error`, with all frames before it kept.
     """
     context = BuildContext(VirtualClock(), config.seed)
     sensor: Any = host.build("sensor", config.sensor.backend, config.sensor.options(), context)
-    tracker = host.build("tracker", config.tracker.backend, config.tracker.options(), context)
-    detector = host.build("detector", config.detector.backend, config.detector.options(), context)
-    estimator = host.build("estimator", config.estimator.backend, config.estimator.options(), context)
+    line = _Line(config, host, context)
     options = config.sensor.options()
     result = TrackResult(str(options.get("path", config.sensor.backend)), str(options.get("timestamps", "nominal")))
-    waiting: list[Frame] = []
-    largest = -1.0
     try:
-        perception = Perception(tracker, sensor.spec, config.tactile)
-        result.metres_per_px = perception.metres_per_px
-        claimed = sensor.frame_count
-        for frame in sensor.frames():
+        with _naming("frame 0"):
+            perception = Perception(line.tracker, sensor.spec, config.tactile)
+            result.metres_per_px = perception.metres_per_px
+            claimed = sensor.frame_count
+        for frame in _read(sensor.frames()):
             result.frames += 1
             if progress is not None:
                 progress(frame.seq + 1, claimed)
-            if result.reference is None:
-                waiting.append(frame)
-                if len(waiting) < config.tactile.reference_frames:
-                    continue
-                result.reference = perception.start(waiting)
-                result.reference_frame = perception.reference_frame
-                start_ns = frame.t_ns
-                continue
-            try:
-                observation, tracks = perception.observe(frame)
-            except DataError as error:
-                result.failures.append((frame.seq, str(error)))
-                continue
-            if not tracks.valid.any():
-                result.failures.append((frame.seq, f"frame {frame.seq}: none of the dots can be followed for certain"))
-            estimate = estimator.update(observation)
-            result.t_s.append((frame.t_ns - start_ns) * 1e-9)
-            result.kept_fraction.append(float(tracks.valid.mean()))
-            result.flags += np.bincount(tracks.flags, minlength=len(TrackFlag))
-            result.displacement_m.append(observation.field.displacement_m)
-            result.features.append(observation.features.values)
-            result.slip.append(detector.update(observation).slip)
-            result.speed_m_s.append(estimate.speed_m_s)
-            result.speed_std_m_s.append(estimate.speed_std_m_s)
-            moved = observation.features["mean_displacement"]
-            if moved > largest:
-                largest, result.worst = moved, (frame, tracks)
+            with _naming(f"frame {frame.seq}"):
+                line.take(frame, perception, result)
         if result.reference is None:
             raise DataError(
-                f"{result.source}: {len(waiting)} frames, but the reference takes {config.tactile.reference_frames} "
-                "(lower tactile.reference_frames)"
+                f"{result.source}: {result.frames} frames, but the reference takes {config.tactile.reference_frames} "
+                "equally bright ones in a row (lower tactile.reference_frames)"
             )
-    except DataError as error:
+    except LsdsError as error:
         message = str(error)
         result.error = message if result.source in message else f"{result.source}: {message}"
+        result.cause = error.__cause__
     return result
+
+
+class _Line:
+    """What every frame goes through, from the image to the result."""
+
+    def __init__(self, config: RigConfig, host: PluginHost, context: BuildContext) -> None:
+        self.tracker = host.build("tracker", config.tracker.backend, config.tracker.options(), context)
+        self._detector = host.build("detector", config.detector.backend, config.detector.options(), context)
+        self._estimator = host.build("estimator", config.estimator.backend, config.estimator.options(), context)
+        self._reference = ReferenceCollector(config.tactile.reference_frames)
+        self._start_ns = 0
+        self._largest = -1.0
+
+    def take(self, frame: Frame, perception: Perception, result: TrackResult) -> None:
+        """Add one frame to the result. Raises DataError where the reference it completes is not usable."""
+        if result.reference is None:
+            if self._reference.add(frame):
+                result.reference = perception.start(self._reference.frames)
+                result.reference_frame = perception.reference_frame
+                self._start_ns = frame.t_ns
+            return
+        try:
+            observation, tracks = perception.observe(frame)
+        except DataError as error:
+            result.failures.append((frame.seq, str(error)))
+            return
+        if not tracks.valid.any():
+            result.failures.append((frame.seq, f"frame {frame.seq}: none of the dots can be followed for certain"))
+        detection = self._detector.update(observation)
+        estimate = self._estimator.update(observation)
+        result.t_s.append((frame.t_ns - self._start_ns) * 1e-9)
+        result.kept_fraction.append(float(tracks.valid.mean()))
+        result.flags += np.bincount(tracks.flags, minlength=len(TrackFlag))
+        result.displacement_m.append(observation.field.displacement_m)
+        result.features.append(observation.features.values)
+        result.slip.append(detection.slip)
+        result.speed_m_s.append(estimate.speed_m_s)
+        result.speed_std_m_s.append(estimate.speed_std_m_s)
+        moved = observation.features["mean_displacement"]
+        if moved > self._largest:
+            self._largest, result.worst = moved, (frame, tracks)
+
+
+def _read(frames: Iterator[Frame]) -> Iterator[Frame]:
+    """Yield the frames; what a decoder trips over names the frame that it was to give."""
+    for number in count():
+        with _naming(f"frame {number}"):
+            frame = next(frames, None)
+        if frame is None:
+            return
+        yield frame
+
+
+@contextmanager
+def _naming(place: str) -> Iterator[None]:
+    """Say where, as DataError, of any exception that does not explain itself: a plugin's mistake ends one recording."""
+    try:
+        yield
+    except LsdsError:
+        raise
+    except Exception as error:
+        raise DataError(f"{place}: {type(error).__name__}: {error}") from error

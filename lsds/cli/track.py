@@ -73,7 +73,7 @@ def track(
         track_session.draw(result, plot)
         click.echo(f"picture: {plot}", err=json_file == "-")
     if result.error is not None:
-        raise DataError(result.error)
+        raise DataError(result.error) from result.cause
 
 
 def _batch(

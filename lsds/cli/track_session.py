@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -68,14 +69,25 @@ def track_many(
         for source in sources:
             yield _summary_of(source, config_file, tuple(overrides))
         return
+    unfinished = []
     with ProcessPoolExecutor(workers) as pool:
-        pending = [pool.submit(_summary_of, source, config_file, tuple(overrides)) for source in sources]
+        pending = {pool.submit(_summary_of, source, config_file, tuple(overrides)): source for source in sources}
         try:
             for done in as_completed(pending):
-                yield done.result()
+                try:
+                    yield done.result()
+                except BrokenProcessPool:
+                    unfinished.append(pending[done])
         finally:
             for job in pending:
                 job.cancel()
+    # One of these took its process down, and the others' work with it: now each has a process to itself.
+    for source in unfinished:
+        with ProcessPoolExecutor(1) as pool:
+            try:
+                yield pool.submit(_summary_of, source, config_file, tuple(overrides)).result()
+            except BrokenProcessPool:
+                yield _failed(source, f"{source}: its process died (a decoder's crash, or out of memory)")
 
 
 def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
@@ -113,10 +125,13 @@ def _summary_of(source: str, config_file: Path | None, overrides: tuple[str, ...
         return track_one(source, config_file, overrides).summary()
     except Exception as error:
         # Whatever is wrong with one recording, or with a plugin on it, the others are still to be told.
-        what = str(error) if isinstance(error, LsdsError) else f"{source}: {type(error).__name__}: {error}"
-        failed = TrackResult(source)
-        failed.error = what
-        return failed.summary()
+        return _failed(
+            source, str(error) if isinstance(error, LsdsError) else f"{source}: {type(error).__name__}: {error}"
+        )
+
+
+def _failed(source: str, reason: str) -> dict[str, Any]:
+    return TrackResult(source, error=reason).summary()
 
 
 def _median(values: Sequence[float]) -> float | None:

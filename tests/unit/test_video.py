@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import cv2
 import numpy as np
@@ -260,6 +261,54 @@ def test_an_image_too_small_for_the_tracker_is_told_and_does_not_stop_a_batch(cl
     assert errors["good.avi"] is None or "texture" in errors["good.avi"]
 
 
+class Clumsy:
+    """A tracker that trips over frame 3."""
+
+    def __init__(self):
+        from lsds_plugins.trackers.dots import lucas_kanade
+
+        self._inner = lucas_kanade(None, None)
+        self.start = self._inner.start
+
+    def update(self, frame):
+        if frame.seq == 3:
+            raise IndexError("index 9 is out of bounds")
+        return self._inner.update(frame)
+
+
+def test_what_a_plugin_trips_over_is_the_recordings_failure_with_frame_and_reason(clip, monkeypatch):
+    build = PluginHost.build
+
+    def clumsy(host, kind, *rest):
+        return Clumsy() if kind == "tracker" else build(host, kind, *rest)
+
+    monkeypatch.setattr(PluginHost, "build", clumsy)
+    result = track(clip)
+    assert result.error == f"{clip}: frame 3: IndexError: index 9 is out of bounds"
+    assert len(result.kept_fraction) == 2
+    assert isinstance(result.cause, IndexError)
+    assert main(["track", str(clip)]) == DataError.exit_code
+
+
+def test_a_recording_that_takes_its_process_down_does_not_take_the_batch(clip, tmp_path, monkeypatch):
+    from lsds.cli import track_session
+
+    for name in ("a.avi", "deadly.avi", "z.avi"):
+        (tmp_path / name).write_bytes(clip.read_bytes())
+    track_one = track_session.track_one
+
+    def deadly(source, *rest):
+        if "deadly" in source:
+            os._exit(1)
+        return track_one(source, *rest)
+
+    monkeypatch.setattr(track_session, "track_one", deadly)
+    sources = track_session.find_videos([str(tmp_path)])
+    errors = {r["source"]: r["error"] for r in track_session.track_many(sources, None, [], jobs=2)}
+    assert sorted(errors) == sources
+    assert [source for source, error in errors.items() if error] == [str(tmp_path / "deadly.avi")]
+
+
 def test_odd_names_are_names(clip, tmp_path):
     for name in ("clip[1].avi", "clip \U0001f600 ü.avi", 'say "so".avi'):
         (tmp_path / name).write_bytes(clip.read_bytes())
@@ -282,6 +331,20 @@ def test_frames_are_all_counted_and_distances_are_distances(tmp_path):
     assert len(summary["failures"]) == 1
     # The reference is the mean of the first two frames.
     assert summary["largest_displacement_px"] == pytest.approx(4.5, abs=0.1)
+
+
+def test_dim_first_frames_are_no_reference_but_a_single_first_frame_is(tmp_path):
+    frames = moving(9, step=0.0)
+    for i, gain in enumerate((0.4, 0.7, 0.9)):
+        frames[i] = np.rint(frames[i] * gain).astype(np.uint8)
+    dim = write_video(tmp_path / "dim.avi", frames)
+    settled = track(dim, "tactile.reference_frames=2")
+    assert settled.reference_frame.seq == 4
+    assert len(settled.kept_fraction) == 4
+    assert track(dim).reference_frame.seq == 0
+    never = track(dim, "tactile.reference_frames=7")
+    assert "equally bright" in never.error
+    assert never.frames == 9
 
 
 def test_a_frame_saturated_in_the_colours_of_the_dots_is_unusable(tmp_path):
