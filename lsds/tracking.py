@@ -56,6 +56,10 @@ class TrackResult:
     cause: BaseException | None = None
     worst: tuple[Frame, MarkerTracks] | None = None
 
+    def __post_init__(self) -> None:
+        # A file's name need not be text, but what is written about it has to be.
+        self.source = self.source.encode(errors="backslashreplace").decode()
+
     def summary(self) -> dict[str, Any]:
         """Return the figures of the whole recording."""
         kept = self.kept_fraction

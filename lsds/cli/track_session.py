@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lsds.config import load_config
+from lsds.config.toml import value_text
 from lsds.errors import DataError, LsdsError
 from lsds.plugins import PluginHost
 from lsds.tracking import TrackResult, track_recording
@@ -47,7 +47,7 @@ def track_one(source: str, config_file: Path | None, overrides: Sequence[str], b
         *defaults,
         *overrides,
         "sensor.backend=video",
-        f"sensor.video.path={json.dumps(source, ensure_ascii=False)}",
+        f"sensor.video.path={value_text(source)}",
     ]
     config = load_config(config_file, chosen, host=host)
 

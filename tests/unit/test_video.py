@@ -310,9 +310,28 @@ def test_a_recording_that_takes_its_process_down_does_not_take_the_batch(clip, t
 
 
 def test_odd_names_are_names(clip, tmp_path):
-    for name in ("clip[1].avi", "clip \U0001f600 ü.avi", 'say "so".avi'):
+    for name in ("clip[1].avi", "clip \U0001f600 ü.avi", 'say "so".avi', "del\x7f.avi", "line\nbreak.avi", "1²2.avi"):
         (tmp_path / name).write_bytes(clip.read_bytes())
-        assert main(["track", str(tmp_path / name)]) == 0
+        assert main(["track", str(tmp_path / name)]) == 0, name
+
+
+def test_a_name_that_is_no_text_is_refused_in_text(clip, tmp_path, capsys):
+    """OpenCV crashes on such a name."""
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/latin\xfc.avi")
+    with open(name, "wb") as file:
+        file.write(clip.read_bytes())
+    (tmp_path / "good.avi").write_bytes(clip.read_bytes())
+    assert main(["track", name]) == DataError.exit_code
+    assert r"latin\udcfc.avi: the name is not UTF-8 text (rename the file)" in capsys.readouterr().err
+    out = tmp_path / "all.json"
+    assert main(["track", "--batch", str(tmp_path), "--json", str(out), "--jobs", "1"]) == DataError.exit_code
+    assert [r["error"] is None for r in json.loads(out.read_text())["recordings"]] == [True, False]
+
+
+def test_a_raised_digit_in_an_images_name_is_no_number(tmp_path):
+    for name in ("1²2.png", "1²10.png"):
+        cv2.imwrite(str(tmp_path / name), moving(1)[0])
+    assert len(list(sensor(tmp_path).frames())) == 2
 
 
 def test_images_come_in_the_order_of_their_numbers(tmp_path):

@@ -61,7 +61,7 @@ class ImageReader:
         """Yield the images; a later one of another size is an error, as it cannot belong to the same recording."""
         shape: tuple[int, ...] | None = None
         for number, file in enumerate(self._files):
-            image = cv2.imread(str(file), cv2.IMREAD_COLOR)
+            image = cv2.imread(_text(file), cv2.IMREAD_COLOR)
             if image is None:
                 raise DataError(f"{file}: frame {number} cannot be read as an image (damaged, or not an image)")
             if shape is not None and image.shape != shape:
@@ -103,16 +103,27 @@ class VideoReader:
             )
 
     def _open(self) -> cv2.VideoCapture:
-        capture = cv2.VideoCapture(str(self._file))
+        capture = cv2.VideoCapture(_text(self._file))
         if not capture.isOpened():
             raise DataError(f"{self._file}: not a video that can be opened (damaged header, or an unknown format)")
         return capture
 
 
+def _text(file: Path) -> str:
+    """Return a file's name as OpenCV can take it; on other bytes than UTF-8 it would take the process down."""
+    name = str(file)
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        shown = name.encode(errors="backslashreplace").decode()
+        raise DataError(f"{shown}: the name is not UTF-8 text (rename the file)") from None
+    return name
+
+
 def _natural(file: Path) -> list[tuple[int, int | str]]:
     """Sort key by which frame2 comes before frame10."""
-    parts = re.split(r"(\d+)", file.name)
-    return [(0, int(part)) if part.isdigit() else (1, part) for part in parts]
+    # Digits that are no decimals, such as a raised two, are letters here.
+    return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", file.name)]
 
 
 def _rgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
