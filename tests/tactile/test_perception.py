@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from lsds_plugins.detectors.rigid_residual import RigidResidualDetector, RigidResidualOptions
@@ -11,12 +13,16 @@ from lsds_plugins.trackers.dis import DenseFlowOptions, DenseFlowTracker
 from lsds_plugins.trackers.dots import centroid, lucas_kanade
 from tactile.cell_frames import grasp_and_lift
 
+import lsds.tactile.views as views_module
 from lsds.clock import VirtualClock
-from lsds.contracts import BuildContext, Frame
+from lsds.contracts import BuildContext, Frame, Observation
 from lsds.errors import DataError
+from lsds.tactile.field import FieldBuilder
 from lsds.tactile.options import TactileOptions
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, average_frames
+from lsds.tactile.slip_residual import slip_residual
+from lsds.tactile.views import views_of
 
 CONTEXT = BuildContext(VirtualClock(), 0)
 TRACKERS = {
@@ -104,6 +110,76 @@ def test_reset_forgets_everything_but_the_reference(name, recording):
     used.reset()
     for i, frame in enumerate(frames[4:20]):
         assert same(numbers(*used.observe(frame)), numbers(*fresh.observe(frame))), f"frame {i}"
+
+
+def evidence(seen, frames):
+    """What each frame's observation and both of its residuals hold, as numbers."""
+    taken = []
+    for frame in frames:
+        observation, tracks = seen.observe(frame)
+        residuals = [slip_residual(observation, motion) for motion in ("quadratic", "rigid")]
+        taken.append([*numbers(observation, tracks), np.frombuffer(repr(residuals).encode(), np.uint8)])
+    return taken
+
+
+def rig(recording, mm_per_px):
+    """A perception with a scale of its own, and copies of the frames: nothing is shared but the process."""
+    spec, reference, frames = recording
+    seen = Perception(TRACKERS["lk"](), spec, TactileOptions(mm_per_px=mm_per_px))
+    seen.start([copied(frame) for frame in reference])
+    return seen, [copied(frame) for frame in frames]
+
+
+SCALES = (0.0625, 0.05)
+
+
+def test_two_threads_do_not_disturb_each_other(recording):
+    alone = [evidence(*rig(recording, scale)) for scale in SCALES]
+    for _ in range(3):
+        with ThreadPoolExecutor(2) as pool:
+            together = list(pool.map(lambda scale: evidence(*rig(recording, scale)), SCALES))
+        for one, other in zip(alone, together, strict=True):
+            assert all(same(a, b) for a, b in zip(one, other, strict=True))
+
+
+def test_what_is_kept_is_kept_per_thread(recording):
+    """Threads that meet in the same memory are too rare to wait for: look at the memory itself."""
+    frame = recording[2][0]
+    views, planes = views_of(frame), views_module._planes(frame.image)
+    with ThreadPoolExecutor(1) as other:
+        assert other.submit(views_of, frame).result() is not views
+        theirs = other.submit(views_module._planes, frame.image).result()
+    assert not any(np.shares_memory(a, b) for a, b in zip(planes, theirs, strict=True))
+    assert views_of(frame) is views
+
+
+def test_two_rigs_in_one_thread_do_not_disturb_each_other(recording):
+    alone = [evidence(*rig(recording, scale)) for scale in SCALES]
+    rigs = [rig(recording, scale) for scale in SCALES]
+    for i in range(len(alone[0])):
+        for one, (seen, frames) in zip(alone, rigs, strict=True):
+            [now] = evidence(seen, frames[i : i + 1])
+            assert same(one[i], now), f"frame {i}"
+
+
+def test_the_scale_is_part_of_what_a_residual_rests_on(recording):
+    """The same reference and markers at two scales: lengths scale, and so do their residuals."""
+    _, reference, frames = recording
+    tracker = TRACKERS["lk"]()
+    marks = tracker.start(average_frames(reference))
+    fine, coarse = FieldBuilder(marks, 5e-5), FieldBuilder(marks, 1e-4)
+    compared = 0
+    for frame in frames:
+        tracks = tracker.update(frame)
+        small, large = (
+            slip_residual(Observation(frame.t_ns, frame.seq, field.dt_s, field, None, None))
+            for field in (fine.build(tracks), coarse.build(tracks))
+        )
+        if small is not None and large is not None:
+            assert large.radius_m == pytest.approx(2 * small.radius_m)
+            assert large.along == pytest.approx(4 * small.along)
+            compared += 1
+    assert compared > 10
 
 
 BRAINS = {
