@@ -246,6 +246,26 @@ def test_a_frame_that_is_not_the_sensor_s_is_refused_by_name(image, says, record
         seen.observe(Frame(image, 10**12, 77))
 
 
+@pytest.mark.parametrize(
+    ("channels", "level", "says"),
+    [
+        ([0, 2], 255, "saturated"),
+        ([0], 255, "saturated"),
+        ([1], 255, "saturated"),
+        ([2], 255, "saturated"),
+        ([0, 2], 0, "black"),
+        ([0, 1, 2], 0, "black"),
+    ],
+)
+def test_a_frame_without_the_colours_of_dots_or_contact_is_refused(channels, level, says, recording):
+    spec, reference, frames = recording
+    seen = perception("lk", spec, reference)
+    image = frames[0].image.copy()
+    image[..., channels] = level
+    with pytest.raises(DataError, match=f"frame 77: .*{says}"):
+        seen.observe(Frame(image, 10**12, 77))
+
+
 def test_a_refused_frame_leaves_no_trace(recording):
     spec, reference, frames = recording
     used, fresh = perception("lk", spec, reference), perception("lk", spec, reference)
