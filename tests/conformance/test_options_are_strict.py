@@ -1,32 +1,64 @@
-"""Every installed backend's options refuse what only looks like a number."""
+"""Every installed backend's options, and those of `[tactile]`, refuse what only looks like a number."""
 
 from __future__ import annotations
+
+import typing
 
 import pytest
 from pydantic import ValidationError
 
 from lsds.plugins import PluginHost
+from lsds.tactile.options import TactileOptions
 
 HOST = PluginHost()
-MODELS = [
-    (backend.spec.kind, backend.spec.name, HOST.options_model(backend))
+MODELS = {
+    f"{backend.spec.kind}-{backend.spec.name}": HOST.options_model(backend)
     for backend in HOST.backends
     if backend.spec.options is not None
-]
-FIELDS = [
-    pytest.param(model, name, id=f"{kind}-{backend}-{name}")
-    for kind, backend, model in MODELS
-    for name, field in model.model_fields.items()
-    if field.annotation in (float, int)
-]
+} | {"tactile": TactileOptions}
+
+
+def fields(wanted):
+    """All (model, field) whose annotation `wanted` accepts, `X | None` counting as X."""
+    for owner, model in MODELS.items():
+        for name, field in model.model_fields.items():
+            kinds = set(typing.get_args(field.annotation)) - {type(None)} or {field.annotation}
+            if any(wanted(kind) for kind in kinds):
+                yield pytest.param(model, name, id=f"{owner}-{name}")
+
+
+NUMBERS = list(fields(lambda kind: kind in (float, int)))
+FLOATS = list(fields(lambda kind: kind is float))
+PAIRS = list(fields(lambda kind: typing.get_origin(kind) is tuple))
+
+
+def complaints(model, name, value):
+    """What is wrong with one field's value; a field that others are needed with may still be right itself."""
+    try:
+        model(**{name: value})
+    except ValidationError as error:
+        return [detail["type"] for detail in error.errors() if detail["loc"][:1] == (name,)]
+    return []
 
 
 def test_there_are_options_to_check():
-    assert len(FIELDS) > 40
+    assert len(NUMBERS) > 45
+    assert len(PAIRS) >= 2
 
 
-@pytest.mark.parametrize(("model", "name"), FIELDS)
-def test_true_and_text_are_no_numbers(model, name):
-    for wrong in (True, "3"):
-        with pytest.raises(ValidationError, match=name):
-            model(**{name: wrong})
+@pytest.mark.parametrize(("model", "name"), NUMBERS)
+@pytest.mark.parametrize("wrong", [True, "3"])
+def test_true_and_text_are_no_numbers(model, name, wrong):
+    assert complaints(model, name, wrong)
+
+
+@pytest.mark.parametrize(("model", "name"), FLOATS)
+def test_a_whole_number_is_a_number(model, name):
+    assert "float_type" not in complaints(model, name, 1)
+
+
+@pytest.mark.parametrize(("model", "name"), PAIRS)
+def test_a_pair_is_a_list_of_two_positive_whole_numbers(model, name):
+    assert complaints(model, name, [8, 10]) == []
+    for wrong in ([True, 10], ["8", 10], [8.0, 10], [0, 10], [8, -1], [8], [8, 10, 12], 8, "8x10"):
+        assert complaints(model, name, wrong), wrong

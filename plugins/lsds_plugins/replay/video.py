@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -16,6 +17,8 @@ from lsds.errors import ConnectFailed, DataError, StaleData
 from lsds.lifecycle import LifecycleGuard
 from lsds_plugins.replay.reader import Reader, open_reader
 from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
+
+_Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
 
 
 class VideoOptions(BaseModel):
@@ -30,11 +33,11 @@ class VideoOptions(BaseModel):
     times_file: str = Field(default="", description="text file with one time in seconds per frame, for 'list'")
     rate_hz: float = Field(default=0.0, ge=0, le=1000, description="nominal rate; 0 takes the file's own, else 25")
     mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the image as it is read")
-    # A TOML array is a list; its two numbers are still checked.
-    size: tuple[int, int] | None = Field(
+    # A TOML array is a list, which strict tuples refuse.
+    size: tuple[_Count, _Count] | None = Field(
         default=None, strict=False, description="resize to [width, height]; as it is where absent"
     )
-    pad: tuple[int, int] | None = Field(
+    pad: tuple[_Count, _Count] | None = Field(
         default=None, strict=False, description="dots printed, [rows, columns], where known"
     )
     grey: bool = Field(default=False, description="accept a recording without colour; contact area means nothing then")
