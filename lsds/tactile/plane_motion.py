@@ -1,13 +1,13 @@
 """Rigid and smooth motions in the plane with x + iy for a vector: a handful of array operations a frame.
 
-The per-frame path's form of `motion_fit`: a quarter turn is multiplication by i, so the rigid motion is
-v(z) = t + i w (z - c) and its rotation w = Im sum conj(z - c) v / sum |z - c|^2.
+A quarter turn is multiplication by i, so the rigid motion is v(z) = t + i w (z - c) and its rotation
+w = Im sum conj(z - c) v / sum |z - c|^2. y points down in the image: a positive w turns clockwise on the screen.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -15,20 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Plane = NDArray[np.complex128]
-
-
-class Rigid(NamedTuple):
-    """A rigid motion of N points. `motion` (N,) is the motion at the points, `residual` (N,) what is left.
-
-    `offset` (N,) are the points from their centroid, `radius` their radius of gyration.
-    """
-
-    translation: complex
-    rotation: float
-    offset: Plane
-    radius: float
-    motion: Plane
-    residual: Plane
 
 
 def as_complex(vectors: NDArray[np.float64]) -> Plane:
@@ -55,27 +41,6 @@ class Points:
     def motion(self, translation: complex, rotation: float) -> Plane:
         """Return the rigid motion at the points, (N,)."""
         return np.asarray(translation + (1j * rotation) * self.offset)
-
-
-def rigid(position: Plane, vector: Plane) -> Rigid | None:
-    """Fit vectors at positions, all finite; None where the positions coincide."""
-    if len(position) < 2:
-        return None
-    points = Points(position)
-    if points.inertia <= 0:
-        return None
-    translation, rotation = points.rigid(vector)
-    motion = points.motion(translation, rotation)
-    return Rigid(translation, rotation, points.offset, points.radius, motion, vector - motion)
-
-
-def smooth_residual(offset: Plane, vector: Plane, motion: Literal["affine", "quadratic"]) -> Plane:
-    """Return what the best affine or quadratic field leaves of the vectors (N,) at offsets (N,) from their centroid.
-
-    See `residual_maker` for the scaling.
-    """
-    both = np.ascontiguousarray(vector).view(np.float64).reshape(len(vector), 2)
-    return as_complex(residual_maker(offset, motion) @ both)
 
 
 def residual_maker(offset: Plane, motion: Literal["affine", "quadratic"]) -> NDArray[np.float64]:
