@@ -8,15 +8,13 @@ from typing import Any
 import click
 
 from lsds.cli.output import json_flag, table, write_json
-from lsds.contracts.backend import Kind
+from lsds.config.model import DEVICE_KINDS
 from lsds.plugins.host import PluginHost
 
 CAMERAS = Path("/dev/v4l/by-id")
 SERIAL_PORTS = Path("/dev/serial/by-id")
 _FINGERTIPS = ("gelsight", "digit")
 """Parts of the names under which tactile cameras announce themselves on USB."""
-
-_KINDS: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -41,7 +39,7 @@ def devices(json_file: str | None) -> None:
             "simulated": backend.spec.in_cell,
         }
         for backend in host.backends
-        if backend.spec.kind in _KINDS
+        if backend.spec.kind in DEVICE_KINDS
     ]
     if json_file is not None:
         write_json({"cameras": cameras, "serial_ports": ports, "backends": backends}, json_file)
