@@ -59,6 +59,8 @@ def track(
 
     chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]
     if batch:
+        if features != "all":
+            raise click.UsageError("--features chooses what one recording's JSON holds; leave out --batch")
         _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot)
         return
     if len(sources) > 1:

@@ -87,6 +87,23 @@ def test_a_flat_reference_is_refused():
         tracker().start(frame(flat, 4))
 
 
+@pytest.mark.parametrize("size", [(240, 320), (241, 321), (24, 24), (25, 31)])
+@pytest.mark.parametrize("margin_px", [0, 1, 3])
+def test_points_on_the_border_of_any_size_are_points_of_the_image(size, margin_px):
+    image = textured(seed=1)[: size[0], : size[1]]
+    image = np.pad(image, ((0, size[0] - image.shape[0]), (0, size[1] - image.shape[1]), (0, 0)), mode="edge")
+    flow = tracker(margin_px=margin_px, least_contrast=0.1)
+    reference = flow.start(frame(image, 0))
+    assert flow.update(frame(image, 1)).xy_px.shape == (reference.count, 2)
+
+
+@pytest.mark.parametrize(("size", "margin_px"), [((16, 16), 20), ((23, 300), 0), ((4, 4), 0), ((41, 300), 20)])
+def test_an_image_too_small_for_flow_or_grid_is_refused(size, margin_px):
+    image = textured(seed=1)[: size[0], : size[1]]
+    with pytest.raises(DataError, match=rf"reference frame 4: {size[1]} x {size[0]} pixels"):
+        tracker(margin_px=margin_px).start(frame(image, 4))
+
+
 def test_places_without_texture_are_flagged():
     image = textured(seed=1)
     image[:, : WIDTH // 2] = 120

@@ -11,6 +11,7 @@ from tactile.render import render
 from tactile.scenes import SCALE, frame
 
 from lsds.contracts import Frame
+from lsds.errors import DataError
 from lsds.tactile.depth import DepthEstimator, PhotometricCalibration, PoissonSolver
 from lsds.tactile.reference import average_frames
 
@@ -187,3 +188,14 @@ def test_a_size_that_does_not_divide_is_solved_all_the_same(height, width):
     patch = DepthEstimator(Frame(image, 0, 0), SCALE).measure(Frame(image, 1, 1))
     assert np.abs(patch.depth_m).max() < 1e-9 + 5e-6
     assert patch.area_fraction == 0
+
+
+@pytest.mark.parametrize("scale", [2, 4, 8, 16])
+def test_an_image_too_small_for_the_scale_is_refused_and_the_smallest_that_is_not_works(scale):
+    def image(side, seed):
+        return Frame(np.random.default_rng(seed).integers(0, 255, (side, side + 3, 3), np.uint8), seed, seed)
+
+    with pytest.raises(DataError, match=rf"reference frame 7: .*1/{scale} of the image.*depth_scale"):
+        DepthEstimator(image(4 * scale - 1, 7), 1e-4, scale=scale)
+    patch = DepthEstimator(image(4 * scale, 0), 1e-4, scale=scale).measure(image(4 * scale, 1))
+    assert np.isfinite(patch.depth_m).all()

@@ -380,3 +380,10 @@ def test_the_json_holds_the_named_features(clip, tmp_path, name):
     out = tmp_path / "out.json"
     assert main(["track", str(clip), "--features", name, "--json", str(out)]) == 0
     assert set(json.loads(out.read_text())["features"]) == set(FEATURE_SETS[name])
+
+
+def test_features_are_for_one_recording_and_known(clip, capsys):
+    assert main(["track", "--batch", str(clip.parent), "--features", "baseline"]) == 2
+    assert "leave out --batch" in capsys.readouterr().err
+    assert main(["track", str(clip), "--features", "besaline"]) == 2
+    assert "'baseline', 'proposed'" in capsys.readouterr().err

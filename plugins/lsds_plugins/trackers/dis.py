@@ -17,6 +17,8 @@ from lsds.errors import DataError
 from lsds.tactile.views import HALF, views_of
 
 _PATCH = 9
+#: Below this OpenCV finds no scale to begin at: its patches of 8 px have to fit the halved image.
+_LEAST_PX = 24
 #: Texture may fade to this share of the least that a reference needs before it counts as gone.
 FADED = 0.5
 
@@ -49,6 +51,11 @@ class DenseFlowTracker:
         """Lay the grid of sample points over the untouched frame. Raises DataError where nothing has texture."""
         options = self._options
         height, width = frame.image.shape[:2]
+        if min(width, height) < _LEAST_PX:
+            raise DataError(
+                f"reference frame {frame.seq}: {width} x {height} pixels are too few for dense flow, which takes "
+                f"{_LEAST_PX} each way (use larger images)"
+            )
         if 2 * options.margin_px >= min(width, height) - 1:
             raise DataError(
                 f"reference frame {frame.seq}: {width} x {height} pixels leave no room for sample points "
@@ -60,7 +67,9 @@ class DenseFlowTracker:
         xy = np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
         row, column = np.divmod(np.arange(len(xy)), options.columns)
         self._grey = views_of(frame).half_grey
-        self._pixel = np.rint(xy / HALF).astype(np.intp)
+        # A point on the far border rounds to a pixel beyond the halved image.
+        last = np.array(self._grey.shape[::-1]) - 1
+        self._pixel = np.minimum(np.rint(xy / HALF), last).astype(np.intp)
         self._seen = self._contrast(self._grey) >= options.least_contrast
         if np.count_nonzero(self._seen) < 4:
             raise DataError(
