@@ -77,7 +77,7 @@ class Loop:
         self._rig = rig
         self._observers = observers
         self._clock = rig.clock
-        self._perception = Perception(rig.tracker, rig.sensor.spec, config.tactile)
+        self.perception = Perception(rig.tracker, rig.sensor.spec, config.tactile)
         self._guard = Guard(config.safety)
         self._safety = config.safety
         self._lifetime_ns = nanoseconds(config.safety.command_lifetime_s)
@@ -108,7 +108,6 @@ class Loop:
         self.truth = TruthLog(rig.cell if lives_in_cell else None, config.schedule.arm_rate_hz)
         self.unusable_frames = 0
         self.frame_to_command = LogHistogram()
-        self.perception = self._perception
         self.scheduler = Scheduler(rig.clock)
         self._add_tasks()
 
@@ -146,7 +145,7 @@ class Loop:
     def on_frame(self, frame: Frame, now_ns: int) -> None:
         """Take one new frame all the way to the gripper."""
         started = perf_ns()
-        observation, tracks = self._perception.observe(frame)
+        observation, tracks = self.perception.observe(frame)
         detection = self._rig.detector.update(observation)
         estimate = self._rig.estimator.update(observation)
         command = self._correct(observation, detection, estimate)
@@ -279,7 +278,7 @@ class Loop:
         if self._task.stage is Stage.REFERENCE:
             self._sensor_fresh.good(now_ns)
             if self._reference.add(frame):
-                self._perception.start(self._reference.frames)
+                self.perception.start(self._reference.frames)
                 self._task.reference_taken(self._clock.now())
             return
         if self._is_repeated(frame, now_ns):

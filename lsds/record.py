@@ -10,12 +10,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lsds.task import Stage
+from lsds.task import ACTING, Stage
 
 if TYPE_CHECKING:
     from lsds.loop import Cycle
-
-ACTING = (Stage.LIFT, Stage.HOLD)
 
 
 @dataclass(frozen=True, slots=True)

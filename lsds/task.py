@@ -37,6 +37,10 @@ class Stage(Enum):
     DONE = "done"
 
 
+ACTING = (Stage.LIFT, Stage.HOLD)
+"""The stages in which slip is answered."""
+
+
 class LiftTask:
     """The stages in order. `advance` is told what has happened and moves on by time and by events."""
 
@@ -49,7 +53,7 @@ class LiftTask:
     @property
     def corrects_grip(self) -> bool:
         """Whether slip is answered at this stage."""
-        return self.stage in (Stage.LIFT, Stage.HOLD)
+        return self.stage in ACTING
 
     @property
     def lift_speed_m_s(self) -> float:

@@ -59,10 +59,9 @@ class ScheduleOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the gripper's state")
-    arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="reading and commanding the arm")
+    gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the states of gripper and arm")
+    arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="commanding the arm, sampling a truth")
     pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="reading the pose source")
-    observer_queue: int = Field(default=256, ge=1, le=100_000, description="samples kept for a slow observer")
 
 
 class PluginOptions(BaseModel):

@@ -16,7 +16,7 @@ from lsds.config import load_config
 from lsds.loop import Cycle, Loop
 from lsds.observers import Observers
 from lsds.rig import Rig
-from lsds.task import Stage
+from lsds.task import ACTING
 
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 APERTURES_M = (0.0242, 0.0238, 0.0236)
@@ -62,7 +62,7 @@ def _samples(seeds: range) -> Iterator[tuple[float, float]]:
                 pairs: list[tuple[float, float]] = []
 
                 def keep(cycle: Cycle, pairs: list[tuple[float, float]] = pairs) -> None:
-                    if cycle.stage in (Stage.LIFT, Stage.HOLD) and cycle.truth and not cycle.estimate.abstained:
+                    if cycle.stage in ACTING and cycle.truth and not cycle.estimate.abstained:
                         pairs.append((cycle.estimate.speed_m_s, math.hypot(*cycle.truth.slip_velocity_m_s)))
 
                 config = load_config(

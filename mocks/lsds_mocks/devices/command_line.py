@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.errors import CommandExpired
+
 if TYPE_CHECKING:
     from lsds_mocks.cell.cell import SimulatedCell
     from lsds_mocks.cell.queue import Action
@@ -56,3 +58,10 @@ class CommandLine:
         """Let `action` take effect at once, ahead of all that is under way."""
         self._stops.append(now_ns)
         self._cell.post(now_ns, self._name, action)
+
+
+def require_unexpired(device: str, now_ns: int, expires_ns: int) -> None:
+    """Raise CommandExpired for a command that came at or after its expiry."""
+    if now_ns >= expires_ns:
+        late_ms = (now_ns - expires_ns) / 1e6
+        raise CommandExpired(device, f"command came {late_ms:.1f} ms after its expiry", remedy="send a fresh one")

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
-from lsds.errors import CommandExpired, LimitExceeded
+from lsds.errors import LimitExceeded
 from lsds.lifecycle import LifecycleGuard
 from lsds_mocks.cell.build import shared_cell
-from lsds_mocks.devices.command_line import CommandLine
+from lsds_mocks.devices.command_line import CommandLine, require_unexpired
 from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_M_S, HandEUnits, from_byte, to_byte
 
 if TYPE_CHECKING:
@@ -108,9 +108,7 @@ class MockHandE:
         if not all(map(math.isfinite, (command.aperture_m, command.speed_m_s, command.force_n))):
             raise LimitExceeded(NAME, f"not a finite command: {command}", remedy="command numbers only")
         now = self._clock.now()
-        if now >= command.expires_ns:
-            late_ms = (now - command.expires_ns) / 1e6
-            raise CommandExpired(NAME, f"command came {late_ms:.1f} ms after its expiry", remedy="send a fresh one")
+        require_unexpired(NAME, now, command.expires_ns)
         aperture = self.units.aperture_m(self.units.tick(command.aperture_m))
         speed = from_byte(to_byte(command.speed_m_s, SPEED_M_S), SPEED_M_S)
         force = from_byte(to_byte(command.force_n, FORCE_N), FORCE_N)

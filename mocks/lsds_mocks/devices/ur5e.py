@@ -9,10 +9,10 @@ import math
 from typing import TYPE_CHECKING
 
 from lsds.contracts import ArmCommand, ArmSpec, ArmState, Lifecycle, Pose, Twist
-from lsds.errors import CommandExpired, DeviceFault, LimitExceeded
+from lsds.errors import DeviceFault, LimitExceeded
 from lsds.lifecycle import LifecycleGuard
 from lsds_mocks.cell.build import shared_cell
-from lsds_mocks.devices.command_line import CommandLine
+from lsds_mocks.devices.command_line import CommandLine, require_unexpired
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -108,9 +108,7 @@ class MockUR5e:
         self._guard.require_armed()
         self._check(command)
         now = self._clock.now()
-        if now >= command.expires_ns:
-            late_ms = (now - command.expires_ns) / 1e6
-            raise CommandExpired(NAME, f"command came {late_ms:.1f} ms after its expiry", remedy="send a fresh one")
+        require_unexpired(NAME, now, command.expires_ns)
         speed, limit = command.twist.linear_m_s[2], self.options.speed_limit_m_s
         acceleration = command.acceleration_m_s2
         if self.options.protective_stop_on_excess and (
