@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from lsds.config.model import OPTIONAL_KINDS, RigConfig
-from lsds.contracts.backend import KINDS, Kind
+from lsds.contracts.backend import CONFIG_KINDS, Kind
 from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
 from lsds.plugins.host import PluginHost
 from lsds.plugins.options import issues_of
@@ -17,7 +17,7 @@ from lsds.plugins.registry import NO_DEVICE, Backend, did_you_mean
 
 def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:
     """Yield every problem of every section: unknown backend, unknown table, wrong options."""
-    for kind in KINDS:
+    for kind in CONFIG_KINDS:
         section = data.get(kind, {})
         if not isinstance(section, dict):
             continue  # The model has complained about this already.

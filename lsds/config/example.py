@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from lsds.config import toml
 from lsds.config.model import RigConfig
-from lsds.contracts.backend import KINDS, Kind
+from lsds.contracts.backend import CONFIG_KINDS, Kind
 from lsds.errors import PluginError
 from lsds.plugins.host import PluginHost
 
@@ -33,11 +33,11 @@ def example_config(config: RigConfig | None = None, host: PluginHost | None = No
     host = host or PluginHost()
     data = (config or RigConfig()).model_dump()
     models: dict[tuple[str, ...], type[BaseModel]] = {}
-    for kind in KINDS:
+    for kind in CONFIG_KINDS:
         _show_options(kind, data[kind], host, models)
 
     def comment(path: tuple[str, ...]) -> str:
-        if len(path) == 1 and path[0] in KINDS:
+        if len(path) == 1 and path[0] in CONFIG_KINDS:
             return _section_comment(path[0], host)
         if path[:2] in models:
             return _description(models[path[:2]], path[2:])

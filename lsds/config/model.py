@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from lsds.contracts.backend import KINDS, Kind
+from lsds.contracts.backend import CONFIG_KINDS, Kind
 from lsds.plugins.registry import NO_DEVICE
 from lsds.safety import SafetyOptions
 from lsds.tactile.options import TactileOptions
@@ -103,7 +103,7 @@ class RigConfig(BaseModel):
         if not isinstance(data, Mapping):
             return data
         filled = dict(data)
-        for kind in KINDS:
+        for kind in CONFIG_KINDS:
             section = filled.get(kind)
             if isinstance(section, Mapping) and "backend" not in section:
                 filled[kind] = {"backend": cls.model_fields[kind].default.backend, **section}

@@ -27,13 +27,24 @@ def parse_override(text: str) -> tuple[tuple[str, ...], Any] | ConfigIssue:
     if not value:
         return ConfigIssue(where, "has no value", 'write key="" for an empty string')
     try:
-        parsed = tomllib.loads(f"v = {value}")
+        return path, parse_value(value)
     except tomllib.TOMLDecodeError as error:
-        if value[0] in "\"'[{":
-            return ConfigIssue(where, f"the value is not TOML: {error}", "check quotes and brackets")
-        return path, value
+        return ConfigIssue(where, f"the value is not TOML: {error}", "check quotes and brackets")
+
+
+def parse_value(text: str) -> Any:
+    """Return a value typed on a command line: TOML, or else the bare string that it looks like.
+
+    Raises tomllib.TOMLDecodeError where it begins like a quoted string, list or table and is none.
+    """
+    try:
+        parsed = tomllib.loads(f"v = {text}")
+    except tomllib.TOMLDecodeError:
+        if text[:1] and text[0] in "\"'[{":
+            raise
+        return text
     # A line break in the value could smuggle in further keys; then it is a string.
-    return path, parsed["v"] if set(parsed) == {"v"} else value
+    return parsed["v"] if set(parsed) == {"v"} else text
 
 
 def apply_overrides(data: dict[str, Any], overrides: tuple[str, ...]) -> list[ConfigIssue]:

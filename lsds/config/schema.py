@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from lsds.config.model import OPTIONAL_KINDS, RigConfig
-from lsds.contracts.backend import KINDS, Kind
+from lsds.contracts.backend import CONFIG_KINDS, Kind
 from lsds.errors import PluginError
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import NO_DEVICE, Backend
@@ -21,7 +21,7 @@ def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
     host = host or PluginHost()
     schema = RigConfig.model_json_schema()
     definitions = schema.setdefault("$defs", {})
-    for kind in KINDS:
+    for kind in CONFIG_KINDS:
         section = schema["properties"][kind]
         base = definitions[section.pop("$ref").rpartition("/")[2]]
         properties = {**base["properties"], "backend": {"type": "string", "enum": _names(kind, host)}}

@@ -1,6 +1,6 @@
 """The contracts: Protocols that backends implement and the frozen values that cross them."""
 
-from lsds.contracts.backend import KINDS, BackendSpec, BuildContext, Kind
+from lsds.contracts.backend import CONFIG_KINDS, KINDS, BackendSpec, BuildContext, Kind
 from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
 from lsds.contracts.devices import (
     Arm,
@@ -39,8 +39,10 @@ from lsds.contracts.values import (
     Vector2,
     Vector3,
 )
+from lsds.contracts.wire import WireMock
 
 __all__ = [
+    "CONFIG_KINDS",
     "KINDS",
     "Arm",
     "ArmCommand",
@@ -82,4 +84,5 @@ __all__ = [
     "Twist",
     "Vector2",
     "Vector3",
+    "WireMock",
 ]

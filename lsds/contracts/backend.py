@@ -12,8 +12,19 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 if TYPE_CHECKING:
     from lsds.clock import Clock
 
-Kind = Literal["sensor", "gripper", "arm", "pose_source", "cell", "tracker", "detector", "estimator", "controller"]
-KINDS: tuple[Kind, ...] = (
+Kind = Literal[
+    "sensor",
+    "gripper",
+    "arm",
+    "pose_source",
+    "cell",
+    "tracker",
+    "detector",
+    "estimator",
+    "controller",
+    "wire_mock",
+]
+CONFIG_KINDS: tuple[Kind, ...] = (
     "sensor",
     "gripper",
     "arm",
@@ -24,6 +35,10 @@ KINDS: tuple[Kind, ...] = (
     "estimator",
     "controller",
 )
+"""Kinds that have a section in a rig's config."""
+
+KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock")
+"""All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it."""
 
 T = TypeVar("T")
 

@@ -12,6 +12,7 @@ from typing import Any
 from lsds.contracts.backend import Kind
 from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
 from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
+from lsds.contracts.wire import WireMock
 from lsds.errors import ContractMismatch
 
 PROTOCOLS: dict[Kind, type] = {
@@ -24,6 +25,7 @@ PROTOCOLS: dict[Kind, type] = {
     "detector": Detector,
     "estimator": Estimator,
     "controller": Controller,
+    "wire_mock": WireMock,
 }
 
 _MISSING = object()

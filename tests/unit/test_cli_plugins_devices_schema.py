@@ -10,7 +10,7 @@ from lsds.cli import devices as devices_module
 from lsds.cli import plugins as plugins_module
 from lsds.cli.main import main
 from lsds.config import RigConfig
-from lsds.contracts import KINDS
+from lsds.contracts import CONFIG_KINDS
 
 
 @pytest.fixture(autouse=True)
@@ -82,7 +82,7 @@ def test_schema_to_a_file_and_example_to_stdout(capsys, tmp_path):
     assert main(["schema", "--example"]) == 0
     example = RigConfig.model_validate(tomllib.loads(capsys.readouterr().out))
     # The example spells out options tables, which the default leaves to the backends; all else is the default.
-    bare = {kind: {"backend": example.section(kind).backend} for kind in KINDS}
+    bare = {kind: {"backend": example.section(kind).backend} for kind in CONFIG_KINDS}
     assert example.model_copy(update={k: type(example.section(k))(**v) for k, v in bare.items()}) == RigConfig()
 
 

@@ -1,0 +1,103 @@
+"""`lsds mock`: serve a mock device's wire face in this process. One subcommand for each installed one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
+
+    from lsds.plugins.host import PluginHost
+    from lsds.plugins.registry import Backend
+
+_HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+class MockGroup(click.Group):
+    """Subcommands made from the installed wire mocks; their flags from each mock's options model."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all wire mocks."""
+        return list(_host().names("wire_mock"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Make the command of one mock. Raises PluginConflict, PluginLoadError."""
+        host = _host()
+        if cmd_name.rpartition(":")[2] not in host.names("wire_mock"):
+            return None
+        return _command(host, host.find("wire_mock", cmd_name))
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each mock's line from its manifest, importing none."""
+        rows = [(b.spec.name, b.spec.summary) for b in _host().backends if b.spec.kind == "wire_mock"]
+        with formatter.section("Mocks"):
+            formatter.write_dl(rows or [("(none)", "no installed plugin offers one")])
+
+
+@click.group(cls=MockGroup, context_settings=_HELP)
+def mock() -> None:
+    """Serve a mock device on its own wire protocol, so that real drivers and anybody's clients run on it.
+
+    Everything listens on loopback only. Ctrl-C ends it. With --control it also reads faults from standard input, a JSON
+    object a line, and ends when the input does: for tests.
+
+    \b
+    Examples:
+      lsds mock hand-e --pty hand-e.tty            a gripper on a pseudo-terminal
+      lsds mock ur5e --host 127.0.0.2              an arm, all its ports
+      lsds mock gelsight-mini --port 8080          a fingertip as MJPEG
+      lsds mock hand-e --fault kind=drop,probability=0.05
+      lsds mock rig examples/rigs/wire.toml        all of a rig's mocks around one plant
+    """
+
+
+def _host() -> PluginHost:
+    from lsds.plugins.host import PluginHost
+
+    ctx = click.get_current_context().find_root()
+    host: PluginHost = ctx.meta.setdefault("lsds.host", PluginHost())
+    return host
+
+
+def _command(host: PluginHost, backend: Backend) -> click.Command:
+    model = host.options_model(backend)
+    fields = {} if model is None else model.model_fields
+    parameters: list[click.Parameter] = [_parameter(name, field) for name, field in fields.items() if name != "faults"]
+    if "faults" in fields:
+        parameters.append(
+            click.Option(
+                ["--fault", "faults"],
+                multiple=True,
+                metavar="kind=KIND[,KEY=VALUE...]",
+                help="A fault on the wire; repeatable. Keys: face, probability, after_s, for_s, count, delay_ms, code.",
+            )
+        )
+    parameters += [
+        click.Option(["--seed"], type=click.IntRange(min=0), default=0, show_default=True, help="Of faults and noise."),
+        click.Option(["--control"], is_flag=True, help="Read faults from standard input; end when it does."),
+        click.Option(["--json", "as_json"], is_flag=True, help="Tell the addresses as one line of JSON."),
+    ]
+
+    def callback(seed: int, control: bool, as_json: bool, **given: Any) -> None:
+        from lsds.cli.mock_session import serve
+
+        serve(host, backend, given, seed=seed, control=control, as_json=as_json)
+
+    return click.Command(
+        backend.spec.name, params=parameters, callback=callback, help=backend.spec.summary, context_settings=_HELP
+    )
+
+
+def _parameter(name: str, field: FieldInfo) -> click.Parameter:
+    """Return the flag (or, for a required field, the argument) of one option; its text is validated by the model."""
+    if field.is_required():
+        return click.Argument([name])
+    default = field.get_default(call_default_factory=True)
+    if isinstance(default, bool):
+        flag = name.replace("_", "-")
+        return click.Option([f"--{flag}/--no-{flag}", name], default=None, help=field.description)
+    shown = f"{field.description or ''}  [default: {default}]" if default not in (None, "") else field.description
+    metavar = "N" if isinstance(default, int | float) else "TEXT"
+    return click.Option([f"--{name.replace('_', '-')}", name], default=None, metavar=metavar, help=shown)

@@ -1,0 +1,112 @@
+"""Serving one mock: options from the command line, addresses out, faults in, and a clean end."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lsds.clock import WallClock
+from lsds.config.overrides import parse_value
+from lsds.contracts.backend import BuildContext
+from lsds.errors import ConfigError, ConfigIssue, DataError
+
+if TYPE_CHECKING:
+    from lsds.contracts.wire import WireMock
+    from lsds.plugins.host import PluginHost
+    from lsds.plugins.registry import Backend
+
+
+def serve(
+    host: PluginHost, backend: Backend, given: Mapping[str, Any], *, seed: int, control: bool, as_json: bool
+) -> None:
+    """Build the mock, tell its addresses, and serve until a signal or, under `control`, the end of standard input.
+
+    Raises ConfigError for options that are not allowed, ConnectFailed where an address is taken.
+    """
+    built: WireMock = host.build("wire_mock", backend.qualified_name, options(given), BuildContext(WallClock(), seed))
+    stop = threading.Event()
+    with _stopping_on_signals(stop):
+        try:
+            addresses = dict(built.start())
+            _announce(backend.spec.name, addresses, as_json)
+            if control:
+                threading.Thread(target=_control, args=(built, stop), daemon=True).start()
+            built.serve(stop)
+        finally:
+            built.close()
+
+
+def options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options table for flags as click gave them: what was not given is left to the model's defaults."""
+    table: dict[str, Any] = {}
+    for name, value in given.items():
+        if value is None or value == ():
+            continue
+        if name == "faults":
+            table[name] = [_fault(text) for text in value]
+        else:
+            table[name] = parse_value(value) if isinstance(value, str) else value
+    return table
+
+
+def _fault(text: str) -> dict[str, Any]:
+    fault: dict[str, Any] = {}
+    for part in text.split(","):
+        key, separator, value = part.partition("=")
+        if not separator:
+            raise ConfigError("--fault", [ConfigIssue(part, "is not KEY=VALUE", "write kind=drop,probability=0.1")])
+        fault[key.strip()] = parse_value(value.strip())
+    return fault
+
+
+def _announce(name: str, addresses: Mapping[str, str], as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps({"ready": name, "addresses": addresses}))
+    else:
+        click.echo(f"{name} serves:")
+        for face, address in addresses.items():
+            click.echo(f"  {face:12} {address}")
+        click.echo("Ctrl-C ends it.")
+    sys.stdout.flush()
+
+
+def _control(built: WireMock, stop: threading.Event) -> None:
+    """Read a fault a line; the end of the input ends the mock, so that none outlives the test that started it."""
+    try:
+        for line in sys.stdin:
+            if not line.strip():
+                continue
+            try:
+                fault = json.loads(line)
+                if not isinstance(fault, dict):
+                    raise DataError("a fault is a JSON object")
+                built.inject(fault)
+                answer: dict[str, Any] = {"ok": True}
+            except Exception as error:
+                answer = {"ok": False, "error": str(error)}
+            click.echo(json.dumps(answer))
+            sys.stdout.flush()
+    finally:
+        stop.set()
+
+
+@contextlib.contextmanager
+def _stopping_on_signals(stop: threading.Event) -> Iterator[None]:
+    """Let SIGINT and SIGTERM end the service in good order; in other than the main thread, change nothing."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, lambda *_: stop.set()) for number in signals}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

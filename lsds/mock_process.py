@@ -1,0 +1,174 @@
+"""A wire mock in a process of its own, from Python: for tests and for rigs that start their mocks themselves."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from lsds.errors import ConnectFailed, DeviceError
+
+START_TIMEOUT_S = 20.0
+STOP_TIMEOUT_S = 5.0
+
+
+class MockProcess:
+    """Runs `lsds mock NAME --control`. A context manager: starts on entry, and ends with everything it opened on exit.
+
+    `options` are the mock's own, by field name, with `faults` as a list of tables. The mock ends with this process,
+    however that ends, because its standard input ends.
+    """
+
+    def __init__(self, name: str, options: Mapping[str, Any] | None = None, *, seed: int = 0) -> None:
+        self.name = name
+        self._options = dict(options or {})
+        self._seed = seed
+        self._process: subprocess.Popen[str] | None = None
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._errors: list[str] = []
+        self._readers: list[threading.Thread] = []
+        self.addresses: dict[str, str] = {}
+
+    @property
+    def pid(self) -> int:
+        """Process id. Raises DeviceError where it is not running."""
+        return self._running().pid
+
+    @property
+    def alive(self) -> bool:
+        """Whether it runs."""
+        return self._process is not None and self._process.poll() is None
+
+    def start(self) -> Self:
+        """Start it and wait until it listens. Raises ConnectFailed with what it printed where it does not."""
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "lsds.cli.main", "mock", *self._arguments()],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=environment,
+            # Ctrl-C in a terminal strikes the whole group; the mock is to end after its clients, not before.
+            start_new_session=True,
+        )
+        assert self._process.stdout is not None
+        assert self._process.stderr is not None
+        self._readers = [
+            threading.Thread(target=_read_lines, args=(self._process.stdout, self._lines.put), daemon=True),
+            threading.Thread(target=_read_lines, args=(self._process.stderr, self._note), daemon=True),
+        ]
+        for reader in self._readers:
+            reader.start()
+        try:
+            self.addresses = dict(self._answer(START_TIMEOUT_S)["addresses"])
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def inject(self, kind: str, **fault: Any) -> None:
+        """Begin a fault now. Raises DeviceError where the mock refuses it."""
+        process = self._running()
+        assert process.stdin is not None
+        process.stdin.write(json.dumps({"kind": kind, **fault}) + "\n")
+        process.stdin.flush()
+        answer = self._answer(STOP_TIMEOUT_S)
+        if not answer.get("ok"):
+            raise DeviceError(f"mock {self.name}", str(answer.get("error")))
+
+    def stop(self) -> None:
+        """End it: by the end of its input first, by force if that does not help."""
+        process = self._process
+        if process is None:
+            return
+        try:
+            if process.stdin is not None and not process.stdin.closed:
+                process.stdin.close()
+            process.wait(STOP_TIMEOUT_S)
+        except (subprocess.TimeoutExpired, OSError):
+            process.kill()
+            process.wait()
+        for reader in self._readers:
+            reader.join(STOP_TIMEOUT_S)
+        for stream in (process.stdout, process.stderr):
+            if stream is not None:
+                stream.close()
+        self._process = None
+
+    def __enter__(self) -> Self:
+        return self.start()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    @property
+    def complaints(self) -> str:
+        """What it has written to standard error so far; empty for a mock that is well."""
+        return "".join(self._errors)
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _arguments(self) -> list[str]:
+        arguments = [self.name, "--control", "--json", "--seed", str(self._seed)]
+        positional = []
+        for name, value in self._options.items():
+            flag = name.replace("_", "-")
+            if name == "faults":
+                for fault in value:
+                    text = ",".join(f"{key}={_text(part)}" for key, part in fault.items())
+                    arguments += ["--fault", text]
+            elif isinstance(value, bool):
+                arguments.append(f"--{flag}" if value else f"--no-{flag}")
+            elif name == "":
+                positional.append(_text(value))
+            else:
+                arguments += [f"--{flag}", _text(value)]
+        return [*arguments, *positional]
+
+    def _running(self) -> subprocess.Popen[str]:
+        if self._process is None or self._process.poll() is not None:
+            raise DeviceError(f"mock {self.name}", f"is not running; it said: {self.complaints.strip() or 'nothing'}")
+        return self._process
+
+    def _answer(self, timeout_s: float) -> dict[str, Any]:
+        try:
+            line = self._lines.get(timeout=timeout_s)
+        except queue.Empty:
+            line = ""
+        if not line:
+            if self._process is not None and self._process.poll() is not None:
+                self._readers[1].join(1.0)
+            said = self.complaints.strip() or "nothing"
+            raise ConnectFailed(
+                f"mock {self.name}", f"did not answer; it said: {said}", remedy="see `lsds mock --help`"
+            )
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def _note(self, line: str | None) -> None:
+        if line is not None:
+            self._errors.append(line)
+
+
+def _text(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(Path(value) if isinstance(value, Path) else value)
+
+
+def _read_lines(stream: Any, take: Any) -> None:
+    try:
+        for line in stream:
+            take(line)
+    except ValueError:
+        pass
+    finally:
+        take(None)

@@ -1,0 +1,88 @@
+"""What each wire face needs of the plant, and no more. Times are the rig's monotonic nanoseconds."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from lsds_mocks.gel.protocol import GelModel
+from lsds_mocks.gel.state import GelState
+
+
+class Fingers(NamedTuple):
+    """The gripper's mechanics at one instant. Forces are per finger."""
+
+    t_ns: int
+    aperture_m: float
+    target_m: float
+    moving: bool
+    stalled: bool
+    normal_n: float
+
+
+class FingerLink(Protocol):
+    """The way of a gripper face to the fingers it drives."""
+
+    def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
+        """Go to an aperture at a finger speed, pushing with at most a force; takes effect at once. Never blocks."""
+
+    def hold(self) -> None:
+        """Stay at the present aperture."""
+
+    def fingers(self) -> Fingers:
+        """Return the newest state. Never blocks."""
+
+    def close(self) -> None:
+        """Give the link back."""
+
+
+class Load(NamedTuple):
+    """What hangs on the arm's flange at one instant: downward pull of a held object (N)."""
+
+    t_ns: int
+    pull_n: float
+
+
+class ArmLink(Protocol):
+    """The way of an arm face to what it carries."""
+
+    def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
+        """Tell where the TCP is (height in the base frame) and how fast it rises. Never blocks."""
+
+    def load(self) -> Load:
+        """Return the newest load. Never blocks."""
+
+    def close(self) -> None:
+        """Give the link back; the carrier comes to rest."""
+
+
+class Scene(NamedTuple):
+    """Where things are at one instant, for a camera that looks at the cell: heights above the table, and the slip of
+    the object in the fingers (m, down is positive)."""
+
+    t_ns: int
+    arm_m: float
+    object_m: float
+
+
+class GelLink(Protocol):
+    """The way of a tactile camera to the gel that it films."""
+
+    @property
+    def gel(self) -> GelModel:
+        """The model whose states these are, for rendering."""
+
+    def at(self, t_ns: int) -> GelState | None:
+        """Return the gel as it was at a past instant, None where that is not known (yet, or any more)."""
+
+    def close(self) -> None:
+        """Give the link back."""
+
+
+class SceneLink(Protocol):
+    """The way of a ground-truth camera to the scene."""
+
+    def scene(self, t_ns: int) -> Scene | None:
+        """Return the scene as it was at a past instant, None where that is not known (yet, or any more)."""
+
+    def close(self) -> None:
+        """Give the link back."""

@@ -1,0 +1,161 @@
+"""Faults on the wire as seeded data: what goes wrong, on which face, how often and when."""
+
+from __future__ import annotations
+
+import random
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.clock import NS_PER_S, nanoseconds
+from lsds.errors import ConfigError, ConfigIssue
+from lsds.plugins.options import validated
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+
+FaultKind = Literal[
+    "drop",
+    "delay",
+    "corrupt",
+    "crc",
+    "truncate",
+    "split",
+    "duplicate",
+    "freeze",
+    "disconnect",
+    "wrong-slave",
+    "busy",
+    "in-use",
+    "delayed-ack",
+    "protective-stop",
+    "gripper-fault",
+    "black-frame",
+    "torn-frame",
+]
+MESSAGE_FAULTS: tuple[FaultKind, ...] = ("drop", "delay", "corrupt", "truncate", "split", "duplicate")
+"""Faults of a single outgoing message, applied by `FaultInjector.outgoing` on every face."""
+
+
+class Fault(BaseModel):
+    """One fault. The default strikes every message from the start on; narrow it by the other fields."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    kind: FaultKind
+    face: str = Field(default="", description="name of the face it strikes; empty for all of them")
+    probability: float = Field(default=1.0, ge=0, le=1, description="for each message, frame or cycle")
+    after_s: float = Field(default=0.0, ge=0, description="begins this long after the mock started, or was told")
+    for_s: float | None = Field(default=None, gt=0, description="how long it lasts; for ever where not given")
+    count: int | None = Field(default=None, ge=1, description="strikes at most so many times")
+    delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="of `delay`, `split` and `delayed-ack`")
+    code: int = Field(default=0, ge=0, le=255, description="of `gripper-fault`: the fault register's value")
+
+
+@dataclass(slots=True)
+class _Armed:
+    """A fault with its own random stream and its count."""
+
+    fault: Fault
+    begins_ns: int
+    ends_ns: int | None
+    rng: random.Random
+    struck: int = field(default=0)
+
+    def strikes(self, now_ns: int) -> bool:
+        fault = self.fault
+        if now_ns < self.begins_ns or (self.ends_ns is not None and now_ns >= self.ends_ns):
+            return False
+        if fault.count is not None and self.struck >= fault.count:
+            return False
+        if fault.probability < 1 and self.rng.random() >= fault.probability:
+            return False
+        self.struck += 1
+        return True
+
+
+class FaultInjector:
+    """All faults of one mock. `knows` lists the kinds that the mock can show; another kind is refused.
+
+    The same seed and the same messages strike alike: each fault draws from a stream of its own, once a message.
+    """
+
+    def __init__(
+        self, mock: str, faults: Iterable[Fault], knows: Iterable[FaultKind], *, seed: int, clock: Clock
+    ) -> None:
+        self._mock = mock
+        self._knows = frozenset(knows)
+        self._seed = seed
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._armed: tuple[_Armed, ...] = ()
+        for fault in faults:
+            self.add(fault)
+
+    def add(self, fault: Fault | Mapping[str, Any]) -> None:
+        """Arm a fault; its `after_s` counts from now. Raises ConfigError for one that is misspelt or not known here."""
+        if not isinstance(fault, Fault):
+            fault = validated(Fault, fault, "fault")
+        if fault.kind not in self._knows:
+            known = ", ".join(kind for kind in get_args(FaultKind) if kind in self._knows)
+            raise ConfigError(self._mock, [ConfigIssue("fault.kind", f"'{fault.kind}' is not one of its", known)])
+        begins = self._clock.now() + nanoseconds(fault.after_s)
+        ends = None if fault.for_s is None else begins + nanoseconds(fault.for_s)
+        with self._lock:
+            number = len(self._armed)
+            rng = random.Random(f"{self._seed}/{number}/{fault.kind}/{fault.face}")
+            self._armed = (*self._armed, _Armed(fault, begins, ends, rng))
+
+    @property
+    def quiet(self) -> bool:
+        """Whether there is nothing armed at all: the fast way out of every per-message path."""
+        return not self._armed
+
+    def strikes(self, kind: FaultKind, face: str) -> Fault | None:
+        """Draw whether a fault of this kind strikes this face now; return it, or None."""
+        if not self._armed:
+            return None
+        now = self._clock.now()
+        with self._lock:
+            for armed in self._armed:
+                fault = armed.fault
+                if fault.kind == kind and fault.face in ("", face) and armed.strikes(now):
+                    return fault
+        return None
+
+    def outgoing(self, message: bytes, face: str) -> list[tuple[float, bytes]]:
+        """Return what really goes out for one message: (delay in seconds, bytes), in order; empty where it is lost."""
+        if not self._armed:
+            return [(0.0, message)]
+        if self.strikes("drop", face):
+            return []
+        if self.strikes("corrupt", face) and message:
+            rng = self._stream("corrupt")
+            spoilt = bytearray(message)
+            spoilt[rng.randrange(len(spoilt))] ^= 1 << rng.randrange(8)
+            message = bytes(spoilt)
+        if self.strikes("truncate", face):
+            message = message[: max(1, len(message) // 2)]
+        late = self.strikes("delay", face)
+        delay = late.delay_ms / 1e3 if late else 0.0
+        parts = [(delay, message)]
+        split = self.strikes("split", face)
+        if split and len(message) > 1:
+            half = len(message) // 2
+            parts = [(delay, message[:half]), (delay + split.delay_ms / 1e3, message[half:])]
+        if self.strikes("duplicate", face):
+            parts.append((parts[-1][0], message))
+        return parts
+
+    def remaining_s(self, fault: Fault) -> float | None:
+        """How long a fault that has struck goes on; None where it never ends."""
+        for armed in self._armed:
+            if armed.fault is fault and armed.ends_ns is not None:
+                return max(0.0, (armed.ends_ns - self._clock.now()) / NS_PER_S)
+        return None
+
+    def _stream(self, kind: FaultKind) -> random.Random:
+        return next(armed.rng for armed in self._armed if armed.fault.kind == kind)
