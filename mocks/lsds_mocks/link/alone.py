@@ -1,0 +1,92 @@
+"""Fingers that belong to one gripper face alone: free, or with one compliant body in their way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds.clock import seconds
+from lsds_mocks.link.protocols import Fingers
+from lsds_mocks.plant.axis import FingerDrive
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+
+_STEP_NS = 250_000
+"""At 150 mm/s a finger pair travels 0.04 mm in this: a contact stops within 1 N of its limit at 30 N/mm."""
+
+
+class LoneFingers:
+    """A `FingerLink` onto fingers with no plant around them, brought up to the clock's present at every call.
+
+    `object_m` is the width of a body that closing fingers meet from outside, `hollow_m` the inner width of one that
+    opening fingers meet from inside; None for nothing there. `stiffness_n_m` is that of one finger on the body.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        *,
+        aperture_m: float,
+        object_m: float | None = None,
+        hollow_m: float | None = None,
+        stiffness_n_m: float = 30_000.0,
+    ) -> None:
+        self._clock = clock
+        self._drive = FingerDrive(aperture_m, aperture_m)
+        self._object_m = object_m
+        self._hollow_m = hollow_m
+        self._stiffness_n_m = stiffness_n_m
+        self._now_ns = clock.now()
+        self._pushes_out = False
+
+    def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
+        """Go to an aperture; takes effect now."""
+        self._advance()
+        drive = self._drive
+        drive.target_m, drive.speed_m_s, drive.limit_n = target_m, speed_m_s, limit_n
+        drive.moving, drive.stalled = target_m != drive.aperture_m, False
+
+    def hold(self) -> None:
+        """Stay at the present aperture."""
+        self._advance()
+        self._drive.target_m = self._drive.aperture_m
+        self._drive.moving = self._drive.stalled = False
+
+    def fingers(self) -> Fingers:
+        """Return the state at the clock's present."""
+        self._advance()
+        drive = self._drive
+        return Fingers(
+            self._now_ns,
+            drive.aperture_m,
+            drive.target_m,
+            drive.moving and not self._pushes_out,
+            drive.stalled or self._pushes_out,
+            max(self._inward_n(), self._outward_n()),
+        )
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _inward_n(self) -> float:
+        if self._object_m is None:
+            return 0.0
+        return max(0.0, self._stiffness_n_m * (self._object_m - self._drive.aperture_m) / 2)
+
+    def _outward_n(self) -> float:
+        if self._hollow_m is None:
+            return 0.0
+        return max(0.0, self._stiffness_n_m * (self._drive.aperture_m - self._hollow_m) / 2)
+
+    def _advance(self) -> None:
+        """Step while something moves; what rests stays, however long nobody asked."""
+        now, drive = self._clock.now(), self._drive
+        while self._now_ns < now:
+            step = min(_STEP_NS, now - self._now_ns)
+            self._pushes_out = drive.target_m > drive.aperture_m and self._outward_n() >= drive.limit_n
+            if not self._pushes_out:
+                drive.step(seconds(step), self._inward_n())
+            if self._pushes_out or not drive.moving:
+                self._now_ns = now
+                return
+            self._now_ns += step

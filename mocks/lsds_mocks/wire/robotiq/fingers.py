@@ -1,0 +1,28 @@
+"""Which fingers a gripper face drives: its own, or those of a plant that it shares with other mocks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds.errors import ConfigError, ConfigIssue
+from lsds_mocks.link.alone import LoneFingers
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+    from lsds_mocks.link.protocols import FingerLink
+    from lsds_mocks.wire.robotiq.options import RobotiqOptions
+
+
+def finger_link(options: RobotiqOptions, clock: Clock) -> FingerLink:
+    """Return the link that the options ask for. Raises ConfigError for a shared plant, which is not to be had yet."""
+    if options.cell:
+        issue = ConfigIssue("cell", "a plant shared between mocks is not to be had yet", "leave it out")
+        raise ConfigError("the gripper mock", [issue])
+    aperture = options.stroke_mm if options.aperture_mm is None else options.aperture_mm
+    return LoneFingers(
+        clock,
+        aperture_m=aperture * 1e-3,
+        object_m=None if options.object_mm is None else options.object_mm * 1e-3,
+        hollow_m=None if options.hollow_mm is None else options.hollow_mm * 1e-3,
+        stiffness_n_m=options.stiffness_n_mm * 1e3,
+    )

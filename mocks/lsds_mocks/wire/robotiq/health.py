@@ -1,0 +1,72 @@
+"""What is wrong with the gripper: which fault is shown, and which stays until a reset."""
+
+from __future__ import annotations
+
+from lsds.clock import NS_PER_S
+from lsds_mocks.wire.robotiq.layout import Trouble
+
+SILENCE_NS = NS_PER_S
+"""Without a request for this long the gripper reports a loss of communication."""
+REFRESH_NS = 5_000_000
+"""Status registers are refreshed at 200 Hz."""
+PASSING_NS = NS_PER_S // 2
+"""How long an injected fault that passes by itself goes on after it was last injected."""
+
+NEEDS_RESET = frozenset(
+    {
+        Trouble.UNDER_VOLTAGE,
+        Trouble.RELEASING,
+        Trouble.INTERNAL,
+        Trouble.ACTIVATION,
+        Trouble.OVER_CURRENT,
+        Trouble.RELEASED,
+    }
+)
+
+
+class Health:
+    """Latched, passing and communication faults; the gravest is shown."""
+
+    def __init__(self) -> None:
+        self.latched = Trouble.NONE
+        self.controller = 0
+        self._hot_until = self._silence_until = self._other_until = -1
+        self._other = Trouble.NONE
+        self._heard_ns: int | None = None
+
+    def heard(self, now_ns: int) -> None:
+        """Take note of a request. The first after a silence finds the loss of communication reported."""
+        if self._heard_ns is not None and now_ns - self._heard_ns >= SILENCE_NS:
+            self._silence_until = now_ns + REFRESH_NS
+        self._heard_ns = now_ns
+
+    def passing(self, code: Trouble, now_ns: int) -> None:
+        """Show a fault that goes away by itself."""
+        if code is Trouble.HOT:
+            self._hot_until = now_ns + PASSING_NS
+        elif code is Trouble.SILENCE:
+            self._silence_until = now_ns + PASSING_NS
+        else:
+            self._other, self._other_until = code, now_ns + PASSING_NS
+
+    def reset(self) -> None:
+        """Forget what a reset clears; heat stays."""
+        self.latched, self.controller = Trouble.NONE, 0
+
+    def hot(self, now_ns: int) -> bool:
+        """Whether it is too hot to move."""
+        return now_ns < self._hot_until
+
+    def shown(self, now_ns: int, minor: Trouble) -> int:
+        """Return the fault byte; `minor` is what the last command met."""
+        code = self.latched
+        if code is Trouble.NONE:
+            if self.hot(now_ns):
+                code = Trouble.HOT
+            elif minor is not Trouble.NONE:
+                code = minor
+            elif now_ns < self._other_until:
+                code = self._other
+            elif now_ns < self._silence_until:
+                code = Trouble.SILENCE
+        return self.controller << 4 | code

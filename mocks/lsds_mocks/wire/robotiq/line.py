@@ -1,0 +1,85 @@
+"""A serial line's end at the gripper: byte time, turnaround and the faults of a wire, whatever carries the bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lsds.clock import NS_PER_S, nanoseconds
+from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.faults import FaultInjector
+    from lsds_mocks.wire.robotiq.machine import RegisterMachine
+    from lsds_mocks.wire.robotiq.options import RobotiqOptions
+    from lsds_mocks.wire.robotiq.reactor import Reactor
+
+_BITS_PER_BYTE = 10
+"""8N1."""
+_WAITING = 32
+"""Requests under way at once; a flood beyond is lost, as it would be on a line."""
+
+
+class SerialLine:
+    """Takes a client's bytes, and sends answers through `send` when a line of this speed would have carried them."""
+
+    def __init__(
+        self,
+        face: str,
+        options: RobotiqOptions,
+        machine: RegisterMachine,
+        faults: FaultInjector,
+        reactor: Reactor,
+        send: Callable[[bytes], None],
+    ) -> None:
+        self._face = face
+        self._slave = options.slave
+        self._byte_ns = _BITS_PER_BYTE * NS_PER_S // options.baud if options.baud else 0
+        self._turnaround_ns = nanoseconds(options.turnaround_ms * 1e-3)
+        self._machine = machine
+        self._faults = faults
+        self._reactor = reactor
+        self._send: Callable[[bytes], None] | None = send
+        self._deframer = Deframer()
+        self._free_ns = 0
+        self._waiting = 0
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the client. A pseudo-terminal carries them at once; a line takes its time."""
+        now = self._reactor.now()
+        for frame in self._deframer.feed(data, now):
+            if self._waiting < _WAITING:
+                self._waiting += 1
+                self._free_ns = max(self._free_ns, now) + len(frame) * self._byte_ns
+                self._reactor.call_at(self._free_ns, partial(self._carry_out, frame))
+
+    def hang_up(self) -> None:
+        """Send nothing more."""
+        self._send = None
+
+    def _carry_out(self, frame: bytes) -> None:
+        self._waiting -= 1
+        now = self._reactor.now()
+        message = answer(frame, self._slave, self._machine, now)
+        if message is None:
+            return
+        if not self._faults.quiet:
+            message = self._spoilt(message)
+        due = now + self._turnaround_ns
+        for delay_s, part in self._faults.outgoing(message, self._face):
+            due += nanoseconds(delay_s) + len(part) * self._byte_ns
+            self._reactor.call_at(due, partial(self._emit, part))
+        self._free_ns = max(self._free_ns, due)
+
+    def _spoilt(self, message: bytes) -> bytes:
+        if self._faults.strikes("wrong-slave", self._face):
+            message = bytes((message[0] % 247 + 1,)) + message[1:-2]
+            message += crc(message)
+        if self._faults.strikes("crc", self._face):
+            message = message[:-1] + bytes((message[-1] ^ 0xFF,))
+        return message
+
+    def _emit(self, part: bytes) -> None:
+        if self._send is not None:
+            self._send(part)

@@ -1,0 +1,119 @@
+"""Modbus RTU as the gripper speaks it: frames out of a stream of bytes, requests into answers.
+
+Modbus over serial line V1.02. The gripper knows no exceptions: what it does not understand it passes over in silence.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds_mocks.wire.robotiq.layout import BYTES, COMMAND_REGISTER, STATUS_REGISTER
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.robotiq.machine import RegisterMachine
+
+GAP_NS = 10_000_000
+"""A pause that ends a frame. 3.5 characters are 0.3 ms on a line; a pseudo-terminal under load pauses longer."""
+LONGEST = 256
+READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_MANY, READ_WRITE = 3, 4, 6, 16, 23
+
+
+def crc(data: bytes) -> bytes:
+    """Return the CRC-16 of a frame, low byte first."""
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ 0xA001 if value & 1 else value >> 1
+    return value.to_bytes(2, "little")
+
+
+class Deframer:
+    """Cuts requests out of what arrives; after a frame that is damaged it waits for the line to fall silent."""
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self._deaf = False
+        self._last_ns = 0
+
+    def feed(self, data: bytes, now_ns: int) -> list[bytes]:
+        """Take bytes that came at a time; return the sound requests that they complete."""
+        if now_ns - self._last_ns >= GAP_NS:
+            self._buffer.clear()
+            self._deaf = False
+        self._last_ns = now_ns
+        if self._deaf:
+            return []
+        self._buffer += data
+        frames = []
+        while (length := _length(self._buffer)) is not None:
+            if 0 < length <= LONGEST and len(self._buffer) < length:
+                break
+            frame = bytes(self._buffer[:length])
+            if not 0 < length <= LONGEST or crc(frame[:-2]) != frame[-2:]:
+                self._buffer.clear()
+                self._deaf = True
+                break
+            frames.append(frame)
+            del self._buffer[:length]
+        return frames
+
+
+def _length(buffer: bytearray) -> int | None:
+    """Return how long the request at the buffer's start is; None if too little is known yet, 0 if it is none."""
+    if len(buffer) < 2:
+        return None
+    function = buffer[1]
+    if function in (READ_HOLDING, READ_INPUT, WRITE_ONE):
+        return 8
+    counts_at = {WRITE_MANY: 6, READ_WRITE: 10}.get(function)
+    if counts_at is None:
+        return 0
+    if len(buffer) <= counts_at:
+        return None
+    return counts_at + 1 + buffer[counts_at] + 2
+
+
+def answer(frame: bytes, slave: int, machine: RegisterMachine, now_ns: int) -> bytes | None:
+    """Carry out a sound request; return the answer's frame, None for silence."""
+    if frame[0] != slave:
+        return None
+    machine.heard(now_ns)
+    function, body = frame[1], frame[2:-2]
+    first, count = _word(body, 0), _word(body, 2)
+    if function in (READ_HOLDING, READ_INPUT):
+        reply = _read(first, count, machine, now_ns)
+    elif function == WRITE_ONE:
+        reply = body if _write(first, 1, body[2:], machine, now_ns) else None
+    elif function == WRITE_MANY:
+        reply = body[:4] if _write(first, count, body[5:], machine, now_ns) else None
+    else:
+        written = _readable(first, count) and _write(_word(body, 4), _word(body, 6), body[9:], machine, now_ns)
+        reply = _read(first, count, machine, now_ns) if written else None
+    if reply is None:
+        return None
+    message = bytes((slave, function)) + reply
+    return message + crc(message)
+
+
+def _word(body: bytes, at: int) -> int:
+    return int.from_bytes(body[at : at + 2], "big")
+
+
+def _readable(first: int, count: int) -> bool:
+    return first >= STATUS_REGISTER and count > 0 and first + count <= STATUS_REGISTER + BYTES // 2
+
+
+def _read(first: int, count: int, machine: RegisterMachine, now_ns: int) -> bytes | None:
+    if not _readable(first, count):
+        return None
+    offset = 2 * (first - STATUS_REGISTER)
+    return bytes((2 * count,)) + machine.status(now_ns)[offset : offset + 2 * count]
+
+
+def _write(first: int, count: int, data: bytes, machine: RegisterMachine, now_ns: int) -> bool:
+    fits = first >= COMMAND_REGISTER and first + count <= COMMAND_REGISTER + BYTES // 2
+    if not (fits and count > 0 and len(data) == 2 * count):
+        return False
+    machine.write(2 * (first - COMMAND_REGISTER), data, now_ns)
+    return True

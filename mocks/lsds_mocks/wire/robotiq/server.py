@@ -1,0 +1,196 @@
+"""The wire mock of a Robotiq gripper: its faces around one register machine, in one thread."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from lsds.clock import nanoseconds
+from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
+from lsds.plugins.options import validated
+from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKind
+from lsds_mocks.wire.robotiq.fingers import finger_link
+from lsds_mocks.wire.robotiq.layout import Trouble
+from lsds_mocks.wire.robotiq.line import SerialLine
+from lsds_mocks.wire.robotiq.machine import RegisterMachine
+from lsds_mocks.wire.robotiq.options import OFF, RobotiqOptions
+from lsds_mocks.wire.robotiq.reactor import Reactor
+from lsds_mocks.wire.robotiq.sockets import TcpFace
+from lsds_mocks.wire.robotiq.terminal import TerminalFace
+from lsds_mocks.wire.robotiq.urcap import UrcapSession
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+
+MOCK = "robotiq mock"
+KNOWS: tuple[FaultKind, ...] = (
+    *MESSAGE_FAULTS,
+    "crc",
+    "wrong-slave",
+    "freeze",
+    "disconnect",
+    "busy",
+    "gripper-fault",
+)
+_CODES = frozenset(int(trouble) for trouble in Trouble)
+_TICK_NS = 20_000_000
+_BUSY_TICK_NS = 2_000_000
+_RETRY_NS = 100_000_000
+_URCAP_CLIENTS = 16
+
+
+class RobotiqMock:
+    """A `WireMock`: serial line, RTU over TCP and URCap strings.
+
+    Faults on the wire strike the face that they name ("pty", "tcp", "urcap"). `busy` holds a port as another program
+    would; `disconnect` takes it away and, after `for_s`, gives it back; `freeze` stops the registers; `gripper-fault`
+    with a code is the gripper's own.
+    """
+
+    def __init__(self, options: RobotiqOptions, context: BuildContext) -> None:
+        self._options = options
+        self._clock = context.clock
+        for fault in options.faults:
+            _require_known(fault)
+        self._faults = FaultInjector(MOCK, options.faults, KNOWS, seed=context.seed, clock=context.clock)
+        self._link = finger_link(options, context.clock)
+        self._machine = RegisterMachine(options, self._link, context.clock.now())
+        self._reactor: Reactor | None = None
+        self._faces: list[TerminalFace | TcpFace] = []
+        self._held: set[str] = set()
+
+    def start(self) -> Mapping[str, str]:
+        """Open all faces; return their addresses. Raises ConnectFailed where one is taken."""
+        reactor = self._reactor = Reactor(self._clock)
+        options = self._options
+        terminal = TerminalFace(MOCK, options.pty, reactor, partial(self._line, "pty"))
+        self._faces = [terminal]
+        if options.tcp_port != OFF:
+            address = (options.host, options.tcp_port)
+            self._faces.append(TcpFace("tcp", MOCK, address, 1, reactor, partial(self._line, "tcp")))
+        if options.urcap_port != OFF:
+            address = (options.host, options.urcap_port)
+            self._faces.append(TcpFace("urcap", MOCK, address, _URCAP_CLIENTS, reactor, self._strings))
+        try:
+            terminal.claim()
+            for face in self._faces:
+                face.open()
+        except ConnectFailed:
+            self.close()
+            raise
+        return {face.name: f"tcp://{face.address}" if face.name == "tcp" else face.address for face in self._faces}
+
+    def serve(self, stop: threading.Event) -> None:
+        """Answer clients until `stop` is set."""
+        assert self._reactor is not None, "start() comes first"
+        ticked = 0
+        while not stop.is_set():
+            self._reactor.turn(_BUSY_TICK_NS if self._machine.busy else _TICK_NS)
+            now = self._clock.now()
+            self._machine.step(now)
+            if now - ticked >= _TICK_NS:
+                ticked = now
+                if not self._faults.quiet:
+                    self._trouble(now)
+
+    def inject(self, fault: Mapping[str, Any]) -> None:
+        """Begin a fault. Raises ConfigError for one that this mock does not know."""
+        checked = validated(Fault, fault, "fault")
+        _require_known(checked)
+        self._faults.add(checked)
+
+    def close(self) -> None:
+        """Give ports, terminal and link back."""
+        for face in self._faces:
+            face.close()
+        self._faces = []
+        if self._reactor is not None:
+            self._reactor.close()
+            self._reactor = None
+        self._link.close()
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _line(self, face: str, send: Callable[[bytes], None]) -> SerialLine:
+        assert self._reactor is not None
+        return SerialLine(face, self._options, self._machine, self._faults, self._reactor, send)
+
+    def _strings(self, send: Callable[[bytes], None]) -> _Strings:
+        assert self._reactor is not None
+        return _Strings(self._machine, self._faults, self._reactor, send)
+
+    def _trouble(self, now_ns: int) -> None:
+        """Let the faults strike that are not those of a message."""
+        if (fault := self._faults.strikes("gripper-fault", "")) is not None:
+            self._machine.fail(fault.code, now_ns)
+        if (fault := self._faults.strikes("freeze", "")) is not None:
+            self._machine.freeze(self._ends(fault, now_ns))
+        for face in self._faces:
+            if face.up and (fault := self._faults.strikes("disconnect", face.name)) is not None:
+                face.drop()
+                self._later(self._ends(fault, now_ns), partial(self._reopen, face))
+            elif face.name not in self._held and (fault := self._faults.strikes("busy", face.name)) is not None:
+                self._held.add(face.name)
+                face.hold(True)
+                self._later(self._ends(fault, now_ns), partial(self._release, face))
+
+    def _ends(self, fault: Fault, now_ns: int) -> int | None:
+        left = self._faults.remaining_s(fault)
+        return None if left is None else now_ns + nanoseconds(left)
+
+    def _later(self, t_ns: int | None, call: Callable[[], None]) -> None:
+        if t_ns is not None and self._reactor is not None:
+            self._reactor.call_at(t_ns, call)
+
+    def _reopen(self, face: TerminalFace | TcpFace) -> None:
+        try:
+            face.open()
+        except ConnectFailed:
+            # Somebody else took the port meanwhile; it may give it back.
+            self._later(self._clock.now() + _RETRY_NS, partial(self._reopen, face))
+
+    def _release(self, face: TerminalFace | TcpFace) -> None:
+        self._held.discard(face.name)
+        face.hold(False)
+
+
+class _Strings:
+    """A URCap client's conversation, with the faults of a wire on its answers."""
+
+    def __init__(
+        self, machine: RegisterMachine, faults: FaultInjector, reactor: Reactor, send: Callable[[bytes], None]
+    ) -> None:
+        self._session = UrcapSession(machine)
+        self._faults = faults
+        self._reactor = reactor
+        self._send: Callable[[bytes], None] | None = send
+
+    def receive(self, data: bytes) -> None:
+        now = self._reactor.now()
+        reply = self._session.feed(data, now)
+        if not reply:
+            return
+        due = now
+        for delay_s, part in self._faults.outgoing(reply, "urcap"):
+            due += nanoseconds(delay_s)
+            if due <= now:
+                self._emit(part)
+            else:
+                self._reactor.call_at(due, partial(self._emit, part))
+
+    def hang_up(self) -> None:
+        self._send = None
+
+    def _emit(self, part: bytes) -> None:
+        if self._send is not None:
+            self._send(part)
+
+
+def _require_known(fault: Fault) -> None:
+    """Raise ConfigError for a gripper fault that there is not; the injector checks the kinds."""
+    if fault.kind == "gripper-fault" and (fault.code & 0x0F not in _CODES or fault.code == 0):
+        known = ", ".join(str(code) for code in sorted(_CODES) if code)
+        issue = ConfigIssue("fault.code", f"{fault.code} is no fault of this gripper", f"low four bits one of {known}")
+        raise ConfigError(MOCK, [issue])

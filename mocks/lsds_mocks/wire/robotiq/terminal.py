@@ -1,0 +1,129 @@
+"""The serial face: a pseudo-terminal under a link that a client opens like any port."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import os
+import socket
+import tty
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lsds.errors import ConnectFailed
+from lsds_mocks.wire.robotiq.line import SerialLine
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.robotiq.reactor import Reactor
+
+NAME = "pty"
+
+
+class TerminalFace:
+    """One pseudo-terminal. Both ends are raw; the far end is held open, so that clients may come and go.
+
+    Like a real port it lets several programs open it, and whoever asks for it exclusively (as pyserial's
+    `exclusive=True` does) keeps out others who ask so, too.
+    """
+
+    name = NAME
+
+    def __init__(self, mock: str, link: str, reactor: Reactor, make: Callable[[Callable[[bytes], None]], SerialLine]):
+        self._mock = mock
+        self._link = Path(link) if link else None
+        self._reactor = reactor
+        self._make = make
+        self._claim: socket.socket | None = None
+        self._near = self._far = -1
+        self._line: SerialLine | None = None
+
+    @property
+    def address(self) -> str:
+        """What a client opens."""
+        return str(self._link.absolute()) if self._link is not None else os.ttyname(self._far)
+
+    @property
+    def up(self) -> bool:
+        """Whether it can be opened."""
+        return self._near >= 0
+
+    def claim(self) -> None:
+        """Make the link's name this process's own. Raises ConnectFailed where another mock has it, or a file is there.
+
+        The claim is a socket in the abstract namespace, which ends with the process however that ends.
+        """
+        if self._link is None or not hasattr(socket, "AF_UNIX"):
+            return
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            with contextlib.suppress(FileNotFoundError):
+                claim.bind(b"\0lsds-mock-pty:" + os.fsencode(self._link.absolute())[-80:])
+        except OSError as error:
+            claim.close()
+            raise self._refused("another mock has it") from error
+        self._claim = claim
+        if self._link.exists() and not self._link.is_symlink():
+            raise self._refused("there is a file of that name")
+
+    def open(self) -> None:
+        """Make the terminal and its link. Raises ConnectFailed."""
+        try:
+            self._near, self._far = os.openpty()
+            tty.setraw(self._far)
+            tty.setraw(self._near)
+            os.set_blocking(self._near, False)
+            if self._link is not None:
+                self._link.unlink(missing_ok=True)
+                self._link.symlink_to(os.ttyname(self._far))
+        except OSError as error:
+            self.drop()
+            raise self._refused(error.strerror or str(error)) from error
+        self._line = self._make(self._send)
+        self._reactor.watch(self._near, self._readable)
+
+    def hold(self, taken: bool) -> None:
+        """Take the port for itself, as another program would, or let it go. Does nothing where a client has it."""
+        if self.up:
+            with contextlib.suppress(OSError):
+                fcntl.flock(self._far, (fcntl.LOCK_EX | fcntl.LOCK_NB) if taken else fcntl.LOCK_UN)
+
+    def drop(self) -> None:
+        """Take link and terminal away, as pulling the plug does."""
+        if self._line is not None:
+            self._line.hang_up()
+            self._reactor.unwatch(self._near)
+            self._line = None
+        if self._link is not None and self._far >= 0 and self._link.is_symlink():
+            with contextlib.suppress(OSError):
+                self._link.unlink()
+        for fd in (self._near, self._far):
+            if fd >= 0:
+                os.close(fd)
+        self._near = self._far = -1
+
+    def close(self) -> None:
+        """Give everything back."""
+        self.drop()
+        if self._claim is not None:
+            self._claim.close()
+            self._claim = None
+
+    def _readable(self) -> None:
+        try:
+            data = os.read(self._near, 4096)
+        except OSError as error:
+            if error.errno in (errno.EAGAIN, errno.EIO):
+                return
+            raise
+        if self._line is not None:
+            self._line.receive(data)
+
+    def _send(self, data: bytes) -> None:
+        # A client that never reads fills the terminal's buffer; what does not fit is lost, as on a line.
+        with contextlib.suppress(OSError):
+            os.write(self._near, data)
+
+    def _refused(self, why: str) -> ConnectFailed:
+        return ConnectFailed(self._mock, f"cannot make {self._link}: {why}", remedy="choose another --pty")

@@ -1,0 +1,74 @@
+"""The string protocol that Robotiq's URCap serves on the robot's controller: GET and SET of named variables."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds_mocks.wire.robotiq import layout
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.robotiq.machine import RegisterMachine
+
+LONGEST_LINE = 1024
+
+_BITS = {"ACT": layout.ACT, "GTO": layout.GTO, "ATR": layout.ATR, "ADR": layout.ARD, "ARD": layout.ARD}
+_BYTES = {"POS": layout.POSITION, "SPE": layout.SPEED, "FOR": layout.FORCE}
+
+
+class UrcapSession:
+    """One client's conversation."""
+
+    def __init__(self, machine: RegisterMachine) -> None:
+        self._machine = machine
+        self._buffer = b""
+
+    def feed(self, data: bytes, now_ns: int) -> bytes:
+        """Take what has come; return all answers in one piece, as clients read once and do not frame."""
+        *lines, self._buffer = (self._buffer + data).split(b"\n")
+        if len(self._buffer) > LONGEST_LINE:
+            self._buffer = b""
+        return b"".join(self._answer(line.decode("ascii", "replace").split(), now_ns) for line in lines)
+
+    def _answer(self, words: list[str], now_ns: int) -> bytes:
+        if not words:
+            return b""
+        self._machine.heard(now_ns)
+        if words[0] == "GET" and len(words) == 2:
+            value = self._get(words[1], now_ns)
+            return f"{words[1]} {'?' if value is None else value}\n".encode("ascii", "replace")
+        if words[0] == "SET" and self._set(words[1:], now_ns):
+            return b"ack"
+        return b"?\n"
+
+    def _get(self, name: str, now_ns: int) -> int | None:
+        command, status = self._machine.command, self._machine.status(now_ns)
+        if name in _BITS:
+            return int(bool(command[layout.ACTION] & _BITS[name]))
+        if name in ("SPE", "FOR"):
+            return command[_BYTES[name]]
+        values = {
+            "STA": status[0] >> 4 & 3,
+            "OBJ": status[0] >> 6,
+            "FLT": status[2] & 0x0F,
+            "PRE": status[3],
+            "POS": status[4],
+        }
+        return values.get(name)
+
+    def _set(self, words: list[str], now_ns: int) -> bool:
+        """Write all the pairs at once, or none where one of them is not understood."""
+        block = bytearray(self._machine.command)
+        if not words or len(words) % 2:
+            return False
+        for name, text in zip(words[::2], words[1::2], strict=True):
+            if not (text.isascii() and text.isdigit() and len(text) <= 3):
+                return False
+            value = int(text)
+            if name in _BITS and value <= 1:
+                block[layout.ACTION] = block[layout.ACTION] & ~_BITS[name] | (_BITS[name] if value else 0)
+            elif name in _BYTES and value <= 255:
+                block[_BYTES[name]] = value
+            else:
+                return False
+        self._machine.write(0, bytes(block), now_ns)
+        return True
