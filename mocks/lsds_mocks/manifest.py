@@ -48,4 +48,25 @@ def lsds_backends() -> list[BackendSpec]:
             virtual_time=True,
             in_cell=True,
         ),
+        BackendSpec(
+            "wire_mock",
+            "gelsight-mini",
+            "lsds_mocks.wire.cameras.gelsight_mini:build",
+            "lsds_mocks.wire.cameras.gelsight_mini:GelSightMiniOptions",
+            summary="a GelSight Mini as MJPEG on HTTP, and through a named pipe",
+        ),
+        *(
+            BackendSpec(
+                "wire_mock",
+                name,
+                "lsds_mocks.wire.robotiq.server:RobotiqMock",
+                f"lsds_mocks.wire.robotiq.options:{options}",
+                summary=f"a Robotiq {title} on a pseudo-terminal, RTU over TCP and URCap strings",
+            )
+            for name, options, title in (
+                ("hand-e", "HandEOptions", "Hand-E"),
+                ("robotiq-2f-85", "TwoFinger85Options", "2F-85"),
+                ("robotiq-2f-140", "TwoFinger140Options", "2F-140"),
+            )
+        ),
     ]

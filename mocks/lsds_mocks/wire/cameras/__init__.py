@@ -1,0 +1,1 @@
+"""Cameras on the wire: the GelSight Mini, and the one that sees the ground truth."""

@@ -1,0 +1,80 @@
+"""The GelSight Mini's wire face: the simulated gel at 25 Hz as MJPEG, at the size of the sensor's own pictures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from lsds.clock import NS_PER_S
+from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
+from lsds_mocks.optics.renderer import Renderer
+from lsds_mocks.wire.cameras.links import Happening, gel_link
+from lsds_mocks.wire.mjpeg.camera import CameraMock
+from lsds_mocks.wire.mjpeg.options import CameraOptions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import BuildContext
+    from lsds_mocks.link.protocols import GelLink
+
+NAME = "gelsight-mini"
+BORDER = 0.15
+"""Share of the sensor's picture on each side that the vendor's software cuts off."""
+
+
+class GelSightMiniOptions(CameraOptions):
+    """Options of `lsds mock gelsight-mini`."""
+
+    width: int = Field(default=640, ge=WIDTH_PX, le=4096, description="width in px; 320 x 240 is sent as rendered")
+    height: int = Field(default=480, ge=HEIGHT_PX, le=4096, description="height in px; larger ones have the border")
+    scene: Happening = Field(default="rest", description="what happens to the gel: rest, slide (a pipe), hold")
+    speed_mm_s: float = Field(default=10.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
+    pad: Literal["7x9", "8x10", "5x7", "none"] = Field(default="7x9", description="printed dots, rows x columns")
+    noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 2.0/1.1/2.0 in R/G/B")
+    dim_start: bool = Field(default=True, description="first frames of a stream dim and red, settled by the third")
+
+
+class GelView:
+    """Renders the gel and puts it into a picture of the sensor's size."""
+
+    def __init__(self, options: GelSightMiniOptions, link: GelLink, context: BuildContext) -> None:
+        look = GelSightOptions(pad=options.pad, noise=options.noise, dim_start=options.dim_start).look()
+        self._renderer = Renderer(look, context.rng_seed("gelsight gel"))
+        self._link = link
+        self._size = (options.width, options.height)
+
+    def picture(self, t_ns: int, seq: int, since_start: int) -> NDArray[np.uint8] | None:
+        """Return the sensor's picture, uint8 RGB (height, width, 3)."""
+        state = self._link.at(t_ns)
+        if state is None:
+            return None
+        gel = self._link.gel
+        xy = self._renderer.markers(gel, state)
+        # Past the start the look depends on the exposure's number alone, or each new reader would see the same noise.
+        number = since_start if since_start < 2 else max(seq, 2)
+        return enlarged(self._renderer.render(gel, state, xy, t_ns / NS_PER_S, number), self._size)
+
+    def close(self) -> None:
+        """Give the link back."""
+        self._link.close()
+
+
+def enlarged(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return a picture of (width, height) px whose middle, without the vendor's border, is the whole image."""
+    if size == (WIDTH_PX, HEIGHT_PX):
+        return image
+    width, height = size
+    left, top = int(width * BORDER), int(height * BORDER)
+    inner = cv2.resize(image, (width - 2 * left, height - 2 * top), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(cv2.copyMakeBorder(inner, top, top, left, left, cv2.BORDER_REPLICATE), np.uint8)
+
+
+def build(options: GelSightMiniOptions, context: BuildContext) -> CameraMock:
+    """Factory of the wire mock `gelsight-mini`. Raises ConfigError for a cell that cannot be had."""
+    link = gel_link(options, context.clock, context.seed)
+    return CameraMock(NAME, options, GelView(options, link, context), seed=context.seed, clock=context.clock)

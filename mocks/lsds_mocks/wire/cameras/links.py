@@ -1,0 +1,61 @@
+"""Which plant a wire camera looks at: one of its own, or that of another process."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from lsds.contracts import BuildContext
+from lsds.errors import ConfigError, ConfigIssue
+from lsds_mocks.cell.build import build_plant
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.wire.cameras.script import RestingGel, ScriptedCell
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+    from lsds_mocks.link.protocols import GelLink, SceneLink
+
+Happening = Literal["rest", "slide", "hold"]
+"""What happens in a camera's own scene: nothing; a pipe pressed in that slides; one that is held while lifted."""
+
+APERTURE_MM = {"slide": 23.6, "hold": 21.5}
+
+
+class LinkOptions(Protocol):
+    """The options that choose a link."""
+
+    @property
+    def cell(self) -> str:
+        """Address of another process's cell, empty for none."""
+
+    @property
+    def scene(self) -> Happening:
+        """What happens in a scene of its own."""
+
+    @property
+    def speed_mm_s(self) -> float:
+        """How fast the arm lifts there."""
+
+
+def gel_link(options: LinkOptions, clock: Clock, seed: int) -> GelLink:
+    """Return the gel that a tactile camera films. Raises ConfigError where the cell asked for cannot be had."""
+    _refuse_cell(options, "gelsight-mini")
+    if options.scene == "rest":
+        context = BuildContext(clock, seed)
+        return RestingGel(build_plant(CellOptions(), context.rng_seed("scripted plant 0")).gel)
+    return _scripted(options, clock, seed)
+
+
+def scene_link(options: LinkOptions, clock: Clock, seed: int) -> SceneLink:
+    """Return the scene that a ground-truth camera films. Raises ConfigError as `gel_link` does."""
+    _refuse_cell(options, "truth-camera")
+    return _scripted(options, clock, seed)
+
+
+def _scripted(options: LinkOptions, clock: Clock, seed: int) -> ScriptedCell:
+    aperture = APERTURE_MM.get(options.scene, 50.0)
+    return ScriptedCell(clock, seed, aperture_mm=aperture, speed_mm_s=options.speed_mm_s)
+
+
+def _refuse_cell(options: LinkOptions, mock: str) -> None:
+    if options.cell:
+        raise ConfigError(mock, [ConfigIssue("cell", "a cell of another process cannot be joined yet", "leave it out")])

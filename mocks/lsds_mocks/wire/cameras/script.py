@@ -1,0 +1,129 @@
+"""A cell of the camera's own, in which something happens over and over: for a mock that stands alone.
+
+Each round begins with a fresh pipe on the table: the fingers close on it, lift, and lose it slowly; then they let go.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds.clock import NS_PER_S
+from lsds.contracts import BuildContext
+from lsds_mocks.cell.build import build_plant
+from lsds_mocks.cell.cell import SimulatedCell
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.gel.state import GelState, blend
+from lsds_mocks.link.protocols import Scene
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+    from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.plant.plant import Plant
+
+ROUND_S = 5.0
+GRASP_S, LIFT_S, LET_GO_S = 0.8, 1.8, 4.2
+_STEP_NS = 2_000_000
+_Moving = tuple[GelState, float, float]
+"""What moves: the gel, the arm's height and the object's (m)."""
+
+
+class ScriptedCell:
+    """Physics brought up to whatever instant is asked for; the same seed and instants give the same states.
+
+    `aperture_mm` decides how hard the pipe is held: 23.6 and it slides while it is lifted, 21.5 and it comes along.
+    """
+
+    def __init__(self, clock: Clock, seed: int, *, aperture_mm: float, speed_mm_s: float) -> None:
+        self._clock = clock
+        self._seed = seed
+        self._aperture_m = aperture_mm * 1e-3
+        self._speed_m_s = speed_mm_s * 1e-3
+        self._start_ns = clock.now()
+        self._round = -1
+        self._begin(0)
+
+    @property
+    def plant(self) -> Plant:
+        """The plant of this round."""
+        return self._cell.plant
+
+    @property
+    def gel(self) -> GelModel:
+        """The gel of this round."""
+        return self._cell.plant.gel
+
+    def at(self, t_ns: int) -> GelState | None:
+        """Return the gel at an instant, None for one before those already asked for."""
+        share = self._reach(t_ns)
+        return None if share is None else blend(self._before[0], self._after[0], share)
+
+    def scene(self, t_ns: int) -> Scene | None:
+        """Return where things are at an instant, None for one before those already asked for."""
+        share = self._reach(t_ns)
+        if share is None:
+            return None
+        (_, arm, body), (_, arm_late, body_late) = self._before, self._after
+        return Scene(t_ns, arm + share * (arm_late - arm), body + share * (body_late - body))
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+    def _reach(self, t_ns: int) -> float | None:
+        """Step until the last step covers the instant; return how far into that step it lies."""
+        number = max(0, (t_ns - self._start_ns) // round(ROUND_S * NS_PER_S))
+        if number < self._round:
+            return None
+        if number > self._round:
+            self._begin(number)
+        while self._cell.t_ns < t_ns:
+            self._before = self._after
+            self._cell.advance(self._cell.t_ns + _STEP_NS)
+            self._after = self._moving()
+        late = (self._cell.t_ns - t_ns) / _STEP_NS
+        return 1.0 - late if late <= 1.0 else None
+
+    def _begin(self, number: int) -> None:
+        self._round = number
+        origin = self._start_ns + number * round(ROUND_S * NS_PER_S)
+        context = BuildContext(self._clock, self._seed)
+        plant = build_plant(CellOptions(), context.rng_seed(f"scripted plant {number}"))
+        self._cell = SimulatedCell(plant, step_ns=_STEP_NS, start_ns=origin)
+
+        def grip(plant: Plant) -> None:
+            plant.fingers.target_m, plant.fingers.speed_m_s = self._aperture_m, 0.05
+
+        def lift(plant: Plant) -> None:
+            plant.arm.target_m_s = self._speed_m_s
+
+        def let_go(plant: Plant) -> None:
+            plant.arm.target_m_s = 0.0
+            plant.fingers.target_m, plant.fingers.speed_m_s = 0.05, 0.05
+
+        for at_s, action in ((GRASP_S, grip), (LIFT_S, lift), (LET_GO_S, let_go)):
+            self._cell.post(origin + round(at_s * NS_PER_S), "script", action)
+        self._after: _Moving = self._moving()
+        self._before = self._after
+
+    def _moving(self) -> _Moving:
+        plant = self._cell.plant
+        return plant.gel.state(), plant.arm.position_m, plant.body.height_m
+
+
+class RestingGel:
+    """A gel that nothing touches."""
+
+    def __init__(self, gel: GelModel) -> None:
+        self._gel = gel
+        self._state = gel.state()
+
+    @property
+    def gel(self) -> GelModel:
+        """The gel."""
+        return self._gel
+
+    def at(self, t_ns: int) -> GelState | None:
+        """Return the untouched state."""
+        return self._state
+
+    def close(self) -> None:
+        """Nothing to give back."""

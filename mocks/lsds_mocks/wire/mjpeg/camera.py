@@ -1,0 +1,149 @@
+"""A camera behind an MJPEG server: exposes on absolute deadlines, shows its faults, encodes, and hands on.
+
+Every wire camera is this with a picture of its own.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+import cv2
+import numpy as np
+
+from lsds.clock import NS_PER_S, nanoseconds
+from lsds_mocks.wire.faults import MESSAGE_FAULTS, FaultInjector, FaultKind
+from lsds_mocks.wire.mjpeg.newest import Picture
+from lsds_mocks.wire.mjpeg.pipe import JpegPipe
+from lsds_mocks.wire.mjpeg.server import MjpegServer
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.clock import Clock
+    from lsds_mocks.wire.mjpeg.options import CameraOptions
+
+CAMERA_FAULTS: tuple[FaultKind, ...] = (*MESSAGE_FAULTS, "disconnect", "freeze", "black-frame", "torn-frame")
+FACE = "http"
+_TORN_SHARE = 0.5
+_END_OF_IMAGE = b"\xff\xd9"
+_WAIT_NS = 20_000_000
+
+
+class View(Protocol):
+    """What a camera looks at."""
+
+    def picture(self, t_ns: int, seq: int, since_start: int) -> NDArray[np.uint8] | None:
+        """Return a new uint8 RGB image of the instant `t_ns`, None where nothing is known of it.
+
+        `seq` counts exposures since the camera was switched on, `since_start` those since somebody began to stream.
+        """
+
+    def close(self) -> None:
+        """Give back what it holds."""
+
+
+class CameraMock:
+    """A `WireMock`. It renders only while somebody looks; time and numbers go on meanwhile."""
+
+    def __init__(self, name: str, options: CameraOptions, view: View, *, seed: int, clock: Clock) -> None:
+        self._options = options
+        self._view = view
+        self._clock = clock
+        self._faults = FaultInjector(name, options.faults, CAMERA_FAULTS, seed=seed, clock=clock)
+        self._server = MjpegServer(name, options.host, options.port, self._faults, FACE)
+        self._pipe = JpegPipe(name, options.pipe) if options.pipe else None
+        self._last: NDArray[np.uint8] | None = None
+        self._since_start = 0
+
+    def start(self) -> Mapping[str, str]:
+        """Listen; return the addresses of stream, snapshot and pipe. Raises ConnectFailed."""
+        host, port = self._server.start()
+        shown = f"[{host}]" if ":" in host else host
+        addresses = {
+            FACE: f"http://{shown}:{port}/?action=stream",
+            "snapshot": f"http://{shown}:{port}/?action=snapshot",
+        }
+        if self._pipe is not None:
+            addresses["pipe"] = self._pipe.start()
+        return addresses
+
+    def serve(self, stop: threading.Event) -> None:
+        """Expose until `stop` is set."""
+        cv2.setNumThreads(1)
+        start, seq = self._clock.now(), 0
+        period_ns = NS_PER_S / self._options.rate_hz
+        while not stop.is_set():
+            due = start + round(seq * period_ns)
+            now = self._clock.now()
+            if due > now:
+                # In short waits, so that a slow camera, too, ends at once.
+                self._clock.sleep_until(min(due, now + _WAIT_NS))
+                continue
+            missed = int((now - due) // period_ns)
+            seq += missed  # a late exposure is skipped, the phase kept
+            self._expose(start + round(seq * period_ns), seq)
+            seq += 1
+
+    def inject(self, fault: Mapping[str, Any]) -> None:
+        """Begin a fault now. Raises ConfigError for one that cameras do not have."""
+        self._faults.add(fault)
+
+    def close(self) -> None:
+        """Give back port, pipe and what the picture was made of."""
+        self._server.close()
+        if self._pipe is not None:
+            self._pipe.close()
+        self._view.close()
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _expose(self, t_ns: int, seq: int) -> None:
+        piped = self._pipe is not None and self._pipe.watched
+        if not self._server.watched and not piped:
+            self._since_start = 0
+            if not self._faults.quiet:
+                self._server.publish(Picture(b"", t_ns, seq))  # a disconnect is to strike idle cameras, too
+            return
+        image = self._image(t_ns, seq)
+        if image is None:
+            return
+        jpeg = encode(image, self._options.quality)
+        if self._faults.strikes("torn-frame", FACE):
+            jpeg = torn(jpeg)
+        if self._options.latency_ms > 0:
+            self._clock.sleep_until(t_ns + nanoseconds(self._options.latency_ms * 1e-3))
+        picture = Picture(jpeg, t_ns, seq)
+        self._server.publish(picture)
+        if self._pipe is not None and piped:
+            self._pipe.publish(picture)
+
+    def _image(self, t_ns: int, seq: int) -> NDArray[np.uint8] | None:
+        if self._faults.strikes("freeze", FACE) and self._last is not None:
+            return self._last
+        image = self._view.picture(t_ns, seq, self._since_start)
+        if image is None:
+            return None
+        streaming = self._server.streaming or (self._pipe is not None and self._pipe.watched)
+        self._since_start = self._since_start + 1 if streaming else 0
+        if self._faults.strikes("black-frame", FACE):
+            return np.zeros_like(image)
+        self._last = image
+        return image
+
+
+def encode(image: NDArray[np.uint8], quality: int) -> bytes:
+    """Return an RGB image as JPEG with full colour resolution in brightness and half in hue, as UVC cameras do."""
+    _, jpeg = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return jpeg.tobytes()
+
+
+def torn(jpeg: bytes) -> bytes:
+    """Return a JPEG whose lower part was lost on the bus: complete for whoever only looks at its ends."""
+    start_of_scan = jpeg.index(b"\xff\xda")
+    cut = start_of_scan + round((len(jpeg) - start_of_scan) * _TORN_SHARE)
+    # An escaped byte pair must not be parted, or the end mark would read as image data.
+    while jpeg[cut - 1] == 0xFF:
+        cut -= 1
+    return jpeg[:cut] + _END_OF_IMAGE

@@ -1,0 +1,30 @@
+"""Options that every wire camera has."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from lsds_mocks.wire.faults import Fault
+from lsds_mocks.wire.mjpeg.server import is_loopback
+
+
+class CameraOptions(BaseModel):
+    """Where the camera serves, how fast, and what goes wrong."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    host: str = Field(default="127.0.0.1", description="loopback address to listen on")
+    port: int = Field(default=8080, ge=0, le=65535, description="TCP port; 0 takes a free one")
+    pipe: str = Field(default="", description="also write JPEG after JPEG to this named pipe, made where absent")
+    quality: int = Field(default=90, ge=1, le=100, description="JPEG quality")
+    rate_hz: float = Field(default=25.0, gt=0.5, le=240, description="exposures a second, on absolute deadlines")
+    latency_ms: float = Field(default=0.0, ge=0, le=30, description="wait between exposure and sending")
+    cell: str = Field(default="", description="socket of a cell served by another process; empty: a scene of its own")
+    faults: list[Fault] = Field(default_factory=list, description="what goes wrong, and when")
+
+    @field_validator("host")
+    @classmethod
+    def _only_loopback(cls, host: str) -> str:
+        if not is_loopback(host):
+            raise ValueError("a mock listens on loopback only, such as 127.0.0.1")
+        return host

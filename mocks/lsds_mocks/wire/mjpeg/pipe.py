@@ -1,0 +1,93 @@
+"""The same pictures through a named pipe: JPEG after JPEG with nothing between, as `ffplay -f mjpeg PATH` reads it."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import select
+import stat
+import threading
+from pathlib import Path
+
+from lsds.errors import ConnectFailed
+from lsds_mocks.wire.mjpeg.newest import Newest, Picture
+
+_POLL_S = 0.1
+_PIPE_BYTES = 64 * 1024
+
+
+class JpegPipe:
+    """Writes whole pictures, the newest only, to whoever has the pipe open; a reader may come and go."""
+
+    def __init__(self, name: str, path: str) -> None:
+        self._name = name
+        self._path = Path(path).expanduser()
+        self._newest = Newest()
+        self._made = False
+        self._closed = False
+        self._thread: threading.Thread | None = None
+        self.watched = False
+
+    def start(self) -> str:
+        """Make the pipe where it is not there yet; return its path. Raises ConnectFailed where it is something else."""
+        try:
+            if not self._path.exists():
+                os.mkfifo(self._path, 0o600)
+                self._made = True
+            if not stat.S_ISFIFO(self._path.stat().st_mode):
+                raise ConnectFailed(self._name, f"{self._path} is not a named pipe", remedy="name a path that is free")
+        except OSError as error:
+            raise ConnectFailed(
+                self._name, f"{self._path}: {error.strerror}", remedy="name a path in a folder that can be written"
+            ) from error
+        self._thread = threading.Thread(target=self._run, name=f"{self._name}-pipe", daemon=True)
+        self._thread.start()
+        return str(self._path)
+
+    def publish(self, picture: Picture) -> None:
+        """Make this the newest picture. Never waits for the reader."""
+        self._newest.put(picture)
+
+    def close(self) -> None:
+        """End the writing, and take the pipe away where it was made here."""
+        self._closed = True
+        self._newest.close()
+        if self._thread is not None:
+            self._thread.join(_POLL_S * 10)
+        if self._made:
+            self._path.unlink(missing_ok=True)
+            self._made = False
+
+    def _run(self) -> None:
+        while not self._closed:
+            try:
+                pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
+            except OSError as error:
+                if error.errno not in (errno.ENXIO, errno.EINTR):
+                    return
+                select.select([], [], [], _POLL_S)  # nobody reads yet
+                continue
+            self.watched = True
+            try:
+                fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+                self._feed(pipe)
+            except OSError:
+                pass  # the reader has gone; wait for the next
+            finally:
+                self.watched = False
+                os.close(pipe)
+
+    def _feed(self, pipe: int) -> None:
+        number = self._newest.number
+        while not self._closed:
+            found = self._newest.after(number, _POLL_S)
+            if found is None:
+                continue
+            number, picture = found
+            left = memoryview(picture.jpeg)
+            # A picture once begun is ended, or the reader would lose its place in the stream.
+            while left and not self._closed:
+                _, writable, _ = select.select([], [pipe], [], _POLL_S)
+                if writable:
+                    left = left[os.write(pipe, left) :]

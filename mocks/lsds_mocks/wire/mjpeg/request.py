@@ -1,0 +1,53 @@
+"""What a client asks of the camera: one HTTP request, read with a limit on size and time."""
+
+from __future__ import annotations
+
+import socket
+from typing import Literal
+
+from lsds.clock import WallClock, nanoseconds, seconds
+
+Wish = Literal["stream", "snapshot", "nothing", "bad-request", "bad-method", "not-found"]
+
+LONGEST_REQUEST = 8192
+REQUEST_TIMEOUT_S = 2.0
+
+_WISHES: dict[str, Wish] = {
+    "/": "stream",
+    "/stream": "stream",
+    "/?action=stream": "stream",
+    "/snapshot": "snapshot",
+    "/?action=snapshot": "snapshot",
+}
+
+
+def read_request(connection: socket.socket) -> Wish:
+    """Return what the client wants; "nothing" where it went away or kept silent. Raises OSError."""
+    clock = WallClock()
+    deadline = clock.now() + nanoseconds(REQUEST_TIMEOUT_S)
+    request = b""
+    # The whole request has one deadline: a client that sends a byte a second would otherwise hold its thread for ever.
+    while b"\r\n\r\n" not in request and b"\n\n" not in request:
+        left = seconds(deadline - clock.now())
+        if left <= 0 or len(request) > LONGEST_REQUEST:
+            return "bad-request" if request else "nothing"
+        connection.settimeout(left)
+        try:
+            more = connection.recv(4096)
+        except TimeoutError:
+            return "bad-request" if request else "nothing"
+        if not more:
+            return "bad-request" if request else "nothing"
+        request += more
+    return wish(request)
+
+
+def wish(request: bytes) -> Wish:
+    """Return what the first line of a request asks for; a further `&key=value` is ignored, as mjpg-streamer does."""
+    words = request.split(b"\n", 1)[0].decode("latin-1").split()
+    if len(words) != 3 or not words[2].startswith("HTTP/"):
+        return "bad-request"
+    method, target, _ = words
+    if method != "GET":
+        return "bad-method"
+    return _WISHES.get(target.partition("&")[0], "not-found")

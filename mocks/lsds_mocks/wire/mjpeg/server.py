@@ -1,0 +1,212 @@
+"""An MJPEG server on loopback: HTTP/1.0, `multipart/x-mixed-replace`, newest picture only, any number of readers."""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+import threading
+from contextlib import closing, suppress
+from typing import TYPE_CHECKING
+
+from lsds.clock import NS_PER_S, WallClock, nanoseconds
+from lsds.errors import ConnectFailed
+from lsds_mocks.wire.mjpeg.newest import Newest, Picture
+from lsds_mocks.wire.mjpeg.pace import SEND_BUFFER, Pace
+from lsds_mocks.wire.mjpeg.request import Wish, read_request
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.faults import FaultInjector
+
+BOUNDARY = "boundarydonotcross"
+MOST_CLIENTS = 16
+_SEND_TIMEOUT_S = 10.0
+_POLL_S = 0.2
+_COMMON = "Connection: close\r\nServer: lsds-mock\r\nCache-Control: no-store, no-cache\r\nPragma: no-cache\r\n"
+_STATUS: dict[Wish, str] = {
+    "bad-request": "400 Bad Request",
+    "bad-method": "405 Method Not Allowed",
+    "not-found": "404 Not Found",
+}
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether a host is this machine's loopback: a mock answers nobody else."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def part(picture: Picture) -> bytes:
+    """Return one part of the stream. The boundary follows at once, so that a reader need not wait to see its end."""
+    head = (
+        f"Content-Type: image/jpeg\r\nContent-Length: {len(picture.jpeg)}\r\n"
+        f"X-Timestamp: {picture.t_ns / NS_PER_S:.6f}\r\nX-Sequence: {picture.seq}\r\n\r\n"
+    )
+    return head.encode() + picture.jpeg + f"\r\n--{BOUNDARY}\r\n".encode()
+
+
+class MjpegServer:
+    """Serves the pictures given to `publish`. One thread accepts, one serves each client."""
+
+    def __init__(self, name: str, host: str, port: int, faults: FaultInjector, face: str = "http") -> None:
+        self._name = name
+        self._wanted = (host, port)
+        self._faults = faults
+        self._face = face
+        self._clock = WallClock()
+        self._newest = Newest()
+        self._listener: socket.socket | None = None
+        self._lock = threading.Lock()
+        self._clients: dict[socket.socket, Wish | None] = {}
+        self._threads: set[threading.Thread] = set()
+        self._refusing_until_ns = 0
+        self._closed = False
+
+    def start(self) -> tuple[str, int]:
+        """Listen; return the host and port really bound. Raises ConnectFailed."""
+        host, port = self._wanted
+        if not is_loopback(host):
+            raise ConnectFailed(self._name, f"'{host}' is not loopback", remedy="a mock listens on 127.0.0.1 only")
+        try:
+            listener = socket.create_server((host, port))
+        except OSError as error:
+            raise ConnectFailed(
+                self._name, f"{host}:{port} cannot be had: {error.strerror}", remedy="--port 0 takes a free one"
+            ) from error
+        # Set before a client connects: the buffers of an accepted connection come from its listener.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        listener.settimeout(_POLL_S)
+        self._listener = listener
+        self._start_thread(self._accept, listener)
+        bound = listener.getsockname()
+        return str(bound[0]), int(bound[1])
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody wants pictures now."""
+        with self._lock:
+            return any(wish in ("stream", "snapshot") for wish in self._clients.values())
+
+    @property
+    def streaming(self) -> bool:
+        """Whether anybody reads the stream now."""
+        with self._lock:
+            return "stream" in self._clients.values()
+
+    def publish(self, picture: Picture) -> None:
+        """Make this the newest picture. Never waits for a reader."""
+        cut = self._faults.strikes("disconnect", self._face)
+        if cut is not None:
+            left = self._faults.remaining_s(cut)
+            self._refusing_until_ns = self._clock.now() + nanoseconds(left or 0.0)
+            self._cut()
+            return
+        self._newest.put(picture)
+
+    def close(self) -> None:
+        """Take the listener and every client away, and wait for their threads."""
+        self._closed = True
+        self._newest.close()
+        if self._listener is not None:
+            self._listener.close()
+        self._cut()
+        for thread in list(self._threads):
+            thread.join(_POLL_S * 5)
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _start_thread(self, target: object, *arguments: object) -> None:
+        def run() -> None:
+            try:
+                target(*arguments)  # type: ignore[operator]
+            finally:
+                with self._lock:
+                    self._threads.discard(threading.current_thread())
+
+        thread = threading.Thread(target=run, name=f"{self._name}-{self._face}", daemon=True)
+        with self._lock:
+            self._threads.add(thread)
+        thread.start()
+
+    def _accept(self, listener: socket.socket) -> None:
+        while not self._closed:
+            try:
+                connection, _ = listener.accept()
+            except TimeoutError:
+                continue
+            except OSError:
+                if self._closed:
+                    return
+                continue
+            with self._lock:
+                full = len(self._clients) >= MOST_CLIENTS
+                if not full:
+                    self._clients[connection] = None
+            if full or self._clock.now() < self._refusing_until_ns:
+                self._drop(connection)
+            else:
+                self._start_thread(self._serve, connection)
+
+    def _serve(self, connection: socket.socket) -> None:
+        # Whatever a client does, or however it vanishes, ends its own thread and nothing else.
+        try:
+            with suppress(OSError):
+                wanted = read_request(connection)
+                connection.settimeout(_SEND_TIMEOUT_S)
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                with self._lock:
+                    if connection in self._clients:
+                        self._clients[connection] = wanted
+                if wanted == "stream":
+                    self._stream(connection)
+                elif wanted == "snapshot":
+                    self._snapshot(connection)
+                elif wanted in _STATUS:
+                    connection.sendall(f"HTTP/1.0 {_STATUS[wanted]}\r\n{_COMMON}Content-Length: 0\r\n\r\n".encode())
+        finally:
+            self._drop(connection)
+
+    def _stream(self, connection: socket.socket) -> None:
+        kind = f"Content-Type: multipart/x-mixed-replace;boundary={BOUNDARY}"
+        connection.sendall(f"HTTP/1.0 200 OK\r\n{_COMMON}{kind}\r\n\r\n--{BOUNDARY}\r\n".encode())
+        with closing(Pace(connection)) as pace:
+            number = self._newest.number
+            while not self._closed:
+                found = self._newest.after(number, _POLL_S)
+                if found is None:
+                    continue
+                number, picture = found
+                if pace.ready():
+                    pace.sent(self._send(connection, picture))
+
+    def _send(self, connection: socket.socket, picture: Picture) -> int:
+        """Send one part with whatever befalls it; return how many bytes went out."""
+        size = 0
+        for delay_s, message in self._faults.outgoing(part(picture), self._face):
+            if delay_s > 0:
+                self._clock.sleep_until(self._clock.now() + nanoseconds(delay_s))
+            connection.sendall(message)
+            size += len(message)
+        return size
+
+    def _snapshot(self, connection: socket.socket) -> None:
+        found = self._newest.after(self._newest.number, _SEND_TIMEOUT_S)
+        if found is None:
+            connection.sendall(f"HTTP/1.0 503 Service Unavailable\r\n{_COMMON}Content-Length: 0\r\n\r\n".encode())
+            return
+        jpeg = found[1].jpeg
+        head = f"HTTP/1.0 200 OK\r\n{_COMMON}Content-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+        connection.sendall(head.encode() + jpeg)
+
+    def _cut(self) -> None:
+        with self._lock:
+            connections = list(self._clients)
+        for connection in connections:
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+
+    def _drop(self, connection: socket.socket) -> None:
+        with self._lock:
+            self._clients.pop(connection, None)
+        connection.close()
