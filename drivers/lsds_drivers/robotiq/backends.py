@@ -1,0 +1,35 @@
+"""The drivers as a config names them: each a gripper on a wire."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds_drivers.robotiq.gripper import RobotiqGripper
+from lsds_drivers.robotiq.modbus import ModbusWire
+from lsds_drivers.robotiq.urcap import UrcapWire
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_drivers.robotiq.options import HandEOptions, TwoFingerOptions, UrcapOptions
+
+
+def hand_e(options: HandEOptions, context: BuildContext) -> RobotiqGripper:
+    """Return the driver of a Hand-E on Modbus RTU."""
+    return _on_modbus("hand-e", options, context)
+
+
+def two_finger(options: TwoFingerOptions, context: BuildContext) -> RobotiqGripper:
+    """Return the driver of a 2F-85 or 2F-140 on Modbus RTU."""
+    return _on_modbus("robotiq-2f", options, context)
+
+
+def hand_e_urcap(options: UrcapOptions, context: BuildContext) -> RobotiqGripper:
+    """Return the driver of a Hand-E behind Robotiq's URCap."""
+    name = "hand-e-urcap"
+    wire = UrcapWire(name, options.host, options.port, options.answer_timeout_ms * 1e-3, context.clock)
+    return RobotiqGripper(name, options, wire, context.clock)
+
+
+def _on_modbus(name: str, options: HandEOptions, context: BuildContext) -> RobotiqGripper:
+    wire = ModbusWire(name, options.port, options.slave, options.baud, options.answer_timeout_ms * 1e-3)
+    return RobotiqGripper(name, options, wire, context.clock)

@@ -1,0 +1,228 @@
+"""The gripper itself: life, reading and commanding, over whichever wire. See `lsds.contracts.Gripper`."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds, seconds
+from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
+from lsds.errors import CommandExpired, DeviceFault, LimitExceeded, StaleData
+from lsds.lifecycle import LifecycleGuard
+from lsds_drivers.robotiq.activation import ANSWER_S, Arming
+from lsds_drivers.robotiq.fault_codes import blocks, device_fault
+from lsds_drivers.robotiq.pump import Counts, Order, Pump
+from lsds_drivers.robotiq.registers import (
+    ACTIVATE,
+    GO_TO,
+    RELEASE,
+    RELEASE_OPENING,
+    Activation,
+    Detection,
+    Status,
+)
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+    from lsds_drivers.robotiq.options import GripperOptions
+    from lsds_drivers.robotiq.wire import Wire
+
+STOP_S = 0.8
+"""How long `stop` waits to be carried out; the gripper is still told later where that is not enough."""
+CLOSE_S = 2.0
+ECHO_NS = 400_000_000
+"""A gripper that does not echo a position request for so long does not refresh its registers."""
+
+_CONTACT = {Detection.CONTACT_OPENING: Contact.OPENING, Detection.CONTACT_CLOSING: Contact.CLOSING}
+
+
+class RobotiqGripper:
+    """A `Gripper`. It never opens but by a command, an activation in `arm`, or `automatic_release`.
+
+    Reading and commanding take no time: a thread of its own talks to the gripper.
+    """
+
+    def __init__(self, device: str, options: GripperOptions, wire: Wire, clock: Clock) -> None:
+        self.device = device
+        self._options = options
+        self._figures = options.figures()
+        self._clock = clock
+        self._guard = LifecycleGuard(device)
+        self._stale_ns = nanoseconds(options.stale_after_ms * 1e-3)
+        self._arming = False
+        self._pump = Pump(
+            device,
+            wire,
+            clock,
+            poll_hz=options.poll_hz,
+            open_s=options.answer_timeout_ms * 1e-3,
+            silence_s=options.reconnect_after_s,
+        )
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._guard.state
+
+    @property
+    def spec(self) -> GripperSpec:
+        """Stroke (m), resolution (m), ranges of speed (m/s) and force (N)."""
+        figures = self._figures
+        return GripperSpec(figures.stroke_m, figures.resolution_m, figures.speed_m_s, figures.force_n)
+
+    @property
+    def counts(self) -> Counts:
+        """What happened to requests and commands since connecting: sent, replaced, expired, refused and more."""
+        return self._pump.counts
+
+    def connect(self) -> None:
+        """Open the port and get a first status; moves nothing. Raises ConnectFailed with what to do about it."""
+        with self._guard.connecting():
+            self._pump.open(self._options.connect_timeout_s)
+
+    def arm(self) -> None:
+        """Activate where it is not active (full close and open), and calibrate where the options say so.
+
+        Raises DeviceFault with the gripper's code, DeviceTimeout, ProtocolFault; ended by `stop` from elsewhere.
+        """
+        with self._guard.arming(), self._while_arming():
+            arming = Arming(self.device, self._pump, self._clock)
+            if not (arming.is_active() and self._options.keep_activation):
+                arming.activate(self._options.activation_timeout_s)
+            if self._options.calibrate:
+                slowest_s = self._figures.stroke_m / self._figures.speed_m_s[0]
+                self._figures = arming.calibrate(self._figures, slowest_s + ANSWER_S)
+
+    def stop(self) -> None:
+        """Hold the fingers where they are: the go-to bit is taken away. Returns within a second; never raises.
+
+        Where the gripper cannot be reached in that time it is told as soon as it answers again.
+        """
+        if self._guard.state is not Lifecycle.CLOSED:
+            self._pump.halt(STOP_S)
+
+    def disarm(self) -> None:
+        """Hold, and take no more commands."""
+        if self._guard.state is Lifecycle.ARMED:
+            self.stop()
+        with self._guard.disarming():
+            pass
+
+    def close(self) -> None:
+        """Hold where it was armed, end the thread, give the port back; the grip stays as it is."""
+        if self._guard.state is Lifecycle.ARMED or self._arming:
+            self.stop()
+        with self._guard.closing() as first:
+            if first:
+                self._pump.end(CLOSE_S)
+
+    def read(self) -> GripperState:
+        """Return the newest state. Does no I/O.
+
+        Raises LifecycleError; StaleData where the newest is older than `stale_after_ms` (its cause is the last
+        request's DeviceTimeout, ProtocolFault or ConnectFailed) or the registers stand still; DeviceFault with the
+        gripper's code for a fault that keeps it from obeying, or where it has lost its activation.
+        """
+        self._guard.require_readable()
+        sample = self._pump.newest
+        now = self._clock.now()
+        if sample is None or now - sample.t_ns > self._stale_ns:
+            raise self._stale(now) from self._pump.error
+        self._require_well(sample.status)
+        self._require_echo(sample.t_ns, sample.status)
+        status, figures = sample.status, self._figures
+        aperture = figures.aperture_m(status.position)
+        goes = status.going and status.activation is Activation.ACTIVE
+        return GripperState(
+            t_ns=sample.t_ns,
+            seq=sample.seq,
+            aperture_m=aperture,
+            target_m=figures.aperture_m(status.echo) if goes else aperture,
+            moving=(goes and status.detection is Detection.MOVING) or status.activation is Activation.ACTIVATING,
+            contact=_CONTACT.get(status.detection, Contact.NONE) if goes else Contact.NONE,
+        )
+
+    def command(self, command: GripperCommand) -> GripperCommand:
+        """Leave a motion for the I/O thread; return what it means in the gripper's counts. Does no I/O.
+
+        It replaces one that was not sent yet. It is sent before it expires or not at all, which `counts` tells. Raises
+        LifecycleError, LimitExceeded (not finite), CommandExpired, StaleData, DeviceFault.
+        """
+        self._guard.require_armed()
+        if not all(map(math.isfinite, (command.aperture_m, command.speed_m_s, command.force_n))):
+            raise LimitExceeded(self.device, f"not a finite command: {command}", remedy="command numbers only")
+        now = self._clock.now()
+        if now >= command.expires_ns:
+            late_ms = (now - command.expires_ns) / 1e6
+            raise CommandExpired(
+                self.device, f"command came {late_ms:.1f} ms after its expiry", remedy="send a new one"
+            )
+        sample = self._pump.newest
+        if sample is None or now - sample.t_ns > self._stale_ns:
+            raise self._stale(now) from self._pump.error
+        self._require_well(sample.status)
+        figures = self._figures
+        motion = figures.motion(command)
+        self._pump.post(Order(ACTIVATE | GO_TO, motion, command.expires_ns))
+        return GripperCommand(
+            figures.aperture_m(motion.position),
+            figures.speed_of(motion.speed),
+            figures.force_of(motion.force),
+            command.expires_ns,
+        )
+
+    def automatic_release(self, *, opening: bool = True) -> None:
+        """Let go in an emergency: a slow motion all the way, after which only arming anew makes it obey again.
+
+        Nothing but this call asks for it. Beyond the `Gripper` contract. Returns when it is sent; `read` then raises
+        DeviceFault with code 0x0B, and 0x0F at its end. Raises LifecycleError before `arm`, StaleData where it could
+        not be sent.
+        """
+        self._guard.require_armed("automatic_release")
+        order = Order(ACTIVATE | RELEASE | (RELEASE_OPENING if opening else 0), None)
+        self._pump.post(order)
+        if not self._pump.wait_sent(order, ANSWER_S):
+            raise self._stale(self._clock.now()) from self._pump.error
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    @contextlib.contextmanager
+    def _while_arming(self) -> Iterator[None]:
+        """Let `close` know that an arming is to be ended before its lock can be had."""
+        self._arming = True
+        try:
+            yield
+        finally:
+            self._arming = False
+
+    def _stale(self, now_ns: int) -> StaleData:
+        sample, error = self._pump.newest, self._pump.error
+        age = "there is no status yet" if sample is None else f"no status for {seconds(now_ns - sample.t_ns):.2f} s"
+        if error is None:
+            return StaleData(self.device, age, remedy="is this computer overloaded?")
+        return StaleData(self.device, f"{age}: {error.problem}", remedy=error.remedy)
+
+    def _require_well(self, status: Status) -> None:
+        """Raise DeviceFault where the gripper does not obey."""
+        if blocks(status.fault):
+            raise device_fault(self.device, status.fault, status.controller_fault)
+        if self._guard.state is Lifecycle.ARMED and status.activation is not Activation.ACTIVE:
+            raise DeviceFault(
+                self.device,
+                "it has lost its activation",
+                remedy="its power was cut or another client reset it; disarm() and arm() again, which moves it",
+                code="0x07",
+            )
+
+    def _require_echo(self, t_ns: int, status: Status) -> None:
+        """Raise StaleData where a request that was acknowledged does not show up."""
+        sent = self._pump.sent
+        if sent is not None and t_ns - sent[0] > ECHO_NS and status.echo != sent[1].position:
+            raise StaleData(
+                self.device,
+                f"it echoes position request {status.echo} where {sent[1].position} was sent "
+                f"{seconds(t_ns - sent[0]):.1f} s before: its registers stand still",
+                remedy="switch its power off and on",
+            )

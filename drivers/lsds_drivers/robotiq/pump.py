@@ -1,0 +1,335 @@
+"""The I/O thread: asks for the status at a rate, sends the newest command, opens the port anew where it was lost.
+
+The thread alone touches the wire. Callers leave one order at a time, which a newer one replaces, and take the newest
+status; neither waits for a request.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from lsds.clock import Clock, nanoseconds, seconds
+from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout, ProtocolFault
+from lsds_drivers.robotiq.fault_codes import RELEASING, blocks
+from lsds_drivers.robotiq.registers import ACTIVATE, Activation, Motion, Status
+from lsds_drivers.robotiq.wire import Wire
+
+SPACING_NS = 5_000_000
+"""The registers are refreshed at 200 Hz: no more requests than that."""
+BACK_OFF_NS = (50_000_000, 1_000_000_000)
+"""First and longest pause between attempts to open the port."""
+TRUSTED_NS = 250_000_000
+"""How old the status may be for a write to rely on it."""
+
+
+class Sample(NamedTuple):
+    """A status, when it was so (ns, the middle of the exchange), and its number."""
+
+    t_ns: int
+    seq: int
+    status: Status
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Something to write. `expires_ns` None is for the steps of arming, which are waited for."""
+
+    action: int
+    motion: Motion | None
+    expires_ns: int | None = None
+
+
+@dataclass(slots=True)
+class Counts:
+    """What happened to requests and orders since connecting."""
+
+    requests: int = 0
+    timeouts: int = 0
+    damaged: int = 0
+    reconnects: int = 0
+    sent: int = 0
+    replaced: int = 0
+    expired: int = 0
+    refused: int = 0
+
+
+class Pump:
+    """Owns a wire from `start` to `end`."""
+
+    def __init__(self, device: str, wire: Wire, clock: Clock, *, poll_hz: float, open_s: float, silence_s: float):
+        self._device = device
+        self._wire = wire
+        self._clock = clock
+        self._period_ns = nanoseconds(1 / poll_hz)
+        self._open_s = open_s
+        self._silence_ns = nanoseconds(silence_s)
+        self._wake = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._ending = False
+        self._order: Order | None = None
+        self._last_sent: Order | None = None
+        self._halts_wanted = self._halts_done = 0
+        self._newest: Sample | None = None
+        self._error: DeviceError | None = None
+        self._doubtful = False
+        self._last_ns = self._good_ns = self._polled_ns = 0
+        self._sent: tuple[int, Motion] | None = None
+        self.counts = Counts()
+
+    @property
+    def newest(self) -> Sample | None:
+        """The newest status; None before the first."""
+        return self._newest
+
+    @property
+    def error(self) -> DeviceError | None:
+        """Why the last request failed; None where it did not."""
+        return self._error
+
+    @property
+    def sent(self) -> tuple[int, Motion] | None:
+        """The motion that was sent last and when (ns), as long as it is the last word."""
+        return self._sent
+
+    @property
+    def halts(self) -> int:
+        """How often motion was told to end."""
+        return self._halts_wanted
+
+    def open(self, timeout_s: float) -> None:
+        """Open the wire, get a first status, start the thread. Raises ConnectFailed, everything closed again."""
+        try:
+            self._first_status(self._clock.now() + nanoseconds(timeout_s))
+        except BaseException:
+            self._wire.close()
+            raise
+        self._thread = threading.Thread(target=self._run, name=f"lsds {self._device}", daemon=True)
+        self._thread.start()
+
+    def post(self, order: Order) -> None:
+        """Leave an order; it takes the place of one that was not sent yet."""
+        with self._wake:
+            if self._order is not None:
+                self.counts.replaced += 1
+            self._order = order
+            self._wake.notify_all()
+
+    def halt(self, timeout_s: float) -> bool:
+        """End motion as soon as the wire can carry it, before and instead of any order; tell whether that was done.
+
+        What could not be told in time is told as soon as the gripper answers again.
+        """
+        with self._wake:
+            if self._thread is None:
+                return False
+            self._halts_wanted += 1
+            wanted = self._halts_wanted
+            self._order = None
+            self._wake.notify_all()
+            self._wake.wait_for(lambda: self._halts_done >= wanted or self._ending, timeout_s)
+            return self._halts_done >= wanted
+
+    def wait_for(self, done: Callable[[Status], bool], timeout_s: float, since_ns: int) -> Sample | None:
+        """Return the first status newer than a time that is `done`; None where none comes, or motion is told to end."""
+        halts = self._halts_wanted
+
+        def over() -> bool:
+            sample = self._newest
+            found = sample is not None and sample.t_ns > since_ns and done(sample.status)
+            return found or self._halts_wanted != halts or self._ending
+
+        with self._wake:
+            self._wake.wait_for(over, timeout_s)
+            sample = self._newest
+            if sample is not None and sample.t_ns > since_ns and done(sample.status):
+                return sample
+            return None
+
+    def wait_sent(self, order: Order, timeout_s: float) -> bool:
+        """Wait until an order has left the mailbox; tell whether it was sent. One that was not is taken back."""
+        with self._wake:
+            self._wake.wait_for(lambda: self._order is not order or self._ending, timeout_s)
+            if self._order is order:
+                self._order = None
+            return self._last_sent is order
+
+    def end(self, timeout_s: float) -> None:
+        """End the thread, which closes the wire; wait for it."""
+        with self._wake:
+            self._ending = True
+            self._wake.notify_all()
+        if self._thread is not None:
+            self._thread.join(timeout_s)
+        else:
+            self._wire.close()
+
+    def _first_status(self, deadline_ns: int) -> None:
+        """Open and poll until there is a status; raise ConnectFailed where there is none by then."""
+        opened = False
+        while True:
+            try:
+                if not self._wire.is_open:
+                    self._wire.open(max(0.01, seconds(deadline_ns - self._clock.now())))
+                    opened = True
+                self._poll()
+                return
+            except ConnectFailed as error:
+                # A port that cannot be opened stays so; one that opened and hung up may have had its last client still.
+                if not opened or self._clock.now() >= deadline_ns:
+                    raise
+                self._failed(error)
+            except DeviceError as error:
+                if self._clock.now() >= deadline_ns:
+                    raise ConnectFailed(self._device, error.problem, remedy=error.remedy, code=error.code) from error
+                self._failed(error)
+            self._clock.sleep_until(self._clock.now() + 2 * SPACING_NS)
+
+    # -- in the thread ------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        pause = BACK_OFF_NS[0]
+        try:
+            while not self._ending:
+                try:
+                    if not self._wire.is_open:
+                        self._wire.open(self._open_s)
+                        self.counts.reconnects += 1
+                        self._good_ns = self._clock.now()
+                    self._turn()
+                    pause = BACK_OFF_NS[0]
+                except ConnectFailed as error:
+                    self._failed(error)
+                    self._wire.close()
+                    self._pause(pause)
+                    pause = min(2 * pause, BACK_OFF_NS[1])
+                except DeviceError as error:
+                    self._failed(error)
+                # A library's mistake over some odd answer must not leave the gripper without its thread.
+                except Exception as error:
+                    self._failed(ProtocolFault(self._device, f"{type(error).__name__}: {error}"))
+                    self._wire.close()
+        finally:
+            self._wire.close()
+            with self._wake:
+                self._ending = True
+                self._wake.notify_all()
+
+    def _turn(self) -> None:
+        """Wait until something may be sent, and make one request."""
+        with self._wake:
+            while not self._ending:
+                now = self._clock.now()
+                asked = self._order is not None or self._halts_done < self._halts_wanted
+                due = self._last_ns + SPACING_NS
+                if not asked:
+                    due = max(due, self._polled_ns + self._period_ns)
+                if now >= due:
+                    break
+                self._wake.wait(seconds(due - now))
+            if self._ending:
+                return
+            halts = self._halts_wanted
+            halting = self._halts_done < halts
+            overdue = self._clock.now() - self._polled_ns > 2 * self._period_ns
+            # After a failure what the gripper is doing is looked at before anything is written: it may have been
+            # switched off and on, and to be told to activate is then to be told to open.
+            look = self._doubtful or not self._trusted() or (overdue and not halting)
+            order = None if halting or look else self._take()
+        if look:
+            self._poll()
+        elif halting:
+            self._halt(halts)
+        elif order is not None:
+            self._send(order)
+        else:
+            self._poll()
+
+    def _take(self) -> Order | None:
+        """Return the order to send, None where there is none or it must not be sent any more."""
+        order = self._order
+        if order is None:
+            return None
+        if order.expires_ns is not None:
+            status = self._newest.status if self._newest is not None else None
+            if self._clock.now() >= order.expires_ns:
+                self.counts.expired += 1
+            elif status is None or status.activation is not Activation.ACTIVE or blocks(status.fault):
+                self.counts.refused += 1
+            else:
+                return order
+            self._order = None
+            self._wake.notify_all()
+            return None
+        return order
+
+    def _send(self, order: Order) -> None:
+        self._write(order.action, order.motion)
+        with self._wake:
+            self.counts.sent += 1
+            self._sent = (self._clock.now(), order.motion) if order.motion is not None else None
+            # An action alone changes what later writes would mean; look before the next.
+            self._doubtful = order.motion is None
+            self._last_sent = order
+            if self._order is order:
+                self._order = None
+            self._wake.notify_all()
+
+    def _halt(self, halts: int) -> None:
+        """Take the go-to bit away; the fingers stay where they are. An activation or a release ends by a reset only."""
+        sample = self._newest
+        assert sample is not None
+        before = sample.status
+        cannot_hold = before.activation is Activation.ACTIVATING or before.fault == RELEASING
+        self._write(ACTIVATE if before.activated and not cannot_hold else 0, None)
+        with self._wake:
+            self._sent = None
+            self._halts_done = max(self._halts_done, halts)
+            self._wake.notify_all()
+
+    def _write(self, action: int, motion: Motion | None) -> None:
+        self._begin()
+        self._wire.write(action, motion)
+        self._good()
+
+    def _poll(self) -> None:
+        began = self._polled_ns = self._begin()
+        status = self._wire.read()
+        now = self._clock.now()
+        with self._wake:
+            last = self._newest
+            self._newest = Sample((began + now) // 2, 0 if last is None else last.seq + 1, status)
+            self._good()
+            self._wake.notify_all()
+
+    def _begin(self) -> int:
+        self._last_ns = self._clock.now()
+        self.counts.requests += 1
+        return self._last_ns
+
+    def _good(self) -> None:
+        self._good_ns = self._clock.now()
+        self._error = None
+        self._doubtful = False
+
+    def _trusted(self) -> bool:
+        return self._newest is not None and self._clock.now() - self._newest.t_ns <= TRUSTED_NS
+
+    def _failed(self, error: DeviceError) -> None:
+        if isinstance(error, DeviceTimeout):
+            self.counts.timeouts += 1
+        elif isinstance(error, ProtocolFault):
+            self.counts.damaged += 1
+        with self._wake:
+            self._error = error
+            self._doubtful = True
+            self._wake.notify_all()
+        # A socket whose other end has vanished, or an adapter that was pulled and put back, keeps silent for ever.
+        if self._wire.is_open and self._clock.now() - self._good_ns > self._silence_ns:
+            self._wire.close()
+
+    def _pause(self, pause_ns: int) -> None:
+        with self._wake:
+            self._wake.wait_for(lambda: self._ending, seconds(pause_ns))

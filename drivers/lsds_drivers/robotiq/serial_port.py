@@ -1,0 +1,54 @@
+"""Opening a serial port so that a refusal says what to do about it."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+from lsds.errors import ConnectFailed
+
+
+def open_serial(device: str, port: str, baud: int, timeout_s: float) -> Any:
+    """Return an open `serial.Serial` (8N1) that nobody else can open exclusively. Raises ConnectFailed."""
+    import serial  # type: ignore[import-untyped]
+
+    try:
+        opened = serial.Serial(
+            port, baud, timeout=timeout_s, write_timeout=timeout_s, inter_byte_timeout=None, exclusive=True
+        )
+    except (OSError, ValueError) as error:
+        # SerialException is an OSError.
+        raise _refusal(device, port, error) from error
+    # USB adapters hold answers back for up to 16 ms unless they are told; those that cannot be told say so here.
+    with contextlib.suppress(OSError, ValueError, NotImplementedError, AttributeError):
+        opened.set_low_latency_mode(True)
+    return opened
+
+
+def _refusal(device: str, port: str, error: Exception) -> ConnectFailed:
+    number = getattr(error, "errno", None)
+    if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or not os.path.lexists(port):
+        return ConnectFailed(
+            device, f"there is no port {port}", remedy="see `lsds devices`; is the adapter plugged in?"
+        )
+    if number in (errno.EACCES, errno.EPERM):
+        group = _group(port)
+        remedy = f"join its group: sudo usermod -aG {group} $USER, then log in anew"
+        return ConnectFailed(device, f"no permission for {port}", remedy=remedy)
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return ConnectFailed(device, f"{port} is in use", remedy=f"end the program that has it: fuser -v {port}")
+    if number in (errno.ENOTTY, errno.EINVAL, errno.EISDIR, errno.ENOTDIR):
+        return ConnectFailed(device, f"{port} is no serial port", remedy="see `lsds devices`")
+    return ConnectFailed(device, f"cannot open {port}: {error}", remedy="see `lsds devices`")
+
+
+def _group(port: str) -> str:
+    """Return the name of the group that may use a port; on Debian and Ubuntu it is dialout."""
+    try:
+        group = Path(port).group()
+    except (OSError, KeyError, NotImplementedError):
+        return "dialout"
+    return group if group not in ("root", "tty") else "dialout"

@@ -1,0 +1,162 @@
+"""The gripper through the string server of Robotiq's URCap on the robot's controller (TCP 63352)."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+
+from lsds.clock import Clock, nanoseconds, seconds
+from lsds.errors import ConnectFailed, DeviceFault, DeviceTimeout, ProtocolFault
+from lsds_drivers.robotiq.modbus import open_socket
+from lsds_drivers.robotiq.registers import (
+    ACTIVATE,
+    GO_TO,
+    RELEASE,
+    RELEASE_OPENING,
+    Activation,
+    Detection,
+    Motion,
+    Status,
+)
+
+_NAMES = ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")
+_ASK = "".join(f"GET {name}\n" for name in _NAMES).encode()
+_LIMITS = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
+_ACK = b"ack"
+_LONGEST_ANSWER = 1024
+
+
+class UrcapWire:
+    """A `Wire` of GET and SET lines. Whatever goes wrong closes it: a fresh connection has no late answers in it."""
+
+    def __init__(self, device: str, host: str, port: int, timeout_s: float, clock: Clock) -> None:
+        self._device = device
+        self._address = (host, port)
+        self._timeout_s = timeout_s
+        self._clock = clock
+        self._socket: socket.socket | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether requests can be made."""
+        return self._socket is not None
+
+    def open(self, timeout_s: float) -> None:
+        """Connect. Raises ConnectFailed with a remedy."""
+        self.close()
+        self._socket = open_socket(self._device, self._address, timeout_s)
+
+    def close(self) -> None:
+        """Give the socket back."""
+        connection, self._socket = self._socket, None
+        if connection is not None:
+            with contextlib.suppress(OSError):
+                connection.close()
+
+    def read(self) -> Status:
+        """Ask for all variables in one go."""
+        values = self._values(self._exchange(_ASK, lines=len(_NAMES)))
+        return Status(
+            activated=bool(values["ACT"]),
+            going=bool(values["GTO"]),
+            activation=Activation(values["STA"]),
+            detection=Detection(values["OBJ"]),
+            fault=values["FLT"] & 0x0F,
+            controller_fault=values["FLT"] >> 4,
+            echo=values["PRE"],
+            position=values["POS"],
+            current=0,
+        )
+
+    def write(self, action: int, motion: Motion | None) -> None:
+        """Set all that changes in one line, so that it takes effect at once."""
+        words = "SET"
+        if motion is not None:
+            words += f" POS {motion.position} SPE {motion.speed} FOR {motion.force}"
+        if action & RELEASE:
+            words += f" ARD {int(bool(action & RELEASE_OPENING))}"
+        bits = {"ACT": ACTIVATE, "GTO": GO_TO, "ATR": RELEASE}
+        words += "".join(f" {name} {int(bool(action & bit))}" for name, bit in bits.items())
+        self._exchange(f"{words}\n".encode(), lines=0)
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _exchange(self, request: bytes, lines: int) -> bytes:
+        """Send; return an answer of so many lines, or an acknowledgement where `lines` is 0."""
+        connection = self._socket
+        if connection is None:
+            raise self._lost()
+        answer = b""
+        deadline = self._clock.now() + nanoseconds(self._timeout_s)
+        try:
+            _drain(connection)
+            connection.settimeout(self._timeout_s)
+            connection.sendall(request)
+            while not (answer.count(b"\n") >= lines if lines else answer.startswith(_ACK)):
+                left = seconds(deadline - self._clock.now())
+                if left <= 0 or len(answer) > _LONGEST_ANSWER:
+                    break
+                if not lines and not _ACK.startswith(answer[: len(_ACK)]):
+                    break
+                connection.settimeout(left)
+                received = connection.recv(4096)
+                if not received:
+                    self.close()
+                    raise self._lost()
+                answer += received
+        except TimeoutError:
+            pass
+        except OSError as error:
+            self.close()
+            raise self._lost() from error
+        complete = answer.count(b"\n") == lines and answer.endswith(b"\n") if lines else answer.strip() == _ACK
+        if complete:
+            return answer
+        self.close()
+        if answer:
+            raise self._spoilt(answer)
+        raise DeviceTimeout(
+            self._device,
+            f"no answer from {self._address[0]}:{self._address[1]} within {1e3 * self._timeout_s:.0f} ms",
+            remedy="is the robot on, and its URCap running?",
+        )
+
+    def _values(self, answer: bytes) -> dict[str, int]:
+        values: dict[str, int] = {}
+        for name, line in zip(_NAMES, answer.decode("ascii", "replace").splitlines(), strict=True):
+            words = line.split(" ")
+            if len(words) != 2 or words[0] != name:
+                self.close()
+                raise self._spoilt(answer)
+            if words[1] == "?":
+                raise DeviceFault(
+                    self._device,
+                    f"the robot's controller does not tell {name}",
+                    remedy="release the emergency stop and switch the robot's power on",
+                )
+            if not words[1].isascii() or not words[1].isdigit() or int(words[1]) > _LIMITS.get(name, 255):
+                self.close()
+                raise self._spoilt(answer)
+            values[name] = int(words[1])
+        return values
+
+    def _spoilt(self, answer: bytes) -> ProtocolFault:
+        shown = answer[:60].decode("ascii", "backslashreplace")
+        return ProtocolFault(
+            self._device, f"the string server answered {shown!r}", remedy="does Robotiq's URCap have that port?"
+        )
+
+    def _lost(self) -> ConnectFailed:
+        return ConnectFailed(
+            self._device,
+            f"{self._address[0]}:{self._address[1]} has closed the connection",
+            remedy="is the robot on, and its URCap running?",
+        )
+
+
+def _drain(connection: socket.socket) -> None:
+    """Throw away what came unasked: an answer that was sent twice, or one too late."""
+    connection.setblocking(False)
+    with contextlib.suppress(BlockingIOError):
+        while connection.recv(4096):
+            pass
