@@ -1,4 +1,4 @@
-"""What this package offers to lsds: no driver has been written yet, and none is pretended."""
+"""What this package offers to lsds. Light on purpose: listing plugins imports neither cv2 nor a vendor's library."""
 
 from __future__ import annotations
 
@@ -9,4 +9,44 @@ from lsds.plugins import hookimpl
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
     """Return the drivers of real hardware."""
-    return []
+    return [
+        BackendSpec(
+            "gripper",
+            "hand-e",
+            "lsds_drivers.robotiq.backends:hand_e",
+            "lsds_drivers.robotiq.options:HandEOptions",
+            summary="Robotiq Hand-E on Modbus RTU: serial port, or tcp://host:port",
+            requires=("pymodbus", "serial"),
+            extra="robotiq",
+        ),
+        BackendSpec(
+            "gripper",
+            "robotiq-2f",
+            "lsds_drivers.robotiq.backends:two_finger",
+            "lsds_drivers.robotiq.options:TwoFingerOptions",
+            summary="Robotiq 2F-85 or 2F-140 on Modbus RTU: serial port, or tcp://host:port",
+            requires=("pymodbus", "serial"),
+            extra="robotiq",
+        ),
+        BackendSpec(
+            "gripper",
+            "hand-e-urcap",
+            "lsds_drivers.robotiq.backends:hand_e_urcap",
+            "lsds_drivers.robotiq.options:UrcapOptions",
+            summary="Robotiq Hand-E behind the URCap of a UR controller",
+        ),
+        BackendSpec(
+            "sensor",
+            "gelsight-mini",
+            "lsds_drivers.gelsight.mini:build",
+            "lsds_drivers.gelsight.mini:GelSightMiniOptions",
+            summary="GelSight Mini on USB, as a network stream or through a pipe",
+        ),
+        BackendSpec(
+            "sensor",
+            "uvc-tactile",
+            "lsds_drivers.cameras.uvc_tactile:build",
+            "lsds_drivers.cameras.uvc_tactile:UvcTactileOptions",
+            summary="any fingertip with a camera in it (DIGIT and others), described by its options",
+        ),
+    ]

@@ -40,6 +40,8 @@ class ScriptedCell:
         self._speed_m_s = speed_mm_s * 1e-3
         self._start_ns = clock.now()
         self._round = -1
+        self._before: _Moving
+        self._after: _Moving
         self._begin(0)
 
     @property
@@ -101,8 +103,7 @@ class ScriptedCell:
 
         for at_s, action in ((GRASP_S, grip), (LIFT_S, lift), (LET_GO_S, let_go)):
             self._cell.post(origin + round(at_s * NS_PER_S), "script", action)
-        self._after: _Moving = self._moving()
-        self._before = self._after
+        self._before = self._after = self._moving()
 
     def _moving(self) -> _Moving:
         plant = self._cell.plant

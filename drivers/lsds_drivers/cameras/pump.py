@@ -1,0 +1,228 @@
+"""A camera's own thread: reads all that comes, keeps the newest, and opens the camera again when it was lost."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
+
+from lsds.clock import NS_PER_S, nanoseconds, seconds
+from lsds.errors import ConnectFailed, DataError, DeviceError, LsdsError, ProtocolFault, StaleData
+from lsds_drivers.cameras.times import ExposureTimes, FrameNumbers
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lsds.clock import Clock
+    from lsds_drivers.cameras.source import FrameSource, Shot
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+_RETRY_S, _LONGEST_RETRY_S = 0.1, 2.0
+_RATE_SHARE = 0.1
+_STALE_FRAMES = 5
+CLOSE_TIMEOUT_S = 2.0
+
+
+class Work(Protocol[T_co]):
+    """What is made of each picture, in the camera's thread."""
+
+    def __call__(self, image: NDArray[np.uint8], t_ns: int, seq: int) -> T_co:
+        """Return what `read` is to hand out. Raises DataError for a picture that cannot be used."""
+
+
+class Sample(NamedTuple, Generic[T]):
+    """The newest result, and when its picture was exposed."""
+
+    value: T
+    t_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class PumpLimits:
+    """How long to wait: for the first picture, for a next one, and how old the newest may grow (None: five intervals,
+    as measured, and at least half a second). `skip` pictures are thrown away after each opening: a camera's first ones
+    are dark."""
+
+    connect_timeout_s: float = 5.0
+    silence_s: float = 1.0
+    stale_after_s: float | None = None
+    skip: int = 0
+
+
+class FramePump(Generic[T]):
+    """Runs one source. `start` once, `newest` from any thread, `close` once."""
+
+    def __init__(
+        self,
+        device: str,
+        source: FrameSource,
+        work: Work[T],
+        clock: Clock,
+        *,
+        limits: PumpLimits | None = None,
+        times: ExposureTimes | None = None,
+        remedy: str = "check the camera and its cable",
+    ) -> None:
+        self._device = device
+        self._source = source
+        self._work = work
+        self._clock = clock
+        self._limits = limits or PumpLimits()
+        self._times = times or ExposureTimes("auto")
+        self._numbers = FrameNumbers()
+        self._remedy = remedy
+        self._stop = threading.Event()
+        self._first = threading.Event()
+        self._lock = threading.Lock()
+        self._sample: Sample[T] | None = None
+        self._damaged: DataError | None = None
+        self._refused: LsdsError | EOFError | None = None
+        self._trouble = ""
+        self._interval_s: float | None = None
+        self._retry_s = _RETRY_S
+        self._thread = threading.Thread(target=self._run, name=f"{device}-camera", daemon=True)
+        self.lost = 0
+        """How often the camera was lost and opened again, or tried to be."""
+
+    @property
+    def measured_rate_hz(self) -> float | None:
+        """Frames a second as they really come, by their own times; None before the second."""
+        interval = self._interval_s
+        return None if not interval else 1.0 / interval
+
+    @property
+    def times_from_device(self) -> bool:
+        """Whether exposure times are the device's own stamps; else they are those of arrival."""
+        return self._times.from_device
+
+    def start(self) -> None:
+        """Open the camera and wait for its first picture. Raises ConnectFailed, within the limit."""
+        self._thread.start()
+        came = self._first.wait(self._limits.connect_timeout_s)
+        if came and self._refused is None:
+            return
+        self.close()
+        if isinstance(self._refused, DeviceError):
+            raise ConnectFailed(self._device, self._refused.problem, remedy=self._refused.remedy) from self._refused
+        problem = str(self._refused or self._trouble or "no picture came")
+        raise ConnectFailed(
+            self._device, f"{problem}, in {self._limits.connect_timeout_s:.1f} s", remedy=self._remedy
+        ) from self._refused
+
+    def newest(self) -> T:
+        """Return the newest result.
+
+        Raises DataError once for a damaged picture, StaleData where the newest is too old or there is none yet, and
+        EOFError after the last picture of a recording.
+        """
+        with self._lock:
+            damaged, self._damaged = self._damaged, None
+            sample, refused = self._sample, self._refused
+        if damaged is not None:
+            raise damaged
+        if isinstance(refused, EOFError):
+            raise EOFError(str(refused))
+        if sample is None:
+            raise StaleData(self._device, "no frame has arrived yet", remedy=self._trouble or "read again")
+        age_s = seconds(self._clock.now() - sample.t_ns)
+        if age_s > self.stale_after_s:
+            raise StaleData(
+                self._device, f"the newest frame is {age_s:.2f} s old", remedy=self._trouble or self._remedy
+            )
+        return sample.value
+
+    @property
+    def stale_after_s(self) -> float:
+        """How old the newest frame may be."""
+        if self._limits.stale_after_s is not None:
+            return self._limits.stale_after_s
+        return max(0.5, _STALE_FRAMES * (self._interval_s or 0.0))
+
+    def close(self) -> None:
+        """End the thread and give the camera back; returns within `CLOSE_TIMEOUT_S` even where the camera hangs, and
+        then the thread ends by itself when the camera lets it."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._source.interrupt()
+            self._thread.join(CLOSE_TIMEOUT_S)
+
+    # -- the thread ---------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            try:
+                self._source.open(self._limits.connect_timeout_s)
+                self._stream()
+            except EOFError as error:
+                self._refuse(error)
+            except LsdsError as error:
+                self._note(error)
+            except Exception as error:  # a vendor's library may raise anything; here it is one more lost camera
+                self._note(ProtocolFault(self._device, f"{type(error).__name__}: {error}"))
+            finally:
+                self._source.close()
+            if self._stop.is_set() or self._refused is not None:
+                return
+            self.lost += 1
+            self._stop.wait(self._retry_s)
+            self._retry_s = min(2 * self._retry_s, _LONGEST_RETRY_S)
+
+    def _stream(self) -> None:
+        """Take pictures until asked to stop."""
+        self._numbers.restart()
+        skip = self._limits.skip
+        while not self._stop.is_set():
+            try:
+                limits = self._limits
+                shot = self._source.shot(limits.silence_s if self._first.is_set() else limits.connect_timeout_s)
+            except DataError as error:
+                self._damage(error, self._numbers.of(None))
+                continue
+            seq = self._numbers.of(shot.number)
+            if skip > 0:
+                skip -= 1
+                self._first.set()
+                continue
+            self._take(shot, seq)
+
+    def _take(self, shot: Shot, seq: int) -> None:
+        t_ns = self._times.of(shot.arrived_ns, shot.stamp_ns)
+        try:
+            value = self._work(shot.image, t_ns, seq)
+        except DataError as error:
+            self._damage(error, seq)
+            return
+        with self._lock:
+            if self._sample is not None:
+                self._measure((t_ns - self._sample.t_ns) / NS_PER_S)
+            self._sample, self._trouble = Sample(value, t_ns), ""
+        self._retry_s = _RETRY_S
+        self._first.set()
+
+    def _measure(self, interval_s: float) -> None:
+        if self._interval_s is None or interval_s > 20 * self._interval_s:
+            self._interval_s = interval_s
+        else:
+            self._interval_s += _RATE_SHARE * (interval_s - self._interval_s)
+
+    def _damage(self, error: DataError, seq: int) -> None:
+        with self._lock:
+            self._damaged = DataError(f"{self._device}: frame {seq}: {error}")
+        self._first.set()
+
+    def _note(self, error: LsdsError) -> None:
+        self._trouble = error.problem if isinstance(error, DeviceError) else str(error)
+        if not self._first.is_set():
+            self._refuse(error)
+
+    def _refuse(self, error: LsdsError | EOFError) -> None:
+        self._refused = error
+        self._first.set()
+
+
+def stale_limit(stale_after_ms: float) -> float | None:
+    """Return an option in ms as the limit in s; 0 means that the measured rate decides."""
+    return seconds(nanoseconds(stale_after_ms * 1e-3)) if stale_after_ms > 0 else None

@@ -1,0 +1,56 @@
+"""Sensor `uvc-tactile`: any other fingertip with a camera in it, dotted or not, described by its options."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from lsds.contracts import SensorSpec
+from lsds_drivers.cameras.address import make_source
+from lsds_drivers.cameras.options import StreamOptions
+from lsds_drivers.cameras.picture import Crop, Flip, Picture, Turn
+from lsds_drivers.cameras.tactile import CameraSensor
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+
+NAME = "uvc-tactile"
+_Count = Annotated[int, Field(strict=True, ge=1, le=100)]
+
+
+class UvcTactileOptions(StreamOptions):
+    """Options of `[sensor.uvc-tactile]`. The defaults show the camera's picture whole and describe a DIGIT."""
+
+    camera: str = Field(
+        default="DIGIT", description="index, /dev path, part of the USB name, http:// stream, or named pipe"
+    )
+    capture_width: int = Field(default=640, ge=16, le=8192, description="width to ask the camera for, px")
+    capture_height: int = Field(default=480, ge=16, le=8192, description="height to ask the camera for, px")
+    border: float = Field(default=0.0, ge=0, le=0.45, description="share cut off each side")
+    cut_left: int = Field(default=0, ge=0, le=8192, description="px cut off the left, after the border")
+    cut_top: int = Field(default=0, ge=0, le=8192, description="px cut off the top")
+    cut_right: int = Field(default=0, ge=0, le=8192, description="px cut off the right")
+    cut_bottom: int = Field(default=0, ge=0, le=8192, description="px cut off the bottom")
+    turn: Literal[0, 90, 180, 270] = Field(default=270, description="degrees clockwise, after cutting")
+    flip: Flip = Field(default="none", description="none, horizontal, vertical or both, after turning")
+    swap_red_blue: bool = Field(default=False, description="for cameras that give BGR as RGB")
+    width: int = Field(default=240, ge=32, le=4096, description="width of the result in px")
+    height: int = Field(default=320, ge=32, le=4096, description="height of the result in px")
+    rate_hz: float = Field(default=30.0, gt=0, le=240, description="nominal rate; times are measured in any case")
+    mm_per_px: float = Field(default=0.06, gt=0, le=1, description="scale of the result: measure yours")
+    # A TOML array is a list, which strict tuples refuse.
+    pad: tuple[_Count, _Count] | None = Field(
+        default=None, strict=False, description="printed dots, [rows, columns]; absent for a gel without"
+    )
+
+
+def build(options: UvcTactileOptions, context: BuildContext) -> CameraSensor:
+    """Factory of the sensor `uvc-tactile`. Opens nothing."""
+    crop = Crop(options.border, options.cut_left, options.cut_top, options.cut_right, options.cut_bottom)
+    turn: Turn = options.turn
+    picture = Picture(options.width, options.height, crop, turn, options.flip, options.swap_red_blue)
+    spec = SensorSpec(options.width, options.height, options.rate_hz, options.mm_per_px * 1e-3, options.pad)
+    size = (options.capture_width, options.capture_height)
+    source = make_source(NAME, options.camera, picture.reduction, size=size)
+    return CameraSensor(NAME, source, picture, spec, options, context)

@@ -1,0 +1,1 @@
+"""GelSight fingertips."""

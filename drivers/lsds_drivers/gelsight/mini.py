@@ -1,0 +1,44 @@
+"""Sensor `gelsight-mini`: the GelSight Mini on USB, or anything that streams its picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from lsds.contracts import SensorSpec
+from lsds_drivers.cameras.address import make_source
+from lsds_drivers.cameras.options import StreamOptions
+from lsds_drivers.cameras.picture import Crop, Picture
+from lsds_drivers.cameras.tactile import CameraSensor
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+
+NAME = "gelsight-mini"
+_Count = Annotated[int, Field(strict=True, ge=1, le=100)]
+
+
+class GelSightMiniOptions(StreamOptions):
+    """Options of `[sensor.gelsight-mini]`."""
+
+    camera: str = Field(
+        default="GelSight", description="index, /dev path, part of the USB name, http:// stream, or named pipe"
+    )
+    width: int = Field(default=320, ge=32, le=4096, description="width of the result in px")
+    height: int = Field(default=240, ge=32, le=4096, description="height of the result in px")
+    border: float = Field(default=0.15, ge=0, le=0.45, description="share cut off each side; 0 for cut streams")
+    rate_hz: float = Field(default=25.0, gt=0, le=240, description="nominal rate; times are measured in any case")
+    mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the result; 0.058-0.071 are published")
+    # A TOML array is a list, which strict tuples refuse.
+    pad: tuple[_Count, _Count] | None = Field(default=(7, 9), strict=False, description="printed dots, [rows, columns]")
+    dots: bool = Field(default=True, description="false for a gel without dots, whatever pad says")
+
+
+def build(options: GelSightMiniOptions, context: BuildContext) -> CameraSensor:
+    """Factory of the sensor `gelsight-mini`. Opens nothing."""
+    picture = Picture(options.width, options.height, Crop(border=options.border))
+    pad = options.pad if options.dots else None
+    spec = SensorSpec(options.width, options.height, options.rate_hz, options.mm_per_px * 1e-3, pad)
+    source = make_source(NAME, options.camera, picture.reduction)
+    return CameraSensor(NAME, source, picture, spec, options, context)
