@@ -69,4 +69,11 @@ def lsds_backends() -> list[BackendSpec]:
                 ("robotiq-2f-140", "TwoFinger140Options", "2F-140"),
             )
         ),
+        BackendSpec(
+            "wire_mock",
+            "ur5e",
+            "lsds_mocks.wire.ur.mock:MockUr",
+            "lsds_mocks.wire.ur.options:UrOptions",
+            summary="e-Series arm: dashboard, script ports, RTDE; runs URScript (--model for other sizes)",
+        ),
     ]

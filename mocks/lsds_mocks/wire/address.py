@@ -1,0 +1,49 @@
+"""Which addresses a mock may use: those of the loopback interface, and no others."""
+
+from __future__ import annotations
+
+import fcntl
+import ipaddress
+import socket
+import struct
+from array import array
+
+from lsds.errors import ConfigError, ConfigIssue
+
+_SIOCGIFCONF = 0x8912
+_ENTRY = 40
+"""Bytes of a `struct ifreq` on 64-bit Linux."""
+
+
+def on_loopback(address: str) -> bool:
+    """Return whether an IPv4 address (or "localhost") is one of this machine's loopback interface."""
+    try:
+        ip = ipaddress.ip_address("127.0.0.1" if address == "localhost" else address)
+    except ValueError:
+        return False
+    return ip.is_loopback or str(ip) in _loopback_aliases()
+
+
+def require_loopback(mock: str, address: str, option: str = "host") -> None:
+    """Raise ConfigError for any other address: a mock has no protection against strangers."""
+    if not on_loopback(address):
+        problem = f"'{address}' is not an address of the loopback interface"
+        raise ConfigError(mock, [ConfigIssue(option, problem, "use one of 127.0.0.0/8, for example 127.0.0.2")])
+
+
+def _loopback_aliases() -> set[str]:
+    """Return the further addresses that somebody has given to the loopback interface."""
+    size = 128 * _ENTRY
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+            buffer = array("B", bytes(size))
+            answer = fcntl.ioctl(link.fileno(), _SIOCGIFCONF, struct.pack("iL", size, buffer.buffer_info()[0]))
+            used = struct.unpack("iL", answer)[0]
+    except OSError:
+        return set()
+    found = set()
+    for start in range(0, used, _ENTRY):
+        entry = buffer[start : start + _ENTRY].tobytes()
+        if entry[:16].split(b"\0")[0].split(b":")[0] == b"lo":
+            found.add(socket.inet_ntoa(entry[20:24]))
+    return found

@@ -1,0 +1,299 @@
+"""The controller: one cycle every two milliseconds, in which inputs take effect, programs run and the arm moves.
+
+Pure: it has no sockets and reads no clock. Whoever owns it calls `cycle` 500 times a second, feeds in what clients
+send, and reads out its state and `messages`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lsds_mocks.wire.ur import functions
+from lsds_mocks.wire.ur.environment import Environment
+from lsds_mocks.wire.ur.io import Outputs, Registers
+from lsds_mocks.wire.ur.kinematics import MODELS, Kinematics
+from lsds_mocks.wire.ur.messages import (
+    VIOLATION,
+    WARNING,
+    ErrorCode,
+    KeyMessage,
+    Message,
+    RuntimeExceptionMessage,
+    SafetyModeMessage,
+    TextMessage,
+)
+from lsds_mocks.wire.ur.modes import RobotMode, RuntimeState, SafetyMode
+from lsds_mocks.wire.ur.motion.modes import tool_velocity
+from lsds_mocks.wire.ur.motion.motion import JointLimit, Motion
+from lsds_mocks.wire.ur.motion.state import ArmMotion, Unreachable
+from lsds_mocks.wire.ur.power import Power
+from lsds_mocks.wire.ur.script.compiler import Compiled
+from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.script.program import Program
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.options import UrOptions
+
+STEP_S = 0.002
+BOOTED_S = 100.0
+"""Controller time at the start: clients wait for one that has just booted."""
+
+UNLOCK_AFTER_S = 5.0
+PROTECTIVE_STOP, PATH_CHECK, JOINT_RANGE = 209, 204, 153
+HISTORY = 1500
+"""Joint positions kept for `get_actual_joint_positions_history`, one a cycle."""
+
+
+class Controller:
+    """State and behaviour of one arm."""
+
+    def __init__(self, options: UrOptions, environment: Environment) -> None:
+        self.options = options
+        self.kinematics = Kinematics(MODELS[options.model])
+        self.arm = ArmMotion(self.kinematics, list(options.q_rad), tcp_offset=list(options.tcp_offset))
+        self.motion = Motion(self.arm)
+        self.environment = environment
+        self.inputs, self.registers, self.io = Registers(), Registers(), Outputs()
+        self.power = Power(RobotMode.RUNNING if options.powered else RobotMode.POWER_OFF)
+        self.safety = SafetyMode.NORMAL
+        self.program: Program | None = None
+        self.secondaries: list[Program] = []
+        self.messages: deque[Message] = deque(maxlen=4096)
+        self.payload_kg = options.payload_kg
+        self.payload_cog_m = list(options.payload_cog_m)
+        self.payload_inertia = [0.0] * 6
+        self.gravity = [0.0, 0.0, 9.82]
+        self.wrench = [0.0] * 6
+        self.force_offset = [0.0] * 6
+        self.history: deque[list[float]] = deque([list(self.arm.q)], maxlen=HISTORY)
+        self.watchdogs: dict[str, tuple[float, str]] = {}
+        self.written_s: dict[str, float] = {}
+        self.step_number = 0
+        self.remote = True
+        self._pending: deque[Mapping[str, Any]] = deque()
+        self._stopped_at_s = 0.0
+        self._unlock_wanted = False
+        self._functions = functions.of(self)
+        self._tcp: tuple[int, list[float]] = (-1, [])
+        self._tcp_speed: tuple[int, list[float]] = (-1, [])
+
+    # -- state --------------------------------------------------------------------------------------------
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since the controller's start; steps of exactly two milliseconds."""
+        return BOOTED_S + self.step_number * STEP_S
+
+    @property
+    def scaling(self) -> float:
+        """The speed slider's fraction."""
+        return self.io.slider
+
+    @property
+    def runtime_state(self) -> RuntimeState:
+        """Of the program."""
+        if self.program is None:
+            return RuntimeState.STOPPED
+        return RuntimeState.PAUSED if self.program.paused else RuntimeState.PLAYING
+
+    @property
+    def may_move(self) -> bool:
+        """Whether power, brakes and safety allow motion."""
+        return self.power.mode is RobotMode.RUNNING and self.safety in (SafetyMode.NORMAL, SafetyMode.REDUCED)
+
+    @property
+    def tcp_pose(self) -> list[float]:
+        """Pose of the tool centre point in the base frame."""
+        if self._tcp[0] != self.step_number:
+            self._tcp = (self.step_number, self.arm.tcp())
+        return self._tcp[1]
+
+    @property
+    def tcp_speed(self) -> list[float]:
+        """Velocity of the tool centre point in the base frame, as it really is under the speed slider."""
+        if self._tcp_speed[0] != self.step_number:
+            speed = [0.0] * 6
+            if self.arm.moving:
+                speed = (tool_velocity(self.arm) * self.scaling).tolist()
+            self._tcp_speed = (self.step_number, speed)
+        return self._tcp_speed[1]
+
+    @property
+    def tcp_force(self) -> list[float]:
+        """Force and torque on the tool in the base frame, less the sensor's zero."""
+        return [a - b for a, b in zip(self.wrench, self.force_offset, strict=True)]
+
+    # -- what comes in ------------------------------------------------------------------------------------
+
+    def feed(self, values: Mapping[str, Any]) -> None:
+        """Take one input package; it takes effect at the start of the next cycle, after those before it."""
+        self._pending.append(values)
+
+    def start(self, compiled: Compiled) -> None:
+        """Run a program: a primary one in the place of the present one, a secondary one beside it."""
+        if self.power.mode is not RobotMode.RUNNING or self.safety is not SafetyMode.NORMAL:
+            return
+        program = Program(compiled, self._functions)
+        if compiled.secondary:
+            self.secondaries.append(program)
+            return
+        self.stop_program()
+        self.program = program
+        self.watchdogs.clear()
+        self.tell(KeyMessage("PROGRAM_XXX_STARTED", compiled.name))
+
+    def refuse(self, error: ScriptError) -> None:
+        """Tell that a program cannot run."""
+        self.tell(RuntimeExceptionMessage(error.line, error.column, error.text))
+
+    def stop_program(self) -> None:
+        """End the program, if there is one; the arm brakes."""
+        program, self.program = self.program, None
+        if program is not None:
+            program.stop()
+            self.motion.drop_all()
+            self.tell(KeyMessage("PROGRAM_XXX_STOPPED", program.name))
+
+    def pause_program(self) -> bool:
+        """Let the program, and the arm, stand still; tell whether there is one."""
+        if self.program is None:
+            return False
+        self.program.pause()
+        return True
+
+    def resume_program(self) -> bool:
+        """Let a paused program go on; tell whether there was one."""
+        if self.program is None or not self.program.paused:
+            return False
+        self.program.resume()
+        return True
+
+    def protective_stop(self, code: int = PROTECTIVE_STOP, text: str = "", level: int = WARNING) -> None:
+        """Stop the arm at once and end the program; only `unlock` ends this."""
+        if self.safety is SafetyMode.PROTECTIVE_STOP or self.power.mode is not RobotMode.RUNNING:
+            return
+        self.safety = SafetyMode.PROTECTIVE_STOP
+        self._stopped_at_s = self.time_s
+        self._unlock_wanted = False
+        self.tell(ErrorCode(code, 0, level, text))
+        self.tell(SafetyModeMessage(int(self.safety), code))
+        self.motion.freeze()
+        self.stop_program()
+        self._end_secondaries()
+
+    @property
+    def unlockable(self) -> bool:
+        """Whether a protective stop is old enough to be unlocked."""
+        return self.time_s - self._stopped_at_s >= UNLOCK_AFTER_S
+
+    def unlock(self) -> bool:
+        """End a protective stop. Earlier than five seconds after it, it is refused, and done when they have passed."""
+        if self.safety is not SafetyMode.PROTECTIVE_STOP:
+            return True
+        if not self.unlockable:
+            self._unlock_wanted = True
+            return False
+        self.safety = SafetyMode.NORMAL
+        self.tell(SafetyModeMessage(int(self.safety)))
+        return True
+
+    def power_off(self) -> None:
+        """Take the power from the arm; the program ends."""
+        self.motion.freeze()
+        self.stop_program()
+        self._end_secondaries()
+        self.power.off(self.time_s)
+
+    def restart_safety(self) -> None:
+        """Clear faults; the arm is without power afterwards."""
+        self.safety = SafetyMode.NORMAL
+        self.power_off()
+
+    def tell(self, message: Message) -> None:
+        """Queue a message for the primary interface."""
+        self.messages.append(message)
+
+    # -- one cycle ----------------------------------------------------------------------------------------
+
+    def cycle(self) -> None:
+        """Advance by two milliseconds."""
+        self.step_number += 1
+        while self._pending:
+            self._apply(self._pending.popleft())
+        self.power.advance(self.time_s)
+        if self._unlock_wanted and self.unlockable:
+            self._unlock_wanted = False
+            self.unlock()
+        self._watch()
+        self._run_programs()
+        if self.may_move:
+            self._move()
+        elif self.arm.moving:
+            self.motion.freeze()
+        self.environment.follow(self.time_s, self.tcp_pose, self.tcp_speed)
+        self.wrench = self.environment.wrench(self.tcp_pose, self.tcp_speed)
+        self.history.append(list(self.arm.q))
+
+    def _apply(self, values: Mapping[str, Any]) -> None:
+        self.io.apply(values)
+        now = self.time_s
+        for name, value in values.items():
+            self.written_s[name] = now
+            kind, _, index = name.rpartition("_")
+            if kind == "input_int_register":
+                self.inputs.ints[int(index)] = value
+            elif kind == "input_double_register":
+                self.inputs.doubles[int(index)] = value
+            elif kind == "input_bit_register":
+                self.inputs.set_bit(int(index), bool(value))
+            elif name == "input_bit_registers0_to_31":
+                self.inputs.bits = self.inputs.bits >> 32 << 32 | value
+            elif name == "input_bit_registers32_to_63":
+                self.inputs.bits = self.inputs.bits & ~(0xFFFFFFFF << 32) | value << 32
+            elif name == "external_force_torque":
+                self.environment.external = list(value)
+
+    def _watch(self) -> None:
+        for name, (period_s, action) in list(self.watchdogs.items()):
+            if self.time_s - self.written_s.get(name, self.time_s) > period_s:
+                del self.watchdogs[name]
+                self.tell(TextMessage(f"RTDE watchdog: no {name} for {period_s:g} s"))
+                if action == "pause":
+                    self.pause_program()
+                elif action == "stop":
+                    self.stop_program()
+
+    def _run_programs(self) -> None:
+        program = self.program
+        if program is not None:
+            program.step()
+            if program.error is not None:
+                self.refuse(program.error)
+            if not program.running and self.program is program:
+                self.stop_program()
+        for secondary in self.secondaries[:]:
+            secondary.step()
+            if secondary.error is not None:
+                self.refuse(secondary.error)
+            if not secondary.running and secondary in self.secondaries:
+                self.secondaries.remove(secondary)
+
+    def _move(self) -> None:
+        scaling = 0.0 if self.program is not None and self.program.paused else self.scaling
+        try:
+            self.motion.step(STEP_S * scaling, self.tcp_force)
+        except Unreachable as error:
+            self.protective_stop(PATH_CHECK, f"position {_shown(error.pose)} is out of reach", VIOLATION)
+        except JointLimit as error:
+            self.protective_stop(JOINT_RANGE, str(error), VIOLATION)
+
+    def _end_secondaries(self) -> None:
+        for secondary in self.secondaries:
+            secondary.stop()
+        self.secondaries.clear()
+
+
+def _shown(pose: Sequence[float]) -> str:
+    return "p[" + ", ".join(f"{value:.3f}" for value in pose) + "]"

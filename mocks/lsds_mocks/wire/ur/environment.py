@@ -1,0 +1,46 @@
+"""What the tool meets: a floor, where there is one, what a client says it feels, and the load of a shared plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+    from lsds_mocks.link.protocols import ArmLink
+
+FLOOR_N_M, FLOOR_N_S_M = 20_000.0, 50.0
+"""Stiffness and damping of the floor."""
+
+
+class Environment:
+    """Forces on the tool. `floor_m` is a level surface's height in the base frame, None for none."""
+
+    def __init__(self, floor_m: float | None = None, link: ArmLink | None = None, clock: Clock | None = None) -> None:
+        self._floor_m = floor_m
+        self._link = link
+        self._clock = clock
+        self.external = [0.0] * 6
+
+    def follow(self, time_s: float, tcp_pose: Sequence[float], tcp_speed: Sequence[float]) -> None:
+        """Tell what the arm carries where it is."""
+        if self._link is not None:
+            now_ns = self._clock.now() if self._clock is not None else nanoseconds(time_s)
+            self._link.follow(now_ns, tcp_pose[2], tcp_speed[2])
+
+    def wrench(self, tcp_pose: Sequence[float], tcp_speed: Sequence[float]) -> list[float]:
+        """Return force (N) and torque (Nm) on the tool in the base frame."""
+        wrench = list(self.external)
+        if self._floor_m is not None and tcp_pose[2] < self._floor_m:
+            depth = self._floor_m - tcp_pose[2]
+            wrench[2] += max(0.0, FLOOR_N_M * depth - FLOOR_N_S_M * tcp_speed[2])
+        if self._link is not None:
+            wrench[2] -= self._link.load().pull_n
+        return wrench
+
+    def close(self) -> None:
+        """Give the link back."""
+        if self._link is not None:
+            self._link.close()

@@ -1,0 +1,41 @@
+"""The controller's own functions, as scripts call them. Those that take time are generators: a yield is a cycle.
+
+What is not listed in these modules a script cannot call: it gets the controller's own "name not found".
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from lsds_mocks.wire.ur.functions import communication, mathematics, motion, robot, sockets
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.controller import Controller
+
+_MODULES = (motion, robot, communication, sockets)
+
+
+def of(controller: Controller) -> dict[str, Callable[..., Any]]:
+    """Return all functions, bound to a controller."""
+    found: dict[str, Callable[..., Any]] = dict(mathematics.FUNCTIONS)
+    for module in _MODULES:
+        bound = module.Functions(controller)
+        found |= {name: getattr(bound, name) for name in _public(module.Functions)}
+    return found
+
+
+@cache
+def waiting() -> dict[str, bool]:
+    """Return every function's name, and whether it takes time."""
+    found = dict.fromkeys(mathematics.FUNCTIONS, False)
+    for module in _MODULES:
+        for name in _public(module.Functions):
+            found[name] = inspect.isgeneratorfunction(getattr(module.Functions, name))
+    return found
+
+
+def _public(cls: type) -> list[str]:
+    return [name for name in vars(cls) if not name.startswith("_")]

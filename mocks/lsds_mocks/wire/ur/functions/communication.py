@@ -1,0 +1,164 @@
+"""Functions of registers, terminals, messages and time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from lsds_mocks.wire.ur.io import CONFIGURABLE_SHIFT, REGISTERS, TOOL_SHIFT
+from lsds_mocks.wire.ur.messages import TextMessage
+from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.script.program import Waiting
+from lsds_mocks.wire.ur.script.values import to_text
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.controller import Controller
+
+STEP_S = 0.002
+
+
+class Functions:
+    """Bound to one controller."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._c = controller
+
+    # -- time ---------------------------------------------------------------------------------------------
+
+    def sync(self) -> Waiting:
+        """Use up the rest of the cycle."""
+        yield
+
+    def sleep(self, t: float) -> Waiting:
+        """Wait (s)."""
+        until = self._c.step_number + max(1, round(t / STEP_S))
+        while self._c.step_number < until:
+            yield
+
+    # -- registers ----------------------------------------------------------------------------------------
+
+    def read_input_integer_register(self, address: int) -> int:
+        """Return what a client has written."""
+        return self._c.inputs.ints[_index(address)]
+
+    def read_input_float_register(self, address: int) -> float:
+        """Return what a client has written."""
+        return self._c.inputs.doubles[_index(address)]
+
+    def read_input_boolean_register(self, address: int) -> bool:
+        """Return what a client has written."""
+        return self._c.inputs.bit(int(address))
+
+    def read_output_integer_register(self, address: int) -> int:
+        """Return what a program has written."""
+        return self._c.registers.ints[_index(address)]
+
+    def read_output_float_register(self, address: int) -> float:
+        """Return what a program has written."""
+        return self._c.registers.doubles[_index(address)]
+
+    def read_output_boolean_register(self, address: int) -> bool:
+        """Return what a program has written."""
+        return self._c.registers.bit(int(address))
+
+    def write_output_integer_register(self, address: int, value: Any) -> None:
+        """Tell clients a number, cut to 32 bits."""
+        self._c.registers.ints[_index(address)] = (int(value) + 2**31) % 2**32 - 2**31
+
+    def write_output_float_register(self, address: int, value: Any) -> None:
+        """Tell clients a number."""
+        self._c.registers.doubles[_index(address)] = float(value)
+
+    def write_output_boolean_register(self, address: int, value: Any) -> None:
+        """Tell clients yes or no."""
+        self._c.registers.set_bit(int(address), bool(value))
+
+    def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
+        """Act where a client stops writing a register: "ignore", "pause" or "stop"."""
+        if min_frequency <= 0 or action == "ignore":
+            self._c.watchdogs.pop(variable_name, None)
+            return
+        self._c.written_s[variable_name] = self._c.time_s
+        self._c.watchdogs[variable_name] = (1.0 / min_frequency, action)
+
+    # -- terminals ----------------------------------------------------------------------------------------
+
+    def set_standard_digital_out(self, n: int, b: Any) -> None:
+        """Switch an output, 0-7."""
+        self._c.io.set_digital(int(n), bool(b))
+
+    def set_digital_out(self, n: int, b: Any) -> None:
+        """Switch an output, 0-7 standard, 8-9 tool."""
+        self._c.io.set_digital(int(n) if int(n) < CONFIGURABLE_SHIFT else int(n) + CONFIGURABLE_SHIFT, bool(b))
+
+    def set_configurable_digital_out(self, n: int, b: Any) -> None:
+        """Switch a configurable output, 0-7."""
+        self._c.io.set_digital(int(n) + CONFIGURABLE_SHIFT, bool(b))
+
+    def set_tool_digital_out(self, n: int, b: Any) -> None:
+        """Switch a tool output, 0-1."""
+        self._c.io.set_digital(int(n) + TOOL_SHIFT, bool(b))
+
+    def get_standard_digital_out(self, n: int) -> bool:
+        """Return an output."""
+        return bool(self._c.io.digital >> int(n) & 1)
+
+    def get_configurable_digital_out(self, n: int) -> bool:
+        """Return a configurable output."""
+        return bool(self._c.io.digital >> int(n) + CONFIGURABLE_SHIFT & 1)
+
+    def get_tool_digital_out(self, n: int) -> bool:
+        """Return a tool output."""
+        return bool(self._c.io.digital >> int(n) + TOOL_SHIFT & 1)
+
+    def get_standard_digital_in(self, n: int) -> bool:
+        """Return an input."""
+        return bool(self._c.io.digital_in >> int(n) & 1)
+
+    def get_configurable_digital_in(self, n: int) -> bool:
+        """Return a configurable input."""
+        return bool(self._c.io.digital_in >> int(n) + CONFIGURABLE_SHIFT & 1)
+
+    def get_tool_digital_in(self, n: int) -> bool:
+        """Return a tool input."""
+        return bool(self._c.io.digital_in >> int(n) + TOOL_SHIFT & 1)
+
+    def set_standard_analog_out(self, n: int, f: float) -> None:
+        """Set an analogue output, as a ratio 0..1."""
+        self._c.io.analog[int(n)] = min(max(float(f), 0.0), 1.0)
+
+    def get_standard_analog_out(self, n: int) -> float:
+        """Return an analogue output, as a ratio."""
+        return self._c.io.analog[int(n)]
+
+    def get_standard_analog_in(self, n: int) -> float:
+        """Return an analogue input."""
+        return self._c.io.analog_in[int(n)]
+
+    def set_analog_outputdomain(self, port: int, domain: int) -> None:
+        """Make an analogue output a current (0) or a voltage (1)."""
+        self._c.io.analog_is_voltage[int(port)] = bool(domain)
+
+    def set_tool_voltage(self, voltage: int) -> None:
+        """Set the tool's supply: 0, 12 or 24 V."""
+        self._c.io.tool_voltage = int(voltage)
+
+    # -- messages -----------------------------------------------------------------------------------------
+
+    def textmsg(self, s1: Any, s2: Any = "") -> None:
+        """Write to the log."""
+        self._c.tell(TextMessage(to_text(s1) + to_text(s2)))
+
+    def popup(
+        self, s: Any, title: str = "Popup", warning: bool = False, error: bool = False, blocking: bool = False
+    ) -> None:
+        """Show a text. Nobody is there to close it: one that blocks pauses the program until it is played again."""
+        self._c.tell(TextMessage(f"{title}: {to_text(s)}"))
+        if blocking:
+            self._c.pause_program()
+
+
+def _index(address: Any) -> int:
+    index = int(address)
+    if not 0 <= index < REGISTERS:
+        raise ScriptError(f"register {index} is out of range: 0 to {REGISTERS - 1}")
+    return index

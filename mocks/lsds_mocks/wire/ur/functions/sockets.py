@@ -1,0 +1,158 @@
+"""Functions by which a script talks to other computers. None of them ever blocks a cycle."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+import struct
+from typing import TYPE_CHECKING, Any
+
+from lsds_mocks.wire.address import on_loopback
+from lsds_mocks.wire.ur.script.program import Waiting
+from lsds_mocks.wire.ur.script.values import UrList, to_text
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.controller import Controller
+
+CONNECT_S = 2.0
+DEFAULT = "socket_0"
+STEP_S = 0.002
+
+
+class _Connection:
+    """One open socket with what has been read and not taken."""
+
+    def __init__(self, link: socket.socket) -> None:
+        self.link = link
+        self.data = bytearray()
+
+    def pull(self) -> None:
+        with contextlib.suppress(OSError):
+            while part := self.link.recv(65536):
+                self.data += part
+
+
+class Functions:
+    """Bound to one controller."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._c = controller
+        self._open: dict[str, _Connection] = {}
+
+    def socket_open(self, address: str, port: int, socket_name: str = DEFAULT) -> Waiting:
+        """Connect; True where that worked. Only this machine's own addresses are tried."""
+        self.socket_close(socket_name)
+        if not on_loopback(address):
+            return False
+        link = socket.socket()
+        link.setblocking(False)
+        outcome = link.connect_ex((address, int(port)))
+        for _ in range(round(CONNECT_S / STEP_S)):
+            if outcome not in (errno.EINPROGRESS, errno.EALREADY):
+                break
+            yield
+            outcome = link.connect_ex((address, int(port)))
+        if outcome not in (0, errno.EISCONN):
+            link.close()
+            return False
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._open[socket_name] = _Connection(link)
+        return True
+
+    def socket_close(self, socket_name: str = DEFAULT) -> None:
+        """Close."""
+        connection = self._open.pop(socket_name, None)
+        if connection is not None:
+            connection.link.close()
+
+    def socket_send_int(self, value: Any, socket_name: str = DEFAULT) -> bool:
+        """Send 32 bits, network order."""
+        return self._send(struct.pack(">i", (int(value) + 2**31) % 2**32 - 2**31), socket_name)
+
+    def socket_send_byte(self, value: Any, socket_name: str = DEFAULT) -> bool:
+        """Send a byte."""
+        return self._send(bytes([int(value) & 0xFF]), socket_name)
+
+    def socket_send_string(self, text: Any, socket_name: str = DEFAULT) -> bool:
+        """Send a text as it is."""
+        return self._send(to_text(text).encode(), socket_name)
+
+    def socket_send_line(self, text: Any, socket_name: str = DEFAULT) -> bool:
+        """Send a text and a line feed."""
+        return self._send(to_text(text).encode() + b"\n", socket_name)
+
+    def socket_read_binary_integer(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
+        """Read 32-bit numbers: the list begins with how many came, 0 after the time (0: never gives up)."""
+        size = 4 * int(number)
+        data = yield from self._wait(socket_name, timeout, lambda buffer: size if len(buffer) >= size else 0)
+        if data is None:
+            return UrList([0] + [0] * int(number))
+        return UrList([int(number), *struct.unpack(f">{int(number)}i", data)])
+
+    def socket_read_byte_list(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
+        """Read bytes: the list begins with how many came."""
+        size = int(number)
+        data = yield from self._wait(socket_name, timeout, lambda buffer: size if len(buffer) >= size else 0)
+        return UrList([0]) if data is None else UrList([size, *data])
+
+    def socket_read_ascii_float(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
+        """Read numbers in brackets, "(1.4, 3)": the list begins with how many came."""
+        data = yield from self._wait(socket_name, timeout, lambda buffer: buffer.find(b")") + 1)
+        if data is None:
+            return UrList([0])
+        text = data.decode("ascii", "replace").strip().strip("()")
+        try:
+            values = [float(part) for part in text.split(",")][: int(number)]
+        except ValueError:
+            return UrList([0])
+        return UrList([len(values), *values])
+
+    def socket_read_line(self, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
+        """Read up to a line feed; an empty string after the time."""
+        data = yield from self._wait(socket_name, timeout, lambda buffer: buffer.find(b"\n") + 1)
+        return "" if data is None else data.decode("utf-8", "replace").rstrip("\r\n")
+
+    def socket_read_string(
+        self,
+        socket_name: str = DEFAULT,
+        prefix: str = "",
+        suffix: str = "",
+        interpret_escape: bool = False,
+        timeout: float = 2.0,
+    ) -> Waiting:
+        """Read what has come, between a prefix and a suffix where they are given."""
+        end = suffix.encode()
+        data = yield from self._wait(
+            socket_name, timeout, lambda buffer: (buffer.find(end) + len(end)) if end in buffer else 0
+        ) if end else self._wait(socket_name, timeout, len)  # fmt: skip
+        text = "" if data is None else data.decode("utf-8", "replace")
+        return text.removesuffix(suffix).removeprefix(prefix)
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _send(self, data: bytes, name: str) -> bool:
+        connection = self._open.get(name)
+        if connection is None:
+            return False
+        try:
+            return connection.link.send(data) == len(data)
+        except OSError:
+            return False
+
+    def _wait(self, name: str, timeout: float, enough: Any) -> Waiting:
+        cycles = round(timeout / STEP_S) if timeout > 0 else None
+        waited = 0
+        while True:
+            connection = self._open.get(name)
+            if connection is not None:
+                connection.pull()
+                size = enough(connection.data)
+                if size:
+                    data = bytes(connection.data[:size])
+                    del connection.data[:size]
+                    return data
+            if cycles is not None and waited >= cycles:
+                return None
+            waited += 1
+            yield

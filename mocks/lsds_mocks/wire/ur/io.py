@@ -1,0 +1,76 @@
+"""Inputs and outputs, and the registers through which clients and programs talk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+REGISTERS = 48
+BITS = 128
+
+STANDARD_SHIFT, CONFIGURABLE_SHIFT, TOOL_SHIFT = 0, 8, 16
+
+
+class Registers:
+    """One direction's general-purpose registers: 48 integers, 48 doubles, 128 bits (as one number)."""
+
+    def __init__(self) -> None:
+        self.ints = [0] * REGISTERS
+        self.doubles = [0.0] * REGISTERS
+        self.bits = 0
+
+    def bit(self, index: int) -> bool:
+        """Return one bit."""
+        return bool(self.bits >> index & 1)
+
+    def set_bit(self, index: int, value: bool) -> None:
+        """Change one bit."""
+        self.bits = self.bits & ~(1 << index) | (int(value) << index)
+
+
+class Outputs:
+    """Digital outputs (bits 0-7 standard, 8-15 configurable, 16-17 tool), analogue outputs as ratios, speed slider."""
+
+    def __init__(self) -> None:
+        self.digital = 0
+        self.digital_in = 0
+        self.analog = [0.0, 0.0]
+        self.analog_is_voltage = [True, True]
+        self.analog_in = [0.0, 0.0]
+        self.tool_voltage = 0
+        self.slider = 1.0
+
+    def set_digital(self, index: int, value: bool) -> None:
+        """Change one digital output."""
+        self.digital = self.digital & ~(1 << index) | (int(value) << index)
+
+    def shown(self, index: int) -> float:
+        """Return an analogue output as it is measured: 0..10 V, or 4..20 mA in ampere."""
+        ratio = self.analog[index]
+        return ratio * 10.0 if self.analog_is_voltage[index] else 0.004 + ratio * 0.016
+
+    @property
+    def types(self) -> int:
+        """Return the types of the analogue terminals: inputs in bits 0-1, outputs in bits 2-3; 1 is voltage."""
+        return 0b11 | int(self.analog_is_voltage[0]) << 2 | int(self.analog_is_voltage[1]) << 3
+
+    def apply(self, values: Mapping[str, Any]) -> None:
+        """Take one data package's outputs; only what its masks select changes."""
+        for name, shift, width in (
+            ("standard", STANDARD_SHIFT, 8),
+            ("configurable", CONFIGURABLE_SHIFT, 8),
+            ("tool", TOOL_SHIFT, 2),
+        ):
+            mask = values.get(f"{name}_digital_output_mask")
+            if mask is not None and f"{name}_digital_output" in values:
+                mask = (mask & ((1 << width) - 1)) << shift
+                wanted = values[f"{name}_digital_output"] << shift
+                self.digital = self.digital & ~mask | wanted & mask
+        mask = values.get("standard_analog_output_mask", 0)
+        for index in (0, 1):
+            ratio = values.get(f"standard_analog_output_{index}")
+            if mask >> index & 1 and ratio is not None:
+                self.analog[index] = min(max(ratio, 0.0), 1.0)
+                self.analog_is_voltage[index] = bool(values.get("standard_analog_output_type", 0) >> index & 1)
+        if values.get("speed_slider_mask", 0) and "speed_slider_fraction" in values:
+            self.slider = min(max(values["speed_slider_fraction"], 0.0), 1.0)

@@ -1,0 +1,54 @@
+"""What the controller has to tell everybody on its primary interface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+WARNING, VIOLATION, FAULT = 2, 3, 4
+"""Report levels of an `ErrorCode`."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextMessage:
+    """A program's `textmsg`."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class KeyMessage:
+    """A program started or stopped."""
+
+    title: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorCode:
+    """The controller's own error `C<code>A<argument>`."""
+
+    code: int
+    argument: int
+    level: int
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RuntimeExceptionMessage:
+    """A program failed, at a line and a column."""
+
+    line: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyModeMessage:
+    """The safety mode has changed."""
+
+    mode: int
+    code: int = 0
+    argument: int = 0
+
+
+Message = TextMessage | KeyMessage | ErrorCode | RuntimeExceptionMessage | SafetyModeMessage

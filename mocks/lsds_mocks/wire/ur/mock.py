@@ -1,0 +1,146 @@
+"""`lsds mock ur5e`: the controller behind all its ports, on one thread that wakes 500 times a second."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import gc
+import os
+import threading
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from lsds_mocks.link.pick import arm_link
+from lsds_mocks.wire.address import require_loopback
+from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKind
+from lsds_mocks.wire.ur.controller import Controller
+from lsds_mocks.wire.ur.dashboard import DashboardSession
+from lsds_mocks.wire.ur.environment import Environment
+from lsds_mocks.wire.ur.net import Network
+from lsds_mocks.wire.ur.pendant import Pendant
+from lsds_mocks.wire.ur.primary import StateFace
+from lsds_mocks.wire.ur.realtime import RealtimeFace
+from lsds_mocks.wire.ur.rtde import RtdeFace
+from lsds_mocks.wire.ur.uploads import Uploads
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_mocks.wire.ur.options import UrOptions
+
+STEP_NS = 2_000_000
+LATEST_NS = 100_000_000
+"""A loop that is later than this has been asleep: it goes on from now instead of catching up."""
+
+KNOWS: tuple[FaultKind, ...] = (
+    *MESSAGE_FAULTS, "freeze", "disconnect", "busy", "in-use", "delayed-ack", "protective-stop",
+)  # fmt: skip
+_PRIORITY = 20
+_PR_SET_TIMERSLACK = 29
+
+
+class MockUr:
+    """A `WireMock` of an e-Series arm."""
+
+    def __init__(self, options: UrOptions, context: BuildContext) -> None:
+        self.options = options
+        require_loopback(options.model, options.host)
+        self._clock = context.clock
+        self._faults = FaultInjector(options.model, options.faults, KNOWS, seed=context.seed, clock=context.clock)
+        self._network: Network | None = None
+        self._uploads = Uploads()
+        self.controller: Controller | None = None
+        self._pendant: Pendant | None = None
+
+    def start(self) -> Mapping[str, str]:
+        """Bind all ports. Raises ConnectFailed where one is taken."""
+        environment = Environment(self.options.floor_m, arm_link(self.options.cell, self._clock), self._clock)
+        controller = self.controller = Controller(self.options, environment)
+        pendant = self._pendant = Pendant(controller, self._uploads)
+        network = self._network = Network(self.options.host, self._faults, self._clock)
+        self._rtde = RtdeFace(controller, self._faults)
+        scripts = pendant.script
+        self._states = [
+            StateFace(controller, scripts, all_messages=True),
+            StateFace(controller, None, all_messages=True),
+            StateFace(controller, scripts, all_messages=False),
+            StateFace(controller, None, all_messages=False),
+        ]
+        self._streams = [RealtimeFace(controller, scripts), RealtimeFace(controller, None)]
+        ports: dict[str, tuple[int, Any]] = {
+            "dashboard": (29999, lambda link: DashboardSession(pendant, link)),
+            "primary": (30001, self._states[0].open),
+            "primary-read-only": (30011, self._states[1].open),
+            "secondary": (30002, self._states[2].open),
+            "secondary-read-only": (30012, self._states[3].open),
+            "real-time": (30003, self._streams[0].open),
+            "real-time-read-only": (30013, self._streams[1].open),
+            "rtde": (30004, self._rtde.open),
+        }
+        for face, (port, open_session) in ports.items():
+            network.listen(face, port, open_session)
+        self._uploads.start()
+        return {face: f"{self.options.host}:{port}" for face, (port, _) in ports.items()}
+
+    def serve(self, stop: threading.Event) -> None:
+        """Run control cycles until told to stop."""
+        network, controller, pendant = self._network, self.controller, self._pendant
+        assert network is not None
+        assert controller is not None
+        assert pendant is not None
+        _be_punctual()
+        next_ns = self._clock.now()
+        while not stop.is_set():
+            self._clock.sleep_until(next_ns)
+            if self._clock.now() - next_ns > LATEST_NS:
+                next_ns = self._clock.now()
+            next_ns += STEP_NS
+            if self._strike(network, controller):
+                continue
+            network.poll()
+            pendant.poll()
+            controller.cycle()
+            messages = list(controller.messages)
+            controller.messages.clear()
+            self._rtde.publish()
+            for stream in self._streams:
+                stream.publish()
+            for state in self._states:
+                state.publish(messages)
+
+    def inject(self, fault: Mapping[str, Any]) -> None:
+        """Begin a fault. Raises ConfigError for one that an arm does not have."""
+        self._faults.add(fault)
+
+    def close(self) -> None:
+        """Close everything."""
+        self._uploads.close()
+        if self._network is not None:
+            self._network.close()
+        if self.controller is not None:
+            self.controller.stop_program()
+            self.controller.environment.close()
+
+    def _strike(self, network: Network, controller: Controller) -> bool:
+        """Let due faults of the whole arm strike; tell whether the controller stands still in this cycle."""
+        if self._faults.quiet:
+            return False
+        if fault := self._faults.strikes("disconnect", ""):
+            network.disconnect(_rest(self._faults, fault))
+        if self._faults.strikes("protective-stop", ""):
+            controller.protective_stop()
+        return self._faults.strikes("freeze", "") is not None
+
+
+def _rest(faults: FaultInjector, fault: Fault) -> float | None:
+    return faults.remaining_s(fault)
+
+
+def _be_punctual() -> None:
+    """Ask for short timer slack and, where that is allowed, real-time priority; keep the collector out of the loop."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+    with contextlib.suppress(OSError, AttributeError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    gc.collect()
+    gc.freeze()
+    gc.disable()

@@ -1,0 +1,67 @@
+"""What the moves work on: joints, tool and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+from lsds_mocks.wire.ur.kinematics import JOINTS, Kinematics
+from lsds_mocks.wire.ur.pose_math import compose, inverse
+
+Joints = list[float]
+
+
+class Step(NamedTuple):
+    """Joints after a time step; speeds and accelerations where the move knows them better than differences tell."""
+
+    q: Joints
+    qd: Joints | None = None
+    qdd: Joints | None = None
+
+
+class Move(Protocol):
+    """Anything that moves the arm. Works in the script's time, which the speed slider stretches."""
+
+    @property
+    def done(self) -> bool:
+        """Whether the script that called it may go on."""
+
+    def step(self, dt_s: float) -> Step:
+        """Return the arm after a time step. Raises Unreachable."""
+
+
+class Unreachable(Exception):
+    """A target, or a point on the way to it, is out of reach; `pose` tells which."""
+
+    def __init__(self, pose: Sequence[float]) -> None:
+        super().__init__("out of reach: " + ", ".join(f"{value:.3f}" for value in pose))
+        self.pose = list(pose)
+
+
+@dataclass(slots=True)
+class ArmMotion:
+    """Positions (rad), speeds and accelerations of the joints, and the tool's offset on the flange."""
+
+    kinematics: Kinematics
+    q: Joints
+    qd: Joints = field(default_factory=lambda: [0.0] * JOINTS)
+    qdd: Joints = field(default_factory=lambda: [0.0] * JOINTS)
+    tcp_offset: list[float] = field(default_factory=lambda: [0.0] * JOINTS)
+
+    def tcp(self, q: Sequence[float] | None = None) -> list[float]:
+        """Return the TCP pose of the present, or of another, configuration."""
+        return self.kinematics.tcp(self.q if q is None else q, self.tcp_offset)
+
+    def joints(self, tcp_pose: Sequence[float], near: Sequence[float]) -> Joints:
+        """Return the joints for a TCP pose, nearest to a configuration. Raises Unreachable."""
+        flange = compose(tcp_pose, inverse(self.tcp_offset)) if any(self.tcp_offset) else tcp_pose
+        q = self.kinematics.inverse(flange, near)
+        if q is None:
+            raise Unreachable(tcp_pose)
+        return q
+
+    @property
+    def moving(self) -> bool:
+        """Whether any joint moves."""
+        return any(self.qd)

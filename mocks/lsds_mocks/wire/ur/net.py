@@ -1,0 +1,207 @@
+"""Listening and talking without ever waiting: everything happens once a control cycle."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import heapq
+import select
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+from lsds.errors import ConnectFailed
+from lsds_mocks.wire.faults import FaultInjector
+
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+
+BACKLOG_BYTES = 1 << 18
+"""Unsent bytes after which a client that does not read loses what is new."""
+
+
+class Session(Protocol):
+    """One client's side of a protocol."""
+
+    def received(self, data: bytes) -> None:
+        """Take what the client sent. Raises ProtocolEnd where the connection has to be closed."""
+
+    def closed(self) -> None:
+        """Learn that the client is gone."""
+
+
+class ProtocolEnd(Exception):
+    """The connection is to be closed, after what was sent has gone out."""
+
+
+class Link:
+    """One client's socket: sends what it can, keeps the rest, and lets faults spoil it."""
+
+    def __init__(self, link: socket.socket, face: str, faults: FaultInjector, clock: Clock) -> None:
+        self.socket = link
+        self.face = face
+        self.ending = False
+        self.dead = False
+        self._faults = faults
+        self._clock = clock
+        self._unsent = bytearray()
+        self._late: list[tuple[int, int, bytes]] = []
+        self._number = 0
+
+    def send(self, data: bytes, *, may_drop: bool = False) -> None:
+        """Send, now or as soon as the client takes it. What `may_drop` is lost where too much waits already."""
+        if self.dead or (may_drop and len(self._unsent) > BACKLOG_BYTES):
+            return
+        if self._faults.quiet and not self._late:
+            self._send(data)
+            return
+        now = self._clock.now()
+        for delay_s, part in self._faults.outgoing(data, self.face):
+            self._number += 1
+            heapq.heappush(self._late, (now + round(delay_s * 1e9), self._number, part))
+        self.flush()
+
+    def flush(self) -> None:
+        """Send what is due and could not be sent before."""
+        now = self._clock.now() if self._late else 0
+        while self._late and self._late[0][0] <= now:
+            self._unsent += heapq.heappop(self._late)[2]
+        if self._unsent:
+            waiting, self._unsent = bytes(self._unsent), bytearray()
+            self._send(waiting)
+        if self.ending and not self._unsent and not self._late:
+            self.dead = True
+
+    def _send(self, data: bytes) -> None:
+        if self._unsent:
+            self._unsent += data
+            return
+        try:
+            sent = self.socket.send(data)
+        except BlockingIOError:
+            sent = 0
+        except OSError:
+            self.dead = True
+            return
+        if sent < len(data):
+            self._unsent += data[sent:]
+
+
+Open = Callable[[Link], Session]
+
+
+class Network:
+    """All listening sockets and all clients of one controller."""
+
+    def __init__(self, host: str, faults: FaultInjector, clock: Clock) -> None:
+        self._host = host
+        self._faults = faults
+        self._clock = clock
+        self._poll = select.epoll()
+        self._faces: list[tuple[str, int, Open]] = []
+        self._listeners: dict[int, tuple[socket.socket, str, Open]] = {}
+        self._clients: dict[int, tuple[Link, Session]] = {}
+        self._refusing_until_ns = 0
+        self.acknowledges_at_once = True
+
+    def listen(self, face: str, port: int, open_session: Open) -> None:
+        """Offer a protocol on a port. Raises ConnectFailed where the port is taken."""
+        self._faces.append((face, port, open_session))
+        self._bind(face, port, open_session)
+
+    def poll(self) -> None:
+        """Accept, read and flush whatever is there."""
+        self._come_back()
+        for descriptor, _events in self._poll.poll(0):
+            if descriptor in self._listeners:
+                self._accept(descriptor)
+            elif descriptor in self._clients:
+                self._read(descriptor)
+        for descriptor, (link, _) in list(self._clients.items()):
+            link.flush()
+            if link.dead:
+                self._drop(descriptor)
+
+    def disconnect(self, for_s: float | None) -> None:
+        """Throw everybody out and take nobody in for a time; None: for ever."""
+        self._refusing_until_ns = 2**63 if for_s is None else self._clock.now() + round(for_s * 1e9)
+        for descriptor in list(self._clients):
+            self._drop(descriptor)
+        for descriptor in list(self._listeners):
+            self._poll.unregister(descriptor)
+            self._listeners.pop(descriptor)[0].close()
+
+    def close(self) -> None:
+        """Close everything."""
+        self.disconnect(None)
+        if not self._poll.closed:
+            self._poll.close()
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _bind(self, face: str, port: int, open_session: Open) -> None:
+        listener = socket.socket()
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((self._host, port))
+            listener.listen(16)
+        except OSError as error:
+            listener.close()
+            problem = f"{self._host}:{port} ({face}) cannot be had: {error.strerror}"
+            remedy = "another mock has it; give each arm its own address: --host 127.0.0.2"
+            raise ConnectFailed(
+                "mock arm", problem, remedy=remedy if error.errno == errno.EADDRINUSE else ""
+            ) from error
+        listener.setblocking(False)
+        self._listeners[listener.fileno()] = (listener, face, open_session)
+        self._poll.register(listener.fileno(), select.EPOLLIN)
+
+    def _come_back(self) -> None:
+        if self._refusing_until_ns and self._clock.now() >= self._refusing_until_ns:
+            self._refusing_until_ns = 0
+            for face, port, open_session in self._faces:
+                self._bind(face, port, open_session)
+
+    def _accept(self, descriptor: int) -> None:
+        listener, face, open_session = self._listeners[descriptor]
+        try:
+            link, _address = listener.accept()
+        except OSError:
+            return
+        if self._faults.strikes("busy", face):
+            link.close()
+            return
+        link.setblocking(False)
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client = Link(link, face, self._faults, self._clock)
+        self._clients[link.fileno()] = (client, open_session(client))
+        self._poll.register(link.fileno(), select.EPOLLIN)
+
+    def _read(self, descriptor: int) -> None:
+        link, session = self._clients[descriptor]
+        try:
+            data = link.socket.recv(1 << 16)
+            if self.acknowledges_at_once and not self._faults.strikes("delayed-ack", link.face):
+                # Without this, clients that lose TCP_NODELAY on the way send their second package 40 ms late.
+                link.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._drop(descriptor)
+            return
+        if link.ending:
+            return
+        try:
+            session.received(data)
+        except ProtocolEnd:
+            link.ending = True
+
+    def _drop(self, descriptor: int) -> None:
+        link, session = self._clients.pop(descriptor)
+        session.closed()
+        with contextlib.suppress(OSError, ValueError):
+            self._poll.unregister(descriptor)
+        link.dead = True
+        link.socket.close()

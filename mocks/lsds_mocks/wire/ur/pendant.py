@@ -1,0 +1,133 @@
+"""What a person does at the teach pendant: load and play programs, remote control, operational modes."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lsds_mocks.wire.address import on_loopback
+from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
+from lsds_mocks.wire.ur.script.errors import ScriptError
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.controller import Controller
+    from lsds_mocks.wire.ur.uploads import Uploads
+
+FOLDER = "/programs"
+EXTERNAL_CONTROL, WAIT = "external_control.urp", "wait_program.urp"
+_WAIT_SCRIPT = "def wait_program():\n  while True:\n    sleep(0.01)\n  end\nend\n"
+_REQUEST_S = 5.0
+
+
+class Pendant:
+    """Of one controller. Scripts, and the commands that the script ports take beside them, come through here."""
+
+    def __init__(self, controller: Controller, uploads: Uploads) -> None:
+        self.controller = controller
+        self.remote = controller.options.remote_control
+        self.loaded = ""
+        self._mode = "NONE"
+        self._uploads = uploads
+        self._commands = {
+            "power on": lambda: controller.power.on(controller.time_s),
+            "power off": controller.power_off,
+            "set robotmode run": lambda: controller.power.release(controller.time_s),
+            "set unlock protective stop": controller.unlock,
+            "stop program": controller.stop_program,
+            "pause program": controller.pause_program,
+        }
+
+    @property
+    def operational_mode(self) -> str:
+        """MANUAL, AUTOMATIC, or NONE where nobody has set one."""
+        return self._mode
+
+    @operational_mode.setter
+    def operational_mode(self, mode: str) -> None:
+        """Manual mode takes remote control away, automatic mode gives it back."""
+        self._mode = mode
+        if mode != "NONE":
+            self.remote = mode == "AUTOMATIC" and self.controller.options.remote_control
+
+    def script(self, text: str) -> None:
+        """Take one program, or one command, from a script port."""
+        command = self._commands.get(text.strip())
+        if command is not None:
+            command()
+        else:
+            self._uploads.submit(text + "\n")
+
+    def poll(self) -> None:
+        """Start what has been compiled."""
+        for compiled in self._uploads.poll():
+            if isinstance(compiled, ScriptError):
+                self.controller.refuse(compiled)
+            else:
+                self.controller.start(compiled)
+
+    def load(self, name: str) -> str:
+        """Load a program by its file's name; return its path, "" where there is none. Stops a running one."""
+        path = name if name.startswith("/") else f"{FOLDER}/{name}"
+        if Path(name).name not in (EXTERNAL_CONTROL, WAIT) and self._file(name) is None:
+            return ""
+        self.controller.stop_program()
+        self.loaded = path
+        return path
+
+    def play(self) -> bool:
+        """Start the loaded program, or let a paused one go on; tell whether that is possible."""
+        if self.controller.resume_program():
+            return True
+        ready = self.controller.power.mode is RobotMode.RUNNING and self.controller.safety is SafetyMode.NORMAL
+        if not ready or not self.loaded:
+            return False
+        name = Path(self.loaded).name
+        if name == WAIT:
+            self._uploads.submit(_WAIT_SCRIPT)
+        elif name == EXTERNAL_CONTROL:
+            self._uploads.fetch(self._external_control)
+        else:
+            file = self._file(self.loaded)
+            if file is None:
+                return False
+            self._uploads.submit(file.read_text("utf-8", "replace"))
+        return True
+
+    def _file(self, name: str) -> Path | None:
+        folder = self.controller.options.programs
+        if not folder:
+            return None
+        stem = Path(name).name.removesuffix(".urp")
+        file = Path(folder) / f"{stem}.script"
+        return file if file.is_file() else None
+
+    def _external_control(self) -> str:
+        """Ask the other computer for its script, as the External Control URCap does. "" where it does not answer."""
+        options = self.controller.options
+        if not on_loopback(options.urcap_host):
+            return ""
+        try:
+            with socket.create_connection((options.urcap_host, options.urcap_port), _REQUEST_S) as link:
+                link.settimeout(_REQUEST_S)
+                link.sendall(b"request_program\n")
+                parts = []
+                while part := link.recv(1 << 16):
+                    parts.append(part)
+                    if part.endswith(b"\n") and not _more(link):
+                        break
+        except OSError:
+            return ""
+        text = b"".join(parts).decode("utf-8", "replace")
+        return text if text.lstrip().startswith(("def ", "sec ")) else f"def external_control():\n{text}\nend\n"
+
+
+def _more(link: socket.socket) -> bool:
+    """Whether more comes within a tenth of a second: not every sender closes the connection at the end."""
+    link.settimeout(0.1)
+    try:
+        return bool(link.recv(1, socket.MSG_PEEK))
+    except TimeoutError:
+        return False
+    finally:
+        link.settimeout(_REQUEST_S)

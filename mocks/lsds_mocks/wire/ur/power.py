@@ -1,0 +1,53 @@
+"""Power and brakes: what takes how long on the way from off to running."""
+
+from __future__ import annotations
+
+from lsds_mocks.wire.ur.modes import RobotMode
+
+OFF_S, POWERING_S, IDLE_S, BRAKES_S = 0.3, 0.4, 0.4, 0.6
+"""Seconds to switch off, to boot the joints, from there to idle, and to release the brakes: shorter than a real arm's
+ten seconds, so that tests do not wait for what they do not test."""
+
+
+class Power:
+    """Walks from mode to mode as time passes."""
+
+    def __init__(self, mode: RobotMode) -> None:
+        self.mode = mode
+        self._next: list[tuple[float, RobotMode]] = []
+
+    def on(self, now_s: float) -> None:
+        """Power on: ends idle, with the brakes on. Does nothing where the power is on."""
+        if self.mode is RobotMode.POWER_OFF and not self._heads_for(RobotMode.IDLE):
+            self._plan(now_s, (POWERING_S, RobotMode.POWER_ON), (IDLE_S, RobotMode.IDLE))
+
+    def release(self, now_s: float) -> None:
+        """Release the brakes, after powering on where that is needed."""
+        if self.mode is RobotMode.RUNNING and not self._next:
+            return
+        if self.mode is RobotMode.POWER_OFF and not self._next:
+            self.on(now_s)
+        if not self._heads_for(RobotMode.RUNNING):
+            last = self._next[-1][0] if self._next else now_s
+            self._next.append((last + BRAKES_S, RobotMode.RUNNING))
+
+    def off(self, now_s: float) -> None:
+        """Switch off."""
+        if self.mode is RobotMode.POWER_OFF:
+            self._next.clear()
+        else:
+            self._plan(now_s, (OFF_S, RobotMode.POWER_OFF))
+
+    def advance(self, now_s: float) -> None:
+        """Let time pass."""
+        while self._next and now_s >= self._next[0][0]:
+            self.mode = self._next.pop(0)[1]
+
+    def _plan(self, now_s: float, *steps: tuple[float, RobotMode]) -> None:
+        self._next.clear()
+        for duration_s, mode in steps:
+            now_s += duration_s
+            self._next.append((now_s, mode))
+
+    def _heads_for(self, mode: RobotMode) -> bool:
+        return any(planned is mode for _, planned in self._next)

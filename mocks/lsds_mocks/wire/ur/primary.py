@@ -1,0 +1,209 @@
+"""The primary and secondary interfaces: robot state ten times a second, messages, and scripts coming in.
+
+Layouts: Universal Robots, "client interfaces", version 5.10 and later.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD, JOINTS, ArmModel
+from lsds_mocks.wire.ur.messages import (
+    ErrorCode,
+    KeyMessage,
+    Message,
+    RuntimeExceptionMessage,
+    SafetyModeMessage,
+    TextMessage,
+)
+from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
+from lsds_mocks.wire.ur.net import Link
+from lsds_mocks.wire.ur.script.stream import ScriptStream
+from lsds_mocks.wire.ur.variables import joint_mode
+
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.controller import Controller
+
+STATE_EVERY = 50
+"""Cycles between two state packages: 10 Hz."""
+
+STATE, MESSAGE = 16, 20
+ROBOT_SOURCE, SAFETY_SOURCE, PROGRAM_SOURCE = 0xFE, 0xFD, 0xFF
+CONTROL_RUNNING, CONTROL_FORCE = 0, 2
+
+
+class StateFace:
+    """Everybody who listens on the primary, or on the secondary, interface. `scripts` takes what they upload, None
+    where the port is read-only; `all_messages` is True for primary ones."""
+
+    def __init__(self, controller: Controller, scripts: Callable[[str], None] | None, *, all_messages: bool) -> None:
+        self._controller = controller
+        self._scripts = scripts
+        self._all_messages = all_messages
+        self._links: list[Link] = []
+
+    def open(self, link: Link) -> StateSession:
+        """Greet a new client with the version and the state."""
+        link.send(version_message(self._controller))
+        link.send(robot_state(self._controller))
+        self._links.append(link)
+        return StateSession(self, link, self._scripts)
+
+    def forget(self, link: Link) -> None:
+        """Let go of a client."""
+        if link in self._links:
+            self._links.remove(link)
+
+    def publish(self, messages: list[Message]) -> None:
+        """Send messages, and the state where its time has come."""
+        if not self._links:
+            return
+        if self._all_messages:
+            for message in messages:
+                self._to_all(encoded(message, self._controller))
+        if self._controller.step_number % STATE_EVERY == 0:
+            self._to_all(robot_state(self._controller))
+
+    def _to_all(self, data: bytes) -> None:
+        for link in self._links:
+            link.send(data, may_drop=True)
+
+
+class StateSession:
+    """One client of a script port."""
+
+    def __init__(self, face: StateFace, link: Link, scripts: Callable[[str], None] | None) -> None:
+        self._face = face
+        self._link = link
+        self._scripts = scripts
+        self._stream = ScriptStream()
+
+    def received(self, data: bytes) -> None:
+        """Take script text."""
+        if self._scripts is not None:
+            for program in self._stream.feed(data):
+                self._scripts(program)
+
+    def closed(self) -> None:
+        """The client is gone."""
+        self._face.forget(self._link)
+
+
+# -- packages -------------------------------------------------------------------------------------------------
+
+
+def _package(kind: int, body: bytes) -> bytes:
+    return struct.pack(">ib", len(body) + 5, kind) + body
+
+
+def _message(controller: Controller, source: int, kind: int, body: bytes) -> bytes:
+    return _package(MESSAGE, struct.pack(">QBb", _microseconds(controller), source, kind) + body)
+
+
+def _microseconds(controller: Controller) -> int:
+    return round(controller.time_s * 1e6)
+
+
+def version_message(controller: Controller) -> bytes:
+    """Return the message that opens every connection."""
+    major, minor, bugfix, build = map(int, controller.options.version.split("."))
+    name, date = b"URControl", b"29-04-2024, 12:00:00"
+    body = bytes([len(name)]) + name + struct.pack(">BBii", major, minor, bugfix, build) + date
+    return _message(controller, ROBOT_SOURCE, 3, body)
+
+
+def encoded(message: Message, controller: Controller) -> bytes:
+    """Return a message's bytes."""
+    if isinstance(message, TextMessage):
+        return _message(controller, PROGRAM_SOURCE, 0, message.text.encode())
+    if isinstance(message, KeyMessage):
+        title = message.title.encode()
+        body = struct.pack(">iiB", 0, 0, len(title)) + title + message.text.encode()
+        return _message(controller, PROGRAM_SOURCE, 7, body)
+    if isinstance(message, ErrorCode):
+        body = struct.pack(">iiiII", message.code, message.argument, message.level, 0, 0) + message.text.encode()
+        return _message(controller, SAFETY_SOURCE, 6, body)
+    if isinstance(message, RuntimeExceptionMessage):
+        body = struct.pack(">ii", message.line, message.column) + message.text.encode()
+        return _message(controller, PROGRAM_SOURCE, 10, body)
+    assert isinstance(message, SafetyModeMessage)
+    body = struct.pack(">iiBII", message.code, message.argument, message.mode, 0, 0)
+    return _message(controller, SAFETY_SOURCE, 5, body)
+
+
+def robot_state(controller: Controller) -> bytes:
+    """Return the robot-state package with all its parts."""
+    parts = (
+        (0, _mode_data(controller)),
+        (1, _joint_data(controller)),
+        (2, _tool_data(controller)),
+        (3, _masterboard(controller)),
+        (4, struct.pack(">12d", *controller.tcp_pose, *controller.arm.tcp_offset)),
+        (5, _kinematics(controller.kinematics.model)),
+        (6, _configuration(controller.kinematics.model)),
+        (7, struct.pack(">7d", *controller.tcp_force, 0.0)),
+    )  # fmt: skip
+    return _package(STATE, b"".join(struct.pack(">IB", len(body) + 5, kind) + body for kind, body in parts))
+
+
+def _mode_data(c: Controller) -> bytes:
+    powered = c.power.mode in (RobotMode.POWER_ON, RobotMode.IDLE, RobotMode.RUNNING)
+    stopped = c.safety is SafetyMode.PROTECTIVE_STOP
+    running = c.program is not None and not c.program.paused
+    paused = c.program is not None and c.program.paused
+    flags = (True, True, powered, c.safety in (SafetyMode.SYSTEM_EMERGENCY_STOP, SafetyMode.ROBOT_EMERGENCY_STOP))
+    control = CONTROL_FORCE if c.motion.compliance is not None else CONTROL_RUNNING
+    return struct.pack(
+        ">Q7?BBdddB",
+        _microseconds(c), *flags, stopped, running, paused, int(c.power.mode), control, c.scaling, c.scaling, 1.0, 0,
+    )  # fmt: skip
+
+
+def _joint_data(c: Controller) -> bytes:
+    mode = joint_mode(c)
+    return b"".join(
+        struct.pack(">dddffffB", q, q, c.scaling * qd, 0.0, 48.0, 28.0, 28.0, mode)
+        for q, qd in zip(c.arm.q, c.arm.qd, strict=True)
+    )
+
+
+def _tool_data(c: Controller) -> bytes:
+    return struct.pack(">bbddfBffB", 0, 0, 0.0, 0.0, 48.0, c.io.tool_voltage, 0.0, 28.0, joint_mode(c))
+
+
+def _masterboard(c: Controller) -> bytes:
+    io = c.io
+    domains = [int(voltage) for voltage in io.analog_is_voltage]
+    return struct.pack(
+        ">IIBBddbbddffffBBBIBBB",
+        io.digital_in, io.digital, 1, 1, *io.analog_in, *domains, io.shown(0), io.shown(1), 28.0, 48.0, 0.6, 0.0,
+        int(c.safety), 0, 0, 0, 0, 0, 0,
+    )  # fmt: skip
+
+
+def denavit_hartenberg(model: ArmModel) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Return theta, a, d, alpha of the six joints."""
+    right = 1.5707963267948966
+    return (
+        [0.0] * JOINTS,
+        [0.0, model.a2, model.a3, 0.0, 0.0, 0.0],
+        [model.d1, 0.0, 0.0, model.d4, model.d5, model.d6],
+        [right, 0.0, 0.0, right, -right, 0.0],
+    )
+
+
+def _kinematics(model: ArmModel) -> bytes:
+    theta, a, d, alpha = denavit_hartenberg(model)
+    checksums = [round(abs(x) * 1e6) + 1 for x in d]
+    return struct.pack(">6I24dI", *checksums, *theta, *a, *d, *alpha, 1)
+
+
+def _configuration(model: ArmModel) -> bytes:
+    theta, a, d, alpha = denavit_hartenberg(model)
+    limits = [value for _ in range(JOINTS) for value in (-JOINT_LIMIT_RAD, JOINT_LIMIT_RAD)]
+    fastest = [value for speed in model.joint_speed_rad_s for value in (speed, 40.0)]
+    defaults = (1.05, 1.4, 0.25, 1.2, 0.25)
+    numbers = (*limits, *fastest, *defaults, *a, *d, *alpha, *theta)
+    return struct.pack(f">{len(numbers)}d", *numbers) + struct.pack(">iiiiHH", 0, 0, model.type_number, 0, 0, 0)

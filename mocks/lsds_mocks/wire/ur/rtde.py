@@ -1,0 +1,174 @@
+"""RTDE, the controller's real-time data exchange, protocol versions 1 and 2 (Universal Robots, "RTDE guide").
+
+A package is u16 size (of all of it), u8 type, payload; big endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+from lsds_mocks.wire.faults import FaultInjector
+from lsds_mocks.wire.ur.controller import Controller
+from lsds_mocks.wire.ur.net import Link, ProtocolEnd
+from lsds_mocks.wire.ur.variables import IN, Packer, Unpacker, output_type, packer
+
+RATE_HZ = 500.0
+VERSION, CONTROLLER_VERSION, OUTPUTS, INPUTS, START, PAUSE, DATA, TEXT = map(ord, "VvOISPUM")
+LARGEST = 4096
+
+
+class RtdeFace:
+    """All RTDE clients of one controller; knows who has claimed which input."""
+
+    def __init__(self, controller: Controller, faults: FaultInjector) -> None:
+        self.controller = controller
+        self.faults = faults
+        self.claimed: dict[str, RtdeSession] = {}
+        self._sessions: list[RtdeSession] = []
+
+    def open(self, link: Link) -> RtdeSession:
+        """Take a new client."""
+        session = RtdeSession(self, link)
+        self._sessions.append(session)
+        return session
+
+    def forget(self, session: RtdeSession) -> None:
+        """Let go of a client that is gone, and of its inputs."""
+        if session in self._sessions:
+            self._sessions.remove(session)
+        self.claimed = {name: owner for name, owner in self.claimed.items() if owner is not session}
+
+    def publish(self) -> None:
+        """Send everybody the present cycle."""
+        for session in self._sessions:
+            session.publish()
+
+
+class RtdeSession:
+    """One client."""
+
+    def __init__(self, face: RtdeFace, link: Link) -> None:
+        self._face = face
+        self._link = link
+        self._buffer = bytearray()
+        self._version = 1
+        self._pack: Packer | None = None
+        self._every = 1
+        self._started = False
+        self._inputs: dict[int, Unpacker] = {}
+
+    def received(self, data: bytes) -> None:
+        """Take bytes; raises ProtocolEnd for what can be no package."""
+        self._buffer += data
+        while len(self._buffer) >= 3:
+            size, kind = struct.unpack_from(">HB", self._buffer)
+            if not 3 <= size <= LARGEST:
+                raise ProtocolEnd
+            if len(self._buffer) < size:
+                return
+            payload = bytes(self._buffer[3:size])
+            del self._buffer[:size]
+            self._handle(kind, payload)
+
+    def closed(self) -> None:
+        """The client is gone."""
+        self._face.forget(self)
+
+    def publish(self) -> None:
+        """Send the present cycle where it is this client's turn."""
+        if self._started and self._pack is not None:
+            controller = self._face.controller
+            if controller.step_number % self._every == 0:
+                self._link.send(self._pack(controller), may_drop=True)
+
+    def _handle(self, kind: int, payload: bytes) -> None:
+        if kind == DATA:
+            self._data(payload)
+        elif kind == VERSION:
+            wanted = struct.unpack(">H", payload)[0] if len(payload) == 2 else 0
+            accepted = wanted in (1, 2)
+            if accepted:
+                self._version = wanted
+            self._reply(kind, bytes([accepted]))
+        elif kind == CONTROLLER_VERSION:
+            major, minor, bugfix, build = map(int, self._face.controller.options.version.split("."))
+            self._reply(kind, struct.pack(">4I", major, minor, bugfix, build))
+        elif kind == OUTPUTS:
+            self._set_up_outputs(payload)
+        elif kind == INPUTS:
+            self._set_up_inputs(payload)
+        elif kind == START:
+            self._started = self._pack is not None
+            self._reply(kind, bytes([self._started]))
+        elif kind == PAUSE:
+            self._started = False
+            self._reply(kind, b"\x01")
+        elif kind != TEXT:
+            self._tell(f"unknown package type {kind}")
+
+    def _set_up_outputs(self, payload: bytes) -> None:
+        frequency = RATE_HZ
+        if self._version == 2:
+            if len(payload) < 8:
+                raise ProtocolEnd
+            (frequency,) = struct.unpack_from(">d", payload)
+            payload = payload[8:]
+        names = _names(payload)
+        types = [output_type(name) or "NOT_FOUND" for name in names]
+        sound = bool(names) and "NOT_FOUND" not in types and 0 < frequency <= RATE_HZ
+        head = bytes([DATA, 1] if self._version == 2 else [DATA])
+        self._pack = packer(names, head) if sound else None
+        self._every = max(1, round(RATE_HZ / frequency)) if sound else 1
+        self._started = self._started and sound
+        if not 0 < frequency <= RATE_HZ:
+            self._tell(f"frequency {frequency:g} Hz is out of range: above 0, at most {RATE_HZ:g}")
+        front = bytes([int(sound)]) if self._version == 2 else b""
+        self._reply(OUTPUTS, front + ",".join(types).encode())
+
+    def _set_up_inputs(self, payload: bytes) -> None:
+        names = _names(payload)
+        types = []
+        for name in names:
+            owner = self._face.claimed.get(name)
+            if name not in IN:
+                types.append("NOT_FOUND")
+            elif (owner is not None and owner is not self) or self._face.faults.strikes("in-use", "rtde"):
+                types.append("IN_USE")
+            else:
+                types.append(IN[name])
+        sound = bool(names) and not {"NOT_FOUND", "IN_USE"} & set(types)
+        number = 0
+        if sound:
+            number = len(self._inputs) + 1
+            self._inputs[number] = Unpacker(names)
+            self._face.claimed |= dict.fromkeys(names, self)
+        self._reply(INPUTS, bytes([number]) + ",".join(types).encode())
+
+    def _data(self, payload: bytes) -> None:
+        recipe = self._inputs.get(payload[0]) if payload else None
+        if recipe is None:
+            self._tell("input package for a recipe that was not set up")
+            return
+        try:
+            values: Mapping[str, object] = recipe.values(payload[1:])
+        except ValueError as error:
+            self._tell(f"input package: {error}")
+            return
+        self._face.controller.feed(values)
+
+    def _reply(self, kind: int, payload: bytes) -> None:
+        self._link.send(struct.pack(">HB", len(payload) + 3, kind) + payload)
+
+    def _tell(self, text: str) -> None:
+        message, source, level = text.encode()[:255], b"RTDE", 2
+        if self._version == 2:
+            body = bytes([len(message)]) + message + bytes([len(source)]) + source + bytes([level])
+        else:
+            body = bytes([level]) + message
+        self._reply(TEXT, body)
+
+
+def _names(payload: bytes) -> list[str]:
+    # One client ends its list with a comma.
+    return [name.strip() for name in payload.decode("ascii", "replace").split(",") if name.strip()]

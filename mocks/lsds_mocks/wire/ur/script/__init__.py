@@ -1,0 +1,1 @@
+"""URScript: text to Python generators. Any script runs that uses the language and the listed functions."""

@@ -1,0 +1,330 @@
+"""A syntax tree to Python: functions that may wait become generators that yield once a control cycle.
+
+Names resolve as the controller resolves them: what the program assigns outside functions, or declares `global`
+anywhere, is one variable for all; everything else is local to its function. A name that nothing defines is an error
+before the program starts, with the line and the column where it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from types import CodeType
+from typing import Any
+
+from lsds_mocks.wire.ur.script import nodes
+from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.script.parser import parse
+
+MAIN = ""
+"""Name of the function that holds the program's own statements."""
+
+_SPIN_CHECK = 0x3FFF
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """A program ready to run: its name, whether it is a secondary one, and the code that defines its functions."""
+
+    name: str
+    secondary: bool
+    codes: tuple[CodeType, ...]
+    places: Mapping[str, tuple[int, ...]]
+
+    def place(self, error: BaseException) -> int:
+        """Return the script's line in which an error was raised, 0 where it was in none."""
+        line, traceback = 0, error.__traceback__
+        while traceback is not None:
+            table = self.places.get(traceback.tb_frame.f_code.co_filename)
+            if table is not None:
+                line = table[traceback.tb_lineno - 1]
+            traceback = traceback.tb_next
+        return line
+
+
+def compile_script(text: str, waiting: Mapping[str, bool]) -> Compiled:
+    """Compile a script. `waiting` lists the controller's functions, True for those that take time.
+
+    A single `def` or `sec` is the program; loose statements are a program without a name. Raises ScriptError.
+    """
+    statements = parse(text)
+    main = statements[0] if len(statements) == 1 else None
+    if isinstance(main, nodes.Function) and main.kind in ("def", "sec"):
+        return _Program(main.name, main.body, waiting).compiled(secondary=main.kind == "sec")
+    return _Program("unnamed", statements, waiting).compiled(secondary=False)
+
+
+class _Program:
+    def __init__(self, name: str, body: tuple[nodes.Node, ...], waiting: Mapping[str, bool]) -> None:
+        self.name = name
+        self.builtins = waiting
+        self.functions = {node.name: node for node in _functions(body)}
+        self.body = body
+        self.shared = set(_assigned(body)) | set(_declared_global(body))
+        for function in self.functions.values():
+            self.shared |= set(_declared_global(function.body))
+        self.waits = self._waiting_functions()
+
+    def compiled(self, *, secondary: bool) -> Compiled:
+        main = nodes.Function(1, 1, "thread", MAIN, (), self.body)
+        codes, places = [], {}
+        # Function by function: compiling all at once would keep the interpreter's lock for many control cycles.
+        for function in (*self.functions.values(), main):
+            writer = _Writer(self, function)
+            file = f"<{self.name}.{function.name}>"
+            codes.append(compile("\n".join(writer.lines) + "\n", file, "exec"))
+            places[file] = tuple(writer.places)
+        return Compiled(self.name, secondary, tuple(codes), places)
+
+    def _waiting_functions(self) -> set[str]:
+        """Which functions wait: those that call one that waits, up to the fixed point."""
+        calls = {name: set(_calls(function.body)) for name, function in self.functions.items()}
+        waits = {name for name, function in self.functions.items() if _joins(function.body)}
+        while True:
+            more = {
+                name
+                for name, called in calls.items()
+                if name not in waits and any(c in waits or (c not in calls and self.builtins.get(c)) for c in called)
+            }
+            if not more:
+                return waits
+            waits |= more
+
+
+class _Writer:
+    """Writes one function."""
+
+    def __init__(self, program: _Program, function: nodes.Function) -> None:
+        self.program = program
+        self.lines: list[str] = []
+        self.places: list[int] = []
+        self._line = function.line
+        self._depth = 0
+        self._loops = 0
+        is_main = function.name == MAIN
+        parameters = [name for name, _ in function.parameters]
+        self._locals = set(parameters) | set(_declared_local(function.body))
+        if not is_main:
+            self._locals |= set(_assigned(function.body)) - program.shared
+        self._locals -= set(_declared_global(function.body))
+        self._generator = function.kind == "thread" or is_main or function.name in program.waits
+        arguments = [
+            f"v_{name}" + ("" if default is None else f"={self._expression(default)}")
+            for name, default in function.parameters
+        ]
+        self._write(f"def f_{function.name}({', '.join(arguments)}):")
+        self._depth += 1
+        shared = sorted((set(_assigned(function.body)) | set(_declared_global(function.body))) - self._locals)
+        if shared:
+            self._write("global " + ", ".join(f"v_{name}" for name in shared))
+        for name in sorted(set(parameters) & set(_changed_inside(function.body))):
+            self._write(f"v_{name} = copied(v_{name})")
+        self._block(function.body)
+        if self._generator:
+            self._write("return")
+            self._write("yield")
+
+    # -- statements ---------------------------------------------------------------------------------------
+
+    def _write(self, text: str) -> None:
+        self.lines.append("    " * self._depth + text)
+        self.places.append(self._line)
+
+    def _block(self, body: tuple[nodes.Node, ...]) -> None:
+        written = len(self.lines)
+        for node in body:
+            self._statement(node)
+        if len(self.lines) == written:
+            self._write("pass")
+
+    def _inner(self, body: tuple[nodes.Node, ...]) -> None:
+        self._depth += 1
+        self._block(body)
+        self._depth -= 1
+
+    def _statement(self, node: nodes.Node) -> None:
+        if isinstance(node, nodes.Function):
+            return
+        self._line = node.line
+        if isinstance(node, nodes.Assign):
+            self._assign(node)
+        elif isinstance(node, nodes.Bare):
+            self._write(self._expression(node.value))
+        elif isinstance(node, nodes.If):
+            for number, (condition, body) in enumerate(node.branches):
+                self._write(f"{'elif' if number else 'if'} {self._expression(condition)}:")
+                self._inner(body)
+            if node.otherwise:
+                self._write("else:")
+                self._inner(node.otherwise)
+        elif isinstance(node, nodes.While):
+            self._while(node)
+        elif isinstance(node, nodes.Return):
+            self._write("return" + ("" if node.value is None else f" {self._expression(node.value)}"))
+        elif isinstance(node, nodes.Handle):
+            handle = self._expression(node.handle)
+            self._write(f"yield from join({handle})" if node.word == "join" else f"kill({handle})")
+        elif isinstance(node, nodes.Word):
+            self._word(node)
+        else:
+            raise ScriptError(f"syntax_error_on_line:{node.line}:", node.line, node.column)
+
+    def _word(self, node: nodes.Word) -> None:
+        if node.word in ("break", "continue"):
+            if not self._loops:
+                raise ScriptError(f"syntax_error_on_line:{node.line}:", node.line, node.column)
+            self._write(node.word)
+        elif node.word == "halt":
+            self._write("halt()")
+        elif node.word == "pause":
+            self._write("pause()")
+        # Critical sections only forbid pre-emption; threads here change places where they wait, and nowhere else.
+
+    def _while(self, node: nodes.While) -> None:
+        self._loops += 1
+        counter = f"n{self._loops}"
+        self._write(f"{counter} = 0")
+        self._write(f"while {self._expression(node.condition)}:")
+        self._depth += 1
+        self._write(f"{counter} += 1")
+        self._write(f"if not {counter} & {_SPIN_CHECK}: spinning({node.line}, {node.column})")
+        self._block(node.body)
+        self._depth -= 1
+        self._loops -= 1
+
+    def _assign(self, node: nodes.Assign) -> None:
+        value = self._expression(node.value)
+        if isinstance(node.value, nodes.Name | nodes.Index | nodes.Member):
+            value = f"copied({value})"
+        target = node.target
+        if isinstance(target, nodes.Name):
+            self._write(f"v_{target.name} = {value}")
+        elif isinstance(target, nodes.Member):
+            self._write(f"{self._expression(target.base)}[{target.field!r}] = {value}")
+        else:
+            self._write(f"{self._indexed(target)} = {value}")
+
+    # -- expressions --------------------------------------------------------------------------------------
+
+    def _expression(self, node: nodes.Node) -> str:
+        if isinstance(node, nodes.Literal):
+            return repr(node.value)
+        if isinstance(node, nodes.Name):
+            return self._name(node)
+        if isinstance(node, nodes.ListOf):
+            items = ", ".join(map(self._expression, node.items))
+            return f"{'Pose' if node.pose else 'UrList'}([{items}])"
+        if isinstance(node, nodes.Struct):
+            return f"Struct({', '.join(f'{key}={self._expression(value)}' for key, value in node.fields)})"
+        if isinstance(node, nodes.Member):
+            return f"{self._expression(node.base)}[{node.field!r}]"
+        if isinstance(node, nodes.Index):
+            return self._indexed(node)
+        if isinstance(node, nodes.Unary):
+            return f"({node.operator} {self._expression(node.operand)})"
+        if isinstance(node, nodes.Binary):
+            operator = "!=" if node.operator == "xor" else node.operator
+            left, right = self._expression(node.left), self._expression(node.right)
+            if node.operator == "xor":
+                left, right = f"bool({left})", f"bool({right})"
+            return f"({left} {operator} {right})"
+        if isinstance(node, nodes.Run):
+            arguments = self._arguments(node.call)
+            self._require_function(node.call)
+            return f"run(f_{node.call.name}, {node.call.name!r}{', ' if arguments else ''}{arguments})"
+        if isinstance(node, nodes.Call):
+            return self._call(node)
+        raise ScriptError(f"syntax_error_on_line:{node.line}:", node.line, node.column)
+
+    def _name(self, node: nodes.Name) -> str:
+        if node.name not in self._locals and node.name not in self.program.shared:
+            raise ScriptError(f"compile_error_name_not_found:{node.name}:", node.line, node.column)
+        return f"v_{node.name}"
+
+    def _indexed(self, node: nodes.Index) -> str:
+        base = self._expression(node.base)
+        return base + "".join(f"[int({self._expression(index)})]" for index in node.indices)
+
+    def _call(self, node: nodes.Call) -> str:
+        arguments = self._arguments(node)
+        if node.method_of is not None:
+            base = self._expression(node.method_of)
+            return f"method({base}, {node.name!r}{', ' if arguments else ''}{arguments})"
+        if node.name in self.program.functions:
+            call = f"f_{node.name}({arguments})"
+            is_thread = self.program.functions[node.name].kind == "thread"
+            return f"(yield from {call})" if node.name in self.program.waits or is_thread else call
+        self._require_function(node)
+        call = f"b_{node.name}({arguments})"
+        return f"(yield from {call})" if self.program.builtins[node.name] else call
+
+    def _require_function(self, node: nodes.Call) -> None:
+        if node.name not in self.program.functions and node.name not in self.program.builtins:
+            raise ScriptError(f"compile_error_name_not_found:{node.name}:", node.line, node.column)
+
+    def _arguments(self, node: nodes.Call) -> str:
+        own = node.name in self.program.functions and node.method_of is None
+        named = [f"{'v_' if own else ''}{key}={self._expression(value)}" for key, value in node.named]
+        return ", ".join([*map(self._expression, node.positional), *named])
+
+
+# -- walking the tree -----------------------------------------------------------------------------------------
+
+
+def _walk(node: object, *, into_functions: bool = False) -> Iterator[nodes.Node]:
+    if isinstance(node, tuple):
+        for item in node:
+            yield from _walk(item, into_functions=into_functions)
+    elif isinstance(node, nodes.Node):
+        yield node
+        if isinstance(node, nodes.Function) and not into_functions:
+            return
+        for field in fields(node):
+            value: Any = getattr(node, field.name)
+            if isinstance(value, nodes.Node | tuple):
+                yield from _walk(value, into_functions=into_functions)
+
+
+def _functions(body: tuple[nodes.Node, ...]) -> list[nodes.Function]:
+    return [node for node in _walk(body, into_functions=True) if isinstance(node, nodes.Function)]
+
+
+def _assigned(body: tuple[nodes.Node, ...]) -> Iterator[str]:
+    for node in _walk(body):
+        if isinstance(node, nodes.Assign) and isinstance(node.target, nodes.Name) and node.scope != "local":
+            yield node.target.name
+
+
+def _declared_global(body: tuple[nodes.Node, ...]) -> Iterator[str]:
+    return _declared(body, "global")
+
+
+def _declared_local(body: tuple[nodes.Node, ...]) -> Iterator[str]:
+    return _declared(body, "local")
+
+
+def _declared(body: tuple[nodes.Node, ...], scope: str) -> Iterator[str]:
+    for node in _walk(body):
+        if isinstance(node, nodes.Assign) and isinstance(node.target, nodes.Name) and node.scope == scope:
+            yield node.target.name
+
+
+def _changed_inside(body: tuple[nodes.Node, ...]) -> Iterator[str]:
+    for node in _walk(body):
+        if isinstance(node, nodes.Assign) and isinstance(node.target, nodes.Index | nodes.Member):
+            base: nodes.Node = node.target
+            while isinstance(base, nodes.Index | nodes.Member):
+                base = base.base
+            if isinstance(base, nodes.Name):
+                yield base.name
+
+
+def _calls(body: tuple[nodes.Node, ...]) -> Iterator[str]:
+    started = {id(node.call) for node in _walk(body) if isinstance(node, nodes.Run)}
+    for node in _walk(body):
+        if isinstance(node, nodes.Call) and node.method_of is None and id(node) not in started:
+            yield node.name
+
+
+def _joins(body: tuple[nodes.Node, ...]) -> bool:
+    return any(isinstance(node, nodes.Handle) and node.word == "join" for node in _walk(body))

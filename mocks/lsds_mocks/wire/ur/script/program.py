@@ -1,0 +1,174 @@
+"""A program at work: its threads, each run once a control cycle until it waits."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Generator, Mapping
+from typing import Any
+
+from lsds_mocks.wire.ur.script.compiler import MAIN, Compiled
+from lsds_mocks.wire.ur.script.errors import Halt, ScriptError
+from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList, copied
+
+Waiting = Generator[None, None, Any]
+"""What takes time: yields once for each control cycle that it waits."""
+
+
+class Program:
+    """One uploaded program. `step` runs it through one control cycle; `running` tells whether more is to come.
+
+    `functions` are the controller's own, by name. An error ends the program; it is in `error`.
+    """
+
+    def __init__(self, compiled: Compiled, functions: Mapping[str, Callable[..., Any]]) -> None:
+        self.compiled = compiled
+        self.name = compiled.name
+        self.secondary = compiled.secondary
+        self.error: ScriptError | None = None
+        self.paused = False
+        self._cycle = 0
+        self._spun = (-1, 0)
+        self._threads: dict[int, Waiting] = {}
+        self._handles = 0
+        space: dict[str, Any] = {f"b_{name}": function for name, function in functions.items()}
+        space |= {
+            "Pose": Pose,
+            "UrList": UrList,
+            "Struct": Struct,
+            "copied": copied,
+            "run": self._run,
+            "join": self._join,
+            "kill": self._kill,
+            "halt": _halt,
+            "pause": self.pause,
+            "method": _method,
+            "spinning": self._spinning,
+        }
+        for code in compiled.codes:
+            exec(code, space)
+        self._start(space[f"f_{MAIN}"]())
+        self._main = self._handles
+
+    @property
+    def running(self) -> bool:
+        """Whether its main thread still lives."""
+        return self._main in self._threads
+
+    def step(self) -> None:
+        """Run every thread until it waits."""
+        if self.paused:
+            return
+        self._cycle += 1
+        done: set[int] = set()
+        # Threads started on the way run in this cycle, too.
+        while self.running and (waiting := [handle for handle in self._threads if handle not in done]):
+            for handle in waiting:
+                done.add(handle)
+                thread = self._threads.get(handle)
+                if thread is not None:
+                    self._advance(handle, thread)
+
+    def pause(self) -> None:
+        """Stand still until `resume`."""
+        self.paused = True
+
+    def resume(self) -> None:
+        """Go on."""
+        self.paused = False
+
+    def stop(self) -> None:
+        """End every thread now."""
+        for handle in reversed(self._threads):
+            self._threads[handle].close()
+        self._threads.clear()
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _advance(self, handle: int, thread: Waiting) -> None:
+        try:
+            next(thread)
+        except StopIteration:
+            self._threads.pop(handle, None)
+        except Halt:
+            self._threads.pop(handle, None)
+            self.stop()
+        except Exception as error:
+            self._threads.pop(handle, None)
+            self.error = self._explained(error)
+            self.stop()
+        if not self.running:
+            self.stop()
+
+    def _explained(self, error: Exception) -> ScriptError:
+        line = self.compiled.place(error)
+        if isinstance(error, ScriptError):
+            return ScriptError(error.text, error.line or line, error.column or 1)
+        if isinstance(error, NameError):
+            name = str(error.name or "").removeprefix("v_")
+            return ScriptError(f"compile_error_name_not_found:{name}:", line, 1)
+        return ScriptError(f"runtime_error: {type(error).__name__}: {error}", line, 1)
+
+    def _start(self, thread: Waiting) -> int:
+        self._handles += 1
+        self._threads[self._handles] = thread
+        return self._handles
+
+    def _run(self, function: Callable[..., Any], name: str, *arguments: Any, **named: Any) -> int:
+        started = function(*arguments, **named)
+        if not isinstance(started, Generator):
+            raise ScriptError(f"type_error_thread_expected:{name}:")
+        return self._start(started)
+
+    def _join(self, handle: int) -> Waiting:
+        while handle in self._threads:
+            yield
+
+    def _kill(self, handle: int) -> None:
+        thread = self._threads.pop(handle, None)
+        if thread is None:
+            return
+        if inspect.getgeneratorstate(thread) == inspect.GEN_RUNNING:
+            # A thread that kills itself, or the one that is running it: it ends where it next waits.
+            self._threads[handle] = _ended(thread)
+        else:
+            thread.close()
+
+    def _spinning(self, line: int, column: int) -> None:
+        """Stop a loop that goes round and round without ever waiting."""
+        cycle, turns = self._spun
+        turns = turns + 1 if cycle == self._cycle else 0
+        self._spun = (self._cycle, turns)
+        if turns > 4:
+            raise ScriptError("runtime_error: infinite loop detected: a loop without sync()", line, column)
+
+
+def _halt() -> None:
+    raise Halt
+
+
+def _ended(thread: Waiting) -> Waiting:
+    thread.close()
+    return
+    yield
+
+
+def _method(value: Any, name: str, *arguments: Any) -> Any:
+    """Call a list's own method."""
+    if isinstance(value, list):
+        if name == "length":
+            return len(value)
+        if name == "append":
+            value.append(copied(arguments[0]))
+            return None
+        if name == "pop":
+            return value.pop()
+        if name == "clear":
+            return value.clear()
+        if name == "insert":
+            return value.insert(int(arguments[0]), copied(arguments[1]))
+        if name == "remove":
+            del value[int(arguments[0])]
+            return None
+        if name == "slice":
+            return type(value)(value[int(arguments[0]) : int(arguments[1])])
+    raise ScriptError(f"compile_error_name_not_found:{name}:")

@@ -1,0 +1,47 @@
+"""A byte stream of scripts to single programs: a `def` or `sec` up to its `end`, or any other complete line."""
+
+from __future__ import annotations
+
+import re
+
+_CLEAN = re.compile(r'"[^"\n]*"|#.*')
+_WORD = re.compile(r"[A-Za-z_]\w*")
+_OPENS = frozenset(("def", "sec", "thread", "if", "while"))
+LIMIT = 4_000_000
+"""Characters after which a program that never ends is given up."""
+
+
+class ScriptStream:
+    """Takes what a client sends and gives whole programs."""
+
+    def __init__(self) -> None:
+        self._partial = ""
+        self._lines: list[str] = []
+        self._depth = 0
+        self._size = 0
+
+    def feed(self, data: bytes) -> list[str]:
+        """Return the programs that are complete by now. Bytes that are no UTF-8 become replacement characters."""
+        *complete, self._partial = (self._partial + data.decode("utf-8", "replace")).split("\n")
+        programs = []
+        for line in complete:
+            program = self._line(line)
+            if program is not None:
+                programs.append(program)
+        if len(self._partial) > LIMIT:
+            self._partial = ""
+        return programs
+
+    def _line(self, line: str) -> str | None:
+        words = _WORD.findall(_CLEAN.sub(" ", line))
+        if not self._lines and (not words or words[0] not in ("def", "sec")):
+            return line if words else None
+        self._lines.append(line)
+        self._size += len(line)
+        for word in words:
+            self._depth += (word in _OPENS) - (word == "end")
+        if self._depth > 0 and self._size < LIMIT:
+            return None
+        program = "\n".join(self._lines)
+        self._lines, self._depth, self._size = [], 0, 0
+        return program

@@ -1,0 +1,68 @@
+"""Scripts on their way to the controller: compiled beside the control loop, in the order in which they came."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+
+from lsds_mocks.wire.ur.functions import waiting
+from lsds_mocks.wire.ur.script.compiler import Compiled, compile_script
+from lsds_mocks.wire.ur.script.errors import ScriptError
+
+CACHED = 64
+
+
+class Uploads:
+    """A worker thread that compiles. `poll` hands what is ready to the control loop's thread."""
+
+    def __init__(self) -> None:
+        self._texts: queue.SimpleQueue[Callable[[], str] | None] = queue.SimpleQueue()
+        self._ready: queue.SimpleQueue[Compiled | ScriptError] = queue.SimpleQueue()
+        self._cache: dict[str, Compiled] = {}
+        self._worker = threading.Thread(target=self._work, name="urscript compiler", daemon=True)
+
+    def start(self) -> None:
+        """Start the worker."""
+        self._worker.start()
+
+    def submit(self, text: str) -> None:
+        """Compile a script."""
+        self._texts.put(lambda: text)
+
+    def fetch(self, script: Callable[[], str]) -> None:
+        """Call a function in the worker, which may wait, and compile the script it returns; "" for none."""
+        self._texts.put(script)
+
+    def poll(self) -> list[Compiled | ScriptError]:
+        """Return what has been compiled, or refused, since the last call."""
+        found = []
+        while True:
+            try:
+                found.append(self._ready.get_nowait())
+            except queue.Empty:
+                return found
+
+    def close(self) -> None:
+        """End the worker."""
+        self._texts.put(None)
+        if self._worker.is_alive():
+            self._worker.join(2.0)
+
+    def _work(self) -> None:
+        while (script := self._texts.get()) is not None:
+            text = script()
+            if not text.strip():
+                continue
+            try:
+                compiled = self._cache.get(text) or compile_script(text, waiting())
+            except ScriptError as error:
+                self._ready.put(error)
+                continue
+            except RecursionError:
+                self._ready.put(ScriptError("syntax_error: the program is nested too deeply", 1, 1))
+                continue
+            while len(self._cache) >= CACHED:
+                self._cache.pop(next(iter(self._cache)))
+            self._cache[text] = compiled
+            self._ready.put(compiled)
