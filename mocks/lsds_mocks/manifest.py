@@ -71,9 +71,32 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "wire_mock",
+            "plant",
+            "lsds_mocks.link.plant_server:PlantMock",
+            "lsds_mocks.link.plant_server:PlantOptions",
+            summary="physics of a cell, shared by the wire mocks that are given its socket: --cell",
+        ),
+        BackendSpec(
+            "wire_mock",
             "ur5e",
             "lsds_mocks.wire.ur.mock:MockUr",
             "lsds_mocks.wire.ur.options:UrOptions",
             summary="e-Series arm: dashboard, script ports, RTDE; runs URScript (--model for other sizes)",
+        ),
+        BackendSpec(
+            "pose_source",
+            "mock-truth-camera",
+            "lsds_mocks.devices.truth_camera:MockTruthCamera",
+            "lsds_mocks.devices.truth_camera:TruthCameraOptions",
+            summary="simulated ground-truth camera: finds rendered ArUco markers on gripper and object, 60 Hz",
+            virtual_time=True,
+            in_cell=True,
+        ),
+        BackendSpec(
+            "wire_mock",
+            "truth-camera",
+            "lsds_mocks.wire.cameras.truth_camera:TruthCamera",
+            "lsds_mocks.wire.cameras.truth_camera:TruthCameraOptions",
+            summary="ArUco markers on gripper and object at 60 Hz: MJPEG on HTTP, or a RealSense recording",
         ),
     ]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from lsds.contracts import BuildContext
-from lsds.errors import ConfigError, ConfigIssue
 from lsds_mocks.cell.build import build_plant
 from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.link.remote import RemoteGel, RemoteScene
 from lsds_mocks.wire.cameras.script import RestingGel, ScriptedCell
 
 if TYPE_CHECKING:
@@ -37,8 +37,9 @@ class LinkOptions(Protocol):
 
 
 def gel_link(options: LinkOptions, clock: Clock, seed: int) -> GelLink:
-    """Return the gel that a tactile camera films. Raises ConfigError where the cell asked for cannot be had."""
-    _refuse_cell(options, "gelsight-mini")
+    """Return the gel that a tactile camera films. Raises ConnectFailed where no cell is at the address."""
+    if options.cell:
+        return RemoteGel(options.cell)
     if options.scene == "rest":
         context = BuildContext(clock, seed)
         return RestingGel(build_plant(CellOptions(), context.rng_seed("scripted plant 0")).gel)
@@ -46,16 +47,13 @@ def gel_link(options: LinkOptions, clock: Clock, seed: int) -> GelLink:
 
 
 def scene_link(options: LinkOptions, clock: Clock, seed: int) -> SceneLink:
-    """Return the scene that a ground-truth camera films. Raises ConfigError as `gel_link` does."""
-    _refuse_cell(options, "truth-camera")
+    """Return the scene that a ground-truth camera films. Raises ConnectFailed as `gel_link` does."""
+    if options.cell:
+        return RemoteScene(options.cell)
     return _scripted(options, clock, seed)
 
 
 def _scripted(options: LinkOptions, clock: Clock, seed: int) -> ScriptedCell:
     aperture = APERTURE_MM.get(options.scene, 50.0)
-    return ScriptedCell(clock, seed, aperture_mm=aperture, speed_mm_s=options.speed_mm_s)
-
-
-def _refuse_cell(options: LinkOptions, mock: str) -> None:
-    if options.cell:
-        raise ConfigError(mock, [ConfigIssue("cell", "a cell of another process cannot be joined yet", "leave it out")])
+    speed = 0.0 if options.scene == "rest" else options.speed_mm_s
+    return ScriptedCell(clock, seed, aperture_mm=aperture, speed_mm_s=speed)

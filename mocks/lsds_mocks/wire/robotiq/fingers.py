@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lsds.errors import ConfigError, ConfigIssue
 from lsds_mocks.link.alone import LoneFingers
+from lsds_mocks.link.remote import RemoteFingers
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
@@ -14,10 +14,9 @@ if TYPE_CHECKING:
 
 
 def finger_link(options: RobotiqOptions, clock: Clock) -> FingerLink:
-    """Return the link that the options ask for. Raises ConfigError for a shared plant, which is not to be had yet."""
+    """Return the link that the options ask for. Raises ConnectFailed where no plant is at the address."""
     if options.cell:
-        issue = ConfigIssue("cell", "a plant shared between mocks is not to be had yet", "leave it out")
-        raise ConfigError("the gripper mock", [issue])
+        return RemoteFingers(options.cell)
     aperture = options.stroke_mm if options.aperture_mm is None else options.aperture_mm
     return LoneFingers(
         clock,

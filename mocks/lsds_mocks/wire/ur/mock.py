@@ -10,7 +10,7 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lsds_mocks.link.pick import arm_link
+from lsds_mocks.link.remote import RemoteArm
 from lsds_mocks.wire.address import require_loopback
 from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKind
 from lsds_mocks.wire.ur.controller import Controller
@@ -53,7 +53,8 @@ class MockUr:
 
     def start(self) -> Mapping[str, str]:
         """Bind all ports. Raises ConnectFailed where one is taken."""
-        environment = Environment(self.options.floor_m, arm_link(self.options.cell, self._clock), self._clock)
+        link = RemoteArm(self.options.cell) if self.options.cell else None
+        environment = Environment(self.options.floor_m, link, self._clock)
         controller = self.controller = Controller(self.options, environment)
         pendant = self._pendant = Pendant(controller, self._uploads)
         network = self._network = Network(self.options.host, self._faults, self._clock)

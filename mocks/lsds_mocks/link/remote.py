@@ -1,0 +1,203 @@
+"""Links to a plant in another process, over a Unix socket that keeps packets whole."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+from typing import TYPE_CHECKING
+
+from lsds.clock import seconds
+from lsds.contracts import CellTruth
+from lsds.errors import ConnectFailed, StaleData
+from lsds_mocks.cell.build import build_plant
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.link.packets import (
+    ASK,
+    DRIVE,
+    FOLLOW,
+    LARGEST,
+    WANT,
+    Kind,
+    Want,
+    unpack_fingers,
+    unpack_gel,
+    unpack_load,
+    unpack_scene,
+    unpack_truth,
+)
+from lsds_mocks.link.protocols import Fingers, Load, Scene
+
+if TYPE_CHECKING:
+    from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.gel.state import GelState
+
+GREETING_S = 2.0
+ANSWER_S = 0.3
+
+
+class PlantSocket:
+    """One client's connection. Reading never blocks unless a time is given."""
+
+    def __init__(self, address: str, want: Want) -> None:
+        self._address = address
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        try:
+            self._socket.settimeout(GREETING_S)
+            self._socket.connect(address)
+            self._socket.sendall(WANT.pack(Kind.WANT, want))
+            self._socket.setblocking(False)
+        except OSError as error:
+            self._socket.close()
+            remedy = "start it first: lsds mock plant, or lsds mock rig RIG.toml for all of a rig"
+            raise ConnectFailed("shared plant", f"nobody at '{address}': {error.strerror}", remedy=remedy) from error
+
+    def send(self, packet: bytes) -> None:
+        """Send, or lose it: a plant that does not listen must not hold up a device."""
+        with contextlib.suppress(OSError):
+            self._socket.send(packet)
+
+    def newest(self) -> bytes | None:
+        """Return the newest packet that has come since the last call, None for none."""
+        found = None
+        while (packet := self.receive(0.0)) is not None:
+            found = packet
+        return found
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """Return the next packet, None where none came in time or the plant is gone."""
+        try:
+            if timeout_s > 0 and not select.select([self._socket], [], [], timeout_s)[0]:
+                return None
+            return self._socket.recv(LARGEST) or None
+        except OSError:
+            return None
+
+    def close(self) -> None:
+        """Close."""
+        self._socket.close()
+
+
+class RemoteFingers:
+    """A `FingerLink`."""
+
+    def __init__(self, address: str) -> None:
+        self._plant = PlantSocket(address, Want.FINGERS)
+        first = self._plant.receive(GREETING_S)
+        if first is None:
+            raise ConnectFailed("shared plant", f"'{address}' says nothing")
+        self._last = unpack_fingers(first)
+
+    def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
+        """Go to an aperture."""
+        self._plant.send(DRIVE.pack(Kind.DRIVE, target_m, speed_m_s, limit_n))
+        self._last = self._last._replace(target_m=target_m, moving=target_m != self._last.aperture_m, stalled=False)
+
+    def hold(self) -> None:
+        """Stay."""
+        self._plant.send(bytes([Kind.HOLD]))
+
+    def fingers(self) -> Fingers:
+        """Return the newest state."""
+        packet = self._plant.newest()
+        if packet is not None:
+            self._last = unpack_fingers(packet)
+        return self._last
+
+    def close(self) -> None:
+        """Close."""
+        self._plant.close()
+
+
+class RemoteArm:
+    """An `ArmLink`."""
+
+    def __init__(self, address: str) -> None:
+        self._plant = PlantSocket(address, Want.LOAD)
+        self._last = Load(0, 0.0)
+
+    def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
+        """Tell where the tool is."""
+        self._plant.send(FOLLOW.pack(Kind.FOLLOW, t_ns, height_m, velocity_m_s))
+
+    def load(self) -> Load:
+        """Return the newest load."""
+        packet = self._plant.newest()
+        if packet is not None:
+            self._last = unpack_load(packet)
+        return self._last
+
+    def close(self) -> None:
+        """Close."""
+        self._plant.close()
+
+
+class RemoteGel:
+    """A `GelLink`; `gel` is a model of its own, made from the plant's options, to render the states with."""
+
+    def __init__(self, address: str) -> None:
+        self._plant = PlantSocket(address, Want.NOTHING)
+        self._plant.send(bytes([Kind.ASK_OPTIONS]))
+        answer = self._plant.receive(GREETING_S)
+        if answer is None:
+            raise ConnectFailed("shared plant", f"'{address}' says nothing")
+        options = CellOptions.model_validate_json(answer[1:])
+        self.gel: GelModel = build_plant(options, [0]).gel
+
+    def at(self, t_ns: int) -> GelState | None:
+        """Ask for the gel at an instant; wait until the physics has passed it."""
+        self._plant.send(ASK.pack(Kind.ASK_GEL, t_ns))
+        while (packet := self._plant.receive(ANSWER_S)) is not None:
+            asked_ns, state = unpack_gel(packet)
+            if asked_ns == t_ns:
+                return state
+        return None
+
+    def close(self) -> None:
+        """Close."""
+        self._plant.close()
+
+
+class RemoteScene:
+    """A `SceneLink`."""
+
+    def __init__(self, address: str) -> None:
+        self._plant = PlantSocket(address, Want.NOTHING)
+
+    def scene(self, t_ns: int) -> Scene | None:
+        """Ask for the scene at an instant; wait until the physics has passed it."""
+        self._plant.send(ASK.pack(Kind.ASK_SCENE, t_ns))
+        while (packet := self._plant.receive(ANSWER_S)) is not None:
+            asked_ns, scene = unpack_scene(packet)
+            if asked_ns == t_ns:
+                return scene
+        return None
+
+    def close(self) -> None:
+        """Close."""
+        self._plant.close()
+
+
+class RemoteTruth:
+    """The plant's truth, for summaries of simulated runs."""
+
+    def __init__(self, address: str) -> None:
+        self._plant = PlantSocket(address, Want.TRUTH)
+        first = self._plant.receive(GREETING_S)
+        if first is None:
+            raise ConnectFailed("shared plant", f"'{address}' says nothing")
+        self._last = unpack_truth(first)
+
+    def truth(self, now_ns: int, stale_s: float) -> CellTruth:
+        """Return the newest truth. Raises StaleData where it is older than `stale_s`."""
+        packet = self._plant.newest()
+        if packet is not None:
+            self._last = unpack_truth(packet)
+        age_s = seconds(now_ns - self._last.t_ns)
+        if age_s > stale_s:
+            raise StaleData("shared plant", f"its truth is {age_s:.2f} s old", remedy="see whether it still runs")
+        return self._last
+
+    def close(self) -> None:
+        """Close."""
+        self._plant.close()
