@@ -49,4 +49,11 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_drivers.cameras.uvc_tactile:UvcTactileOptions",
             summary="any fingertip with a camera in it (DIGIT and others), described by its options",
         ),
+        BackendSpec(
+            "pose_source",
+            "aruco",
+            "lsds_drivers.aruco.source:ArucoPoseSource",
+            "lsds_drivers.aruco.options:ArucoOptions",
+            summary="bodies by printed ArUco or ChArUco markers, from any camera or a RealSense",
+        ),
     ]

@@ -34,6 +34,7 @@ def test_names():
         ("sensor", "mock-gelsight-mini"),
         ("gripper", "mock-hand-e"),
         ("arm", "mock-ur5e"),
+        ("pose_source", "mock-truth-camera"),
     }
     assert {name for kind, name in named if kind == "wire_mock"} >= {"hand-e", "robotiq-2f-85", "robotiq-2f-140"}
 

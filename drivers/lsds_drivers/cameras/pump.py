@@ -99,7 +99,7 @@ class FramePump(Generic[T]):
         return self._times.from_device
 
     def start(self) -> None:
-        """Open the camera and wait for its first picture. Raises ConnectFailed, within the limit."""
+        """Open the camera and wait for its first good picture. Raises ConnectFailed, within the limit."""
         self._thread.start()
         came = self._first.wait(self._limits.connect_timeout_s)
         if came and self._refused is None:
@@ -184,7 +184,6 @@ class FramePump(Generic[T]):
             seq = self._numbers.of(shot.number)
             if skip > 0:
                 skip -= 1
-                self._first.set()
                 continue
             self._take(shot, seq)
 
@@ -211,7 +210,7 @@ class FramePump(Generic[T]):
     def _damage(self, error: DataError, seq: int) -> None:
         with self._lock:
             self._damaged = DataError(f"{self._device}: frame {seq}: {error}")
-        self._first.set()
+            self._trouble = str(error)
 
     def _note(self, error: LsdsError) -> None:
         self._trouble = error.problem if isinstance(error, DeviceError) else str(error)

@@ -1,7 +1,7 @@
 """When a picture was exposed, as well as it can be known.
 
 The best witness is the device's own stamp, but only where it is kept on this machine's monotonic clock: the kernel
-stamps UVC frames so (their first packet, which is after exposure), and a mock on loopback stamps the exposure. A network
+stamps UVC frames so (their first packet, after exposure), and a mock on loopback stamps the exposure. A network
 camera stamps by a clock of its own, which says nothing here; then the arrival of the picture's first byte counts. From
 either the delay is taken off that the user has measured.
 """

@@ -28,7 +28,7 @@ CAMERA_FAULTS: tuple[FaultKind, ...] = (*MESSAGE_FAULTS, "disconnect", "freeze",
 FACE = "http"
 _TORN_SHARE = 0.5
 _END_OF_IMAGE = b"\xff\xd9"
-_WAIT_NS = 20_000_000
+_WAIT_NS, _PATIENCE_NS, _RETRY_NS = 20_000_000, 15_000_000, 1_000_000
 
 
 class View(Protocol):
@@ -123,6 +123,10 @@ class CameraMock:
         if self._faults.strikes("freeze", FACE) and self._last is not None:
             return self._last
         image = self._view.picture(t_ns, seq, self._since_start)
+        # What happened at this very instant may still be on its way from another process.
+        while image is None and (now := self._clock.now()) - t_ns < _PATIENCE_NS:
+            self._clock.sleep_until(now + _RETRY_NS)
+            image = self._view.picture(t_ns, seq, self._since_start)
         if image is None:
             return None
         streaming = self._server.streaming or (self._pipe is not None and self._pipe.watched)

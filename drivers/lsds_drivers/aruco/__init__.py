@@ -1,0 +1,1 @@
+"""Poses of marked bodies by any camera."""

@@ -1,0 +1,164 @@
+"""Pose source `mock-truth-camera`: sees the simulated cell through rendered pictures, on the cell's own time.
+
+Nothing is handed over but pixels: the markers are found in the picture as those of a real camera are, with their noise,
+their blur and their latency. `CellTruth` says what was really so.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.clock import NS_PER_S, nanoseconds
+from lsds.contracts import Lifecycle, PoseSample
+from lsds.errors import StaleData
+from lsds.lifecycle import LifecycleGuard
+from lsds.vision.rotation import pose_of
+from lsds_mocks.cell.build import shared_cell
+from lsds_mocks.link.protocols import Scene
+from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_mocks.cell.cell import SimulatedCell
+    from lsds_mocks.gel.state import GelState
+
+NAME = "mock-truth-camera"
+
+
+class TruthCameraOptions(BaseModel):
+    """Options of `[pose_source.mock-truth-camera]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    width: int = Field(default=640, ge=160, le=3840, description="width in px")
+    height: int = Field(default=480, ge=120, le=2160, description="height in px")
+    rate_hz: float = Field(default=60.0, gt=0.5, le=240, description="pictures a second")
+    exposure_ms: float = Field(default=4.0, ge=0, le=16, description="shutter time, over which motion blurs")
+    latency_ms: float = Field(default=20.0, ge=10, le=500, description="from the middle of exposure to a readable pose")
+    noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 1.6 grey levels")
+    stale_after_ms: float = Field(default=500.0, gt=0, description="older samples are reported as StaleData")
+
+
+class _Exposure(NamedTuple):
+    seq: int
+    t_ns: int
+    begin: Scene
+    end: Scene
+
+
+class _Shutter:
+    """Takes the scene at a fixed rate while the cell steps, and keeps what has not been superseded."""
+
+    def __init__(self, cell: SimulatedCell, options: TruthCameraOptions, start_ns: int) -> None:
+        self._cell = cell
+        self._options = options
+        self._start_ns = start_ns
+        self._seq = 0
+        self.waiting: deque[_Exposure] = deque()
+
+    @property
+    def next_exposure_ns(self) -> int:
+        """When it exposes next: the middle of the exposure."""
+        return self._start_ns + round((self._seq + 1) * NS_PER_S / self._options.rate_hz)
+
+    def expose(self, state: GelState) -> None:
+        """Take the scene at `next_exposure_ns`, from where things are at the step's end and how fast they move."""
+        t_ns, plant = self.next_exposure_ns, self._cell.plant
+        late_s = (self._cell.t_ns + self._cell.step_ns - t_ns) / NS_PER_S
+        half_s = self._options.exposure_ms * 1e-3 / 2
+
+        def scene(offset_s: float) -> Scene:
+            back = late_s - offset_s
+            arm = plant.arm.position_m - back * plant.arm.velocity_m_s
+            return Scene(t_ns + nanoseconds(offset_s), arm, plant.body.height_m - back * plant.body.velocity_m_s)
+
+        self.waiting.append(_Exposure(self._seq, t_ns, scene(-half_s), scene(half_s)))
+        self._seq += 1
+        self.newest(t_ns)
+
+    def newest(self, now_ns: int) -> _Exposure | None:
+        """Return the newest exposure that has become readable, and forget those before it."""
+        latency_ns = nanoseconds(self._options.latency_ms * 1e-3)
+        while len(self.waiting) >= 2 and self.waiting[1].t_ns + latency_ns <= now_ns:
+            self.waiting.popleft()
+        return self.waiting[0] if self.waiting and self.waiting[0].t_ns + latency_ns <= now_ns else None
+
+
+class MockTruthCamera:
+    """A `PoseSource` in the simulated cell: bodies "gripper" and "object", base <- marker."""
+
+    def __init__(self, options: TruthCameraOptions, context: BuildContext) -> None:
+        from lsds.vision.fiducials import FiducialFinder, Marker
+
+        self._options = options
+        self._cell = shared_cell(context)
+        self._clock = context.clock
+        self._guard = LifecycleGuard(NAME)
+        self._stage = Stage(options.width, options.height, context.rng_seed("truth camera"), noise=options.noise)
+        markers = {body: {number: Marker(size * 1e-3)} for body, (number, size) in MARKERS.items()}
+        self._finder = FiducialFinder(self._stage.camera, DICTIONARY, markers)
+        self._shutter: _Shutter | None = None
+        self._shown: PoseSample | None = None
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._guard.state
+
+    def connect(self) -> None:
+        """Start exposing."""
+        with self._guard.connecting():
+            now = self._clock.now()
+            self._cell.advance(now)
+            self._shutter = _Shutter(self._cell, self._options, now)
+            self._cell.watch(self._shutter)
+
+    def arm(self) -> None:
+        """Nothing to activate."""
+        with self._guard.arming():
+            pass
+
+    def stop(self) -> None:
+        """Nothing moves."""
+
+    def disarm(self) -> None:
+        """Back to readable only."""
+        with self._guard.disarming():
+            pass
+
+    def close(self) -> None:
+        """Stop exposing."""
+        with self._guard.closing():
+            if self._shutter is not None:
+                self._cell.unwatch(self._shutter)
+
+    def read(self) -> PoseSample:
+        """Return the poses in the newest readable picture. Raises StaleData before the first, or where it is old."""
+        self._guard.require_readable()
+        now = self._clock.now()
+        self._cell.advance(now)
+        exposure = self._shutter.newest(now) if self._shutter else None
+        if exposure is None:
+            raise StaleData(NAME, "no picture has arrived yet", remedy="wait for the first and read again")
+        age_ms = (now - exposure.t_ns) / 1e6
+        if age_ms > self._options.stale_after_ms:
+            raise StaleData(NAME, f"the newest picture is {age_ms:.0f} ms old")
+        if self._shown is None or self._shown.seq != exposure.seq:
+            self._shown = self._look(exposure)
+        return self._shown
+
+    def _look(self, exposure: _Exposure) -> PoseSample:
+        image = self._stage.render(exposure.begin, exposure.end, exposure.seq)
+        found = self._finder.find(image, exposure.t_ns)
+        poses = {
+            body: pose_of(
+                np.asarray(VIEWPOINT.rotation @ seen.rotation),
+                VIEWPOINT.rotation @ seen.position_m + VIEWPOINT.position_m,
+            )
+            for body, seen in found.items()
+        }
+        return PoseSample(exposure.t_ns, exposure.seq, poses)

@@ -1,0 +1,74 @@
+"""Printed cards: flat things with a picture on them, in which one texel is a known length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+TEXELS_PER_MM = 6
+WHITE, GREY, INK = 225, 118, 18
+"""Paper, cardboard and toner under the cell's light, in grey levels."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Card:
+    """A flat picture, uint8 grey (rows, columns), and the texel (column, row) where its frame's origin lies.
+
+    The frame: x right, y up, z towards the viewer. Texel centres lie at integers.
+    """
+
+    texture: NDArray[np.uint8]
+    origin: tuple[float, float]
+    texels_per_m: float = TEXELS_PER_MM * 1e3
+
+    @property
+    def corners_m(self) -> NDArray[np.float64]:
+        """Return the corners (4, 3) in the card's frame."""
+        rows, columns = self.texture.shape
+        edges = [(-0.5, -0.5), (columns - 0.5, -0.5), (columns - 0.5, rows - 0.5), (-0.5, rows - 0.5)]
+        return np.array(
+            [((c - self.origin[0]) / self.texels_per_m, (self.origin[1] - r) / self.texels_per_m, 0) for c, r in edges]
+        )
+
+
+def marker_card(
+    number: int, size_mm: float, *, dictionary: str, width_mm: float, height_mm: float, marker_at_mm: float
+) -> Card:
+    """Return a grey card with a marker on white paper; its frame's origin is the marker's centre.
+
+    `marker_at_mm` is how far below the card's top the marker's centre lies, in the middle across.
+    """
+    found = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}"))
+    modules = found.markerSize + 2
+    per_module = round(size_mm * TEXELS_PER_MM / modules)
+    side = per_module * modules
+    marker = cv2.aruco.generateImageMarker(found, number, side, borderBits=1)
+    texture = np.full((round(height_mm * TEXELS_PER_MM), round(width_mm * TEXELS_PER_MM)), GREY, np.uint8)
+    left = (texture.shape[1] - side) // 2
+    top = round(marker_at_mm * TEXELS_PER_MM) - side // 2
+    quiet = per_module
+    texture[top - quiet : top + side + quiet, left - quiet : left + side + quiet] = WHITE
+    texture[top : top + side, left : left + side] = np.where(marker > 0, WHITE, INK)
+    return Card(texture, (left + (side - 1) / 2, top + (side - 1) / 2))
+
+
+def board_card(columns: int, rows: int, square_mm: float, marker_mm: float, *, dictionary: str) -> Card:
+    """Return a ChArUco board on white paper; its frame's origin is the board's upper left corner, y up."""
+    board = cv2.aruco.CharucoBoard(
+        (columns, rows),
+        square_mm,
+        marker_mm,
+        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}")),
+    )
+    per_square = round(square_mm * TEXELS_PER_MM)
+    margin = per_square // 2
+    size = (columns * per_square + 2 * margin, rows * per_square + 2 * margin)
+    drawn = board.generateImage(size, marginSize=margin, borderBits=1)
+    texture = np.where(drawn > 127, WHITE, INK).astype(np.uint8)
+    return Card(texture, (margin - 0.5, margin - 0.5), per_square / (square_mm * 1e-3))

@@ -1,0 +1,75 @@
+"""The camera that looks at the cell: its projection, and where it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.vision.camera import CameraModel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+DISTORTION = (-0.06, 0.04, 0.0006, -0.0004, 0.0)
+"""A mild barrel, as small cameras have it."""
+_FOCAL_PER_WIDTH = {(640, 480): 615.0 / 640, (1280, 720): 912.0 / 1280}
+"""Of a D435i's colour camera at its two usual sizes."""
+_ITERATIONS = 40
+
+
+def camera_model(width: int, height: int, distortion: tuple[float, ...] = DISTORTION) -> CameraModel:
+    """Return the intrinsics at a size; the principal point lies a little off the middle, as it does."""
+    focal = _FOCAL_PER_WIDTH.get((width, height), 0.96) * width
+    matrix = np.array([[focal, 0, 0.506 * width], [0, focal, 0.493 * height], [0, 0, 1.0]])
+    return CameraModel(matrix, np.array(distortion), (width, height))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Viewpoint:
+    """Where a camera stands: base <- camera, rotation (3, 3) and position (3,) in metres."""
+
+    rotation: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+
+    @staticmethod
+    def looking(position_m: tuple[float, float, float], at_m: tuple[float, float, float]) -> Viewpoint:
+        """Stand at a point and look at another, with the picture's horizon level."""
+        eye, target = np.array(position_m), np.array(at_m)
+        forward = (target - eye) / np.linalg.norm(target - eye)
+        right = np.cross(forward, (0.0, 0.0, 1.0))
+        right /= np.linalg.norm(right)
+        return Viewpoint(np.stack([right, np.cross(forward, right), forward], axis=1), eye)
+
+    def seen(
+        self, rotation: NDArray[np.float64], position_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return camera <- body for a body given as base <- body."""
+        return self.rotation.T @ rotation, self.rotation.T @ (position_m - self.position_m)
+
+
+class Rays:
+    """Which direction each pixel looks in: x/z and y/z (height, width) of its centre."""
+
+    def __init__(self, camera: CameraModel) -> None:
+        width, height = camera.size
+        u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
+        (fx, _, cx), (_, fy, cy), _ = camera.matrix.tolist()
+        self.x, self.y = undistorted((u - cx) / fx, (v - cy) / fy, camera.distortion)
+
+
+def undistorted(
+    x: NDArray[np.float64], y: NDArray[np.float64], distortion: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the directions that the lens bends to (x, y); k1 k2 p1 p2 k3. Iterated until it does not change: the
+    accuracy of the whole picture rests on this one map."""
+    k1, k2, p1, p2, k3 = distortion.tolist()
+    xu, yu = x.copy(), y.copy()
+    for _ in range(_ITERATIONS):
+        r2 = xu * xu + yu * yu
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        dx = 2 * p1 * xu * yu + p2 * (r2 + 2 * xu * xu)
+        dy = p1 * (r2 + 2 * yu * yu) + 2 * p2 * xu * yu
+        xu, yu = (x - dx) / radial, (y - dy) / radial
+    return xu, yu

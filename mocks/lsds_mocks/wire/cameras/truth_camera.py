@@ -1,0 +1,100 @@
+"""The ground-truth camera's wire face: markers on gripper and object at 60 Hz, as MJPEG or as a RealSense recording."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field
+
+from lsds.clock import NS_PER_S, nanoseconds
+from lsds_mocks.scene.stage import Stage
+from lsds_mocks.wire.cameras.links import Happening, scene_link
+from lsds_mocks.wire.cameras.realsense import record
+from lsds_mocks.wire.mjpeg.camera import CameraMock
+from lsds_mocks.wire.mjpeg.options import CameraOptions
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lsds.contracts import BuildContext
+    from lsds_mocks.link.protocols import SceneLink
+
+NAME = "truth-camera"
+_LEAP_M = 0.005
+
+
+class TruthCameraOptions(CameraOptions):
+    """Options of `lsds mock truth-camera`."""
+
+    rate_hz: float = Field(default=60.0, gt=0.5, le=240, description="exposures a second, on absolute deadlines")
+    width: int = Field(default=640, ge=160, le=3840, description="width in px")
+    height: int = Field(default=480, ge=120, le=2160, description="height in px; 1280 x 720 sees less above and below")
+    exposure_ms: float = Field(default=4.0, ge=0, le=16, description="shutter time, over which motion blurs")
+    noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 1.6 grey levels")
+    scene: Happening = Field(default="slide", description="what happens: rest, slide (the pipe lags behind), hold")
+    speed_mm_s: float = Field(default=38.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
+    record: str = Field(default="", description="first write a RealSense recording to this .db3 file")
+    record_s: float = Field(default=5.0, gt=0, le=60, description="length of that recording")
+
+
+class SceneView:
+    """Renders the stage from what a link tells of the scene. A picture's time is the middle of its exposure."""
+
+    def __init__(self, options: TruthCameraOptions, link: SceneLink, context: BuildContext) -> None:
+        self.stage = Stage(options.width, options.height, context.rng_seed("truth camera"), noise=options.noise)
+        self._link = link
+        self._half_ns = nanoseconds(options.exposure_ms * 1e-3 / 2)
+
+    def picture(self, t_ns: int, seq: int, since_start: int) -> NDArray[np.uint8] | None:
+        """Return the camera's picture, uint8 RGB (height, width, 3)."""
+        begin, end = self._link.scene(t_ns - self._half_ns), self._link.scene(t_ns + self._half_ns)
+        if end is None:
+            return None
+        if begin is None or abs(begin.object_m - end.object_m) > _LEAP_M or abs(begin.arm_m - end.arm_m) > _LEAP_M:
+            begin = end  # a new round of the script has begun in between
+        return self.stage.render(begin, end, seq)
+
+    def close(self) -> None:
+        """Give the link back."""
+        self._link.close()
+
+
+class TruthCamera:
+    """A `WireMock`: the camera on HTTP, after the recording where one was asked for."""
+
+    def __init__(self, options: TruthCameraOptions, context: BuildContext) -> None:
+        self._options = options
+        self._context = context
+        self._view = SceneView(options, scene_link(options, context.clock, context.seed), context)
+        self._camera = CameraMock(NAME, options, self._view, seed=context.seed, clock=context.clock)
+
+    def start(self) -> Mapping[str, str]:
+        """Write the recording, if any, and listen. Raises ConnectFailed."""
+        recording = {}
+        if self._options.record:
+            link = scene_link(self._options, self._context.clock, self._context.seed)
+            view, origin = SceneView(self._options, link, self._context), self._context.clock.now()
+            period_ns = NS_PER_S / self._options.rate_hz
+            times = [
+                origin + round(i * period_ns) for i in range(round(self._options.record_s * self._options.rate_hz))
+            ]
+            images = ((t, view.picture(t, i, i)) for i, t in enumerate(times))
+            record(NAME, self._options.record, view.stage.camera, self._options.rate_hz, images)
+            link.close()
+            recording = {"recording": self._options.record}
+        return {**self._camera.start(), **recording}
+
+    def serve(self, stop: threading.Event) -> None:
+        """Expose until `stop` is set."""
+        self._camera.serve(stop)
+
+    def inject(self, fault: Mapping[str, Any]) -> None:
+        """Begin a fault now. Raises ConfigError for one that cameras do not have."""
+        self._camera.inject(fault)
+
+    def close(self) -> None:
+        """Give everything back."""
+        self._camera.close()
