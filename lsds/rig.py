@@ -36,12 +36,21 @@ STOP_TIMEOUT_S = 1.0
 """How long `Rig.stop` waits for all devices together, under the wall clock."""
 
 
+def build_cell(config: RigConfig, clock: Clock) -> Any:
+    """Return the cell that a configuration names, without any device. Raises ConfigError where it names none."""
+    if not config.cell.chosen:
+        raise ConfigError("rig", [ConfigIssue("cell.backend", "there is none", 'write backend = "wire"')])
+    host = PluginHost()
+    host.block(config.plugins.block)
+    return host.build("cell", config.cell.backend, config.cell.options(), BuildContext(clock, config.seed))
+
+
 class Rig:
     """Builds every backend a configuration names; constructing does no I/O.
 
     Use it as a context manager: it connects on entry, and stops and closes everything on exit. `gripper`, `arm`,
     `pose_source` and `cell` are None where the configuration says so. A cell (a simulation's physics and truth) is
-    built only where at least one chosen device lives in it.
+    built only where at least one chosen device lives in it, or where it serves its devices over the wire.
 
     Raises ConfigError, PluginNotFound, PluginConflict, PluginLoadError, ContractMismatch.
     """
@@ -61,10 +70,11 @@ class Rig:
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
         chosen = {k: self.host.find(k, config.section(k).backend) for k in _BUILD_ORDER if config.section(k).chosen}
+        _require_one_cell(chosen)
         self.virtual = _is_virtual(config, chosen)
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
         self.context = BuildContext(self.clock, config.seed)
-        if not any(backend.spec.in_cell for kind, backend in chosen.items() if kind in _DEVICES):
+        if not any(backend.spec.in_cell for kind, backend in chosen.items() if kind in (*_DEVICES, "cell")):
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen
         for kind in _BUILD_ORDER:
@@ -84,6 +94,12 @@ class Rig:
         Where one or more fail, the others are closed again and one BringUpError tells of all. Closes everything also
         where an interrupt comes in the middle.
         """
+        if self.cell is not None:
+            try:
+                self.cell.connect()
+            except BaseException:
+                self._close_quietly()
+                raise
         self._bring_up("connect", lambda device: device.connect())
 
     def arm_devices(self) -> None:
@@ -131,7 +147,11 @@ class Rig:
         try:
             self.stop()
         finally:
-            self._all("closing the rig", lambda device: device.close())
+            try:
+                self._all("closing the rig", lambda device: device.close())
+            finally:
+                if self.cell is not None:
+                    self.cell.close()
 
     def __enter__(self) -> Rig:
         self.connect()
@@ -194,6 +214,15 @@ class Rig:
             raise interrupt
         if failures:
             raise ExceptionGroup(f"{doing}: {len(failures)} of {len(self._devices)} devices failed", failures)
+
+
+def _require_one_cell(chosen: dict[Kind, Backend]) -> None:
+    """Refuse a cell that is reached over the wire beside devices that live in one of this process."""
+    cell = chosen.get("cell")
+    inside = [b.spec.name for kind, b in chosen.items() if kind in _DEVICES and b.spec.in_cell]
+    if cell is not None and cell.spec.in_cell and inside:
+        problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
+        raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
 
 
 def _is_virtual(config: RigConfig, chosen: dict[Kind, Backend]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -19,11 +20,13 @@ class MockGroup(click.Group):
     """Subcommands made from the installed wire mocks; their flags from each mock's options model."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all wire mocks."""
-        return list(_host().names("wire_mock"))
+        """Return the names of all wire mocks, and `rig`."""
+        return [*_host().names("wire_mock"), "rig"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Make the command of one mock. Raises PluginConflict, PluginLoadError."""
+        if cmd_name == "rig":
+            return rig
         host = _host()
         if cmd_name.rpartition(":")[2] not in host.names("wire_mock"):
             return None
@@ -33,7 +36,7 @@ class MockGroup(click.Group):
         """Write each mock's line from its manifest, importing none."""
         rows = [(b.spec.name, b.spec.summary) for b in _host().backends if b.spec.kind == "wire_mock"]
         with formatter.section("Mocks"):
-            formatter.write_dl(rows or [("(none)", "no installed plugin offers one")])
+            formatter.write_dl([*rows, ("rig", "all mocks of a rig's [cell.wire], around one plant")])
 
 
 @click.group(cls=MockGroup, context_settings=_HELP)
@@ -51,6 +54,25 @@ def mock() -> None:
       lsds mock hand-e --fault kind=drop,probability=0.05
       lsds mock rig examples/rigs/wire.toml        all of a rig's mocks around one plant
     """
+
+
+@click.command(context_settings=_HELP)
+@click.argument("config", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option("--json", "as_json", is_flag=True, help="Tell the addresses as one line of JSON.")
+def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
+    """Serve all mocks of a rig around one plant, each in a process of its own, until Ctrl-C.
+
+    The rig's cell says which: [cell] backend = "wire". A run of the same file joins them.
+
+    
+    Examples:
+      lsds mock rig examples/rigs/wire.toml
+      lsds mock rig examples/rigs/wire.toml --set cell.wire.plant.mass_kg=0.5
+    """
+    from lsds.cli.mock_session import serve_rig
+
+    serve_rig(config, overrides, as_json=as_json)
 
 
 def _host() -> PluginHost:

@@ -8,14 +8,16 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lsds.clock import WallClock
+from lsds.config import load_config
 from lsds.config.overrides import parse_value
 from lsds.contracts.backend import BuildContext
-from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.errors import ConfigError, ConfigIssue, DataError, DeviceError
 
 if TYPE_CHECKING:
     from lsds.contracts.wire import WireMock
@@ -41,6 +43,36 @@ def serve(
             built.serve(stop)
         finally:
             built.close()
+
+
+def serve_rig(path: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
+    """Start all mocks of a config's cell and wait for a signal.
+
+    Raises ConfigError where its cell starts none, ConnectFailed where one does not start, DeviceError where one ends.
+    """
+    from lsds.rig import build_cell
+
+    config = load_config(path, overrides)
+    cell = build_cell(config, WallClock())
+    if not hasattr(cell, "start"):
+        problem = f"'{config.cell.backend}' has no mocks to start"
+        raise ConfigError(str(path), [ConfigIssue("cell.backend", problem, 'write backend = "wire"')])
+    stop = threading.Event()
+    with _stopping_on_signals(stop):
+        try:
+            started = cell.start()
+            if as_json:
+                click.echo(json.dumps({"ready": "rig", "addresses": started}))
+            else:
+                for name, addresses in started.items():
+                    click.echo(f"{name}: " + ", ".join(f"{face} {address}" for face, address in addresses.items()))
+                click.echo("Ctrl-C ends them all.")
+            sys.stdout.flush()
+            while not stop.wait(0.5):
+                if cell.broken:
+                    raise DeviceError(f"mock {cell.broken}", "has ended by itself", remedy="start it alone to see why")
+        finally:
+            cell.close()
 
 
 def options(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -115,6 +115,12 @@ class PoseSource(Device, Protocol):
 class Cell(Protocol):
     """The plant that mocks share: physics with a truth. A real cell has none."""
 
+    def connect(self) -> None:
+        """Make it ready, before any device connects. Raises ConnectFailed."""
+
+    def close(self) -> None:
+        """End what `connect` has started, after every device is closed. Does nothing the second time."""
+
     def advance(self, t_ns: int) -> None:
         """Bring the physics to a time; does nothing for a time already passed."""
 

@@ -22,6 +22,14 @@ def lsds_backends() -> list[BackendSpec]:
             virtual_time=True,
         ),
         BackendSpec(
+            "cell",
+            "wire",
+            "lsds_mocks.cell.wire:WireCell",
+            "lsds_mocks.cell.wire:WireCellOptions",
+            summary="the same cell in processes of its own: devices are reached over their own protocols",
+            in_cell=True,
+        ),
+        BackendSpec(
             "sensor",
             "mock-gelsight-mini",
             "lsds_mocks.devices.gelsight:MockGelSightMini",

@@ -64,6 +64,12 @@ class SimulatedCell:
         """Where the physics stands: the last step's end."""
         return self._t_ns
 
+    def connect(self) -> None:
+        """Nothing to do: the physics is here."""
+
+    def close(self) -> None:
+        """Nothing to end."""
+
     def advance(self, t_ns: int) -> None:
         """Do all whole steps that end by `t_ns`."""
         with self._lock:

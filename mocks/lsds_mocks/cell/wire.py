@@ -1,0 +1,111 @@
+"""The cell on the wire: a plant and its devices' wire faces in processes of their own, joined or started by a rig."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from lsds.errors import ConnectFailed
+from lsds.mock_process import MockProcess
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.link.remote import RemoteTruth
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext, CellTruth
+
+STALE_S = 0.5
+
+
+def default_socket() -> str:
+    """Return the path at which this user's plant is found."""
+    return str(Path(tempfile.gettempdir()) / f"lsds-plant-{os.getuid()}.sock")
+
+
+class WireCellOptions(BaseModel):
+    """Options of `[cell.wire]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    socket: str = Field(default="", description="where the plant is found; empty: one for each user")
+    start: bool = Field(default=True, description="start plant and mocks where none are running")
+    plant: CellOptions = Field(default_factory=CellOptions, description="the object, its friction, the fingers")
+    mocks: dict[str, dict[str, Any]] = Field(
+        default_factory=lambda: {"hand-e": {"activated": True}, "ur5e": {}, "gelsight-mini": {}},
+        description="wire mocks to start, by name, each with its options",
+    )
+
+    @field_validator("mocks")
+    @classmethod
+    def _no_plant(cls, mocks: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+        if "plant" in mocks or "rig" in mocks:
+            raise ValueError("the plant is started anyway; name device mocks only")
+        return mocks
+
+
+class WireCell:
+    """A `Cell` whose devices are reached over their own protocols. Real time only: `advance` does nothing."""
+
+    def __init__(self, options: WireCellOptions, context: BuildContext) -> None:
+        self.options = options
+        self.socket = options.socket or default_socket()
+        self._clock = context.clock
+        self._seed = context.seed
+        self._processes: list[MockProcess] = []
+        self._truth: RemoteTruth | None = None
+
+    def connect(self) -> None:
+        """Join a running plant; where there is none, start it and all mocks. Raises ConnectFailed."""
+        with contextlib.suppress(ConnectFailed):
+            self._truth = RemoteTruth(self.socket)
+            return
+        if not self.options.start:
+            remedy = "start it: lsds mock rig RIG.toml"
+            raise ConnectFailed("cell wire", f"no plant serves at '{self.socket}'", remedy=remedy)
+        self.start()
+        self._truth = RemoteTruth(self.socket)
+
+    def start(self) -> dict[str, Mapping[str, str]]:
+        """Start plant and mocks; return the addresses of each. Raises ConnectFailed, with all of them ended again."""
+        wanted = [("plant", {"socket": self.socket, **_changed(self.options.plant)})]
+        wanted += [(name, {"cell": self.socket, **options}) for name, options in self.options.mocks.items()]
+        try:
+            for name, options in wanted:
+                process = MockProcess(name, options, seed=self._seed)
+                self._processes.append(process)
+                process.start()
+        except BaseException:
+            self.close()
+            raise
+        return {process.name: process.addresses for process in self._processes}
+
+    @property
+    def broken(self) -> str:
+        """Name of a mock that has ended by itself, empty for none."""
+        return next((process.name for process in self._processes if not process.alive), "")
+
+    def advance(self, t_ns: int) -> None:
+        """Nothing to do: the plant runs in real time."""
+
+    def truth(self) -> CellTruth:
+        """Return the plant's newest truth. Raises StaleData where it has stopped, ConnectFailed before `connect`."""
+        if self._truth is None:
+            raise ConnectFailed("cell wire", "is not connected", remedy="connect() first")
+        return self._truth.truth(self._clock.now(), STALE_S)
+
+    def close(self) -> None:
+        """End what it has started."""
+        if self._truth is not None:
+            self._truth.close()
+            self._truth = None
+        while self._processes:
+            self._processes.pop().stop()
+
+
+def _changed(options: CellOptions) -> dict[str, Any]:
+    return options.model_dump(exclude_defaults=True)
