@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import select
 import socket
+import time
 from typing import TYPE_CHECKING, Any
 
 from lsds.errors import ConnectFailed, DeviceTimeout, ProtocolFault
@@ -15,13 +17,16 @@ if TYPE_CHECKING:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
 _HOLDING, _INPUT, _WRITE = 3, 4, 16
+QUIET_S = 0.02
+"""Silence after which no answer is on its way any more: a USB adapter may hold one back for 16 ms."""
 
 
 class ModbusWire:
     """A `Wire` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
 
     RTU answers do not say which request they belong to. So that one which comes after its time is not taken for the
-    next one's, status is asked for by function 3 and, after anything went wrong, by function 4, and so on in turn.
+    next one's, the line has to fall silent after anything went wrong, and status is then asked for by function 3 where
+    it was by function 4, and so on in turn.
     """
 
     def __init__(self, device: str, port: str, slave: int, baud: int, timeout_s: float) -> None:
@@ -33,6 +38,7 @@ class ModbusWire:
         self._client: ModbusSerialClient | ModbusTcpClient | None = None
         self._function = _INPUT
         self._heard = False
+        self._unsettled = False
 
     @property
     def is_open(self) -> bool:
@@ -128,22 +134,34 @@ class ModbusWire:
         return answer
 
     def _drain(self) -> None:
-        """Throw away what came too late on a socket; on a serial port pymodbus does."""
-        connection = self._client.socket if self._client is not None else None
-        if isinstance(connection, socket.socket):
-            connection.setblocking(False)
-            try:
-                while connection.recv(4096):
-                    self._turn()
-            except BlockingIOError:
-                return
-            raise ConnectionResetError("the other end has closed the connection")
+        """Throw away what came unasked; after a failure, until the line has been silent for long enough.
+
+        Raises OSError where the other end has gone.
+        """
+        quiet_s = QUIET_S if self._unsettled else 0.0
+        link = self._ready().socket
+        waits_until = time.monotonic() + self._timeout_s + quiet_s
+        while time.monotonic() < waits_until:
+            if isinstance(link, socket.socket):
+                came, _, _ = select.select([link], [], [], quiet_s)
+                if not came:
+                    break
+                if not link.recv(4096):
+                    raise ConnectionResetError("the other end has closed the connection")
+            else:
+                if not link.in_waiting:
+                    time.sleep(quiet_s)
+                if not (waiting := link.in_waiting):
+                    break
+                link.read(waiting)
+        self._unsettled = False
 
     def _trace(self, sending: bool, data: bytes) -> bytes:
         self._heard = self._heard or (not sending and bool(data))
         return data
 
     def _turn(self) -> None:
+        self._unsettled = True
         self._function = _HOLDING if self._function == _INPUT else _INPUT
 
     def _spoilt(self, what: str) -> ProtocolFault:

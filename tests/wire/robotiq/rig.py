@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import threading
 import time
@@ -112,7 +113,12 @@ def until(done, timeout_s=5.0):
 
 
 def descriptors():
-    return len(os.listdir("/proc/self/fd"))
+    """What each open descriptor of this process is."""
+    found = {}
+    for name in os.listdir("/proc/self/fd"):
+        with contextlib.suppress(OSError):
+            found[name] = os.readlink(f"/proc/self/fd/{name}")
+    return found
 
 
 @contextlib.contextmanager
@@ -121,4 +127,6 @@ def nothing_left():
     threads, fds = set(threading.enumerate()), descriptors()
     yield
     assert until(lambda: set(threading.enumerate()) <= threads, 2), "a thread was left behind"
-    assert descriptors() <= fds, "a descriptor was left behind"
+    gc.collect()
+    left = descriptors()
+    assert len(left) <= len(fds), f"left behind: {[left[name] for name in left.keys() - fds.keys()]}"

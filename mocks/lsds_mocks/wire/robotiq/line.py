@@ -67,10 +67,11 @@ class SerialLine:
         if not self._faults.quiet:
             message = self._spoilt(message)
         due = now + self._turnaround_ns
+        # What a fault delays does not keep the line busy meanwhile.
+        self._free_ns = max(self._free_ns, due + len(message) * self._byte_ns)
         for delay_s, part in self._faults.outgoing(message, self._face):
-            due += nanoseconds(delay_s) + len(part) * self._byte_ns
-            self._reactor.call_at(due, partial(self._emit, part))
-        self._free_ns = max(self._free_ns, due)
+            due += len(part) * self._byte_ns
+            self._reactor.call_at(due + nanoseconds(delay_s), partial(self._emit, part))
 
     def _spoilt(self, message: bytes) -> bytes:
         if self._faults.strikes("wrong-slave", self._face):

@@ -172,13 +172,11 @@ class _Strings:
         reply = self._session.feed(data, now)
         if not reply:
             return
-        due = now
         for delay_s, part in self._faults.outgoing(reply, "urcap"):
-            due += nanoseconds(delay_s)
-            if due <= now:
+            if delay_s <= 0:
                 self._emit(part)
             else:
-                self._reactor.call_at(due, partial(self._emit, part))
+                self._reactor.call_at(now + nanoseconds(delay_s), partial(self._emit, part))
 
     def hang_up(self) -> None:
         self._send = None
