@@ -56,4 +56,13 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_drivers.aruco.options:ArucoOptions",
             summary="bodies by printed ArUco or ChArUco markers, from any camera or a RealSense",
         ),
+        BackendSpec(
+            "arm",
+            "ur5e",
+            "lsds_drivers.ur.arm:UrArm",
+            "lsds_drivers.ur.options:UrOptions",
+            summary="Universal Robots e-Series over RTDE (model = other sizes): Cartesian velocities",
+            requires=("rtde_control", "rtde_receive", "dashboard_client"),
+            extra="ur",
+        ),
     ]

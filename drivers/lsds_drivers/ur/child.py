@@ -1,0 +1,142 @@
+"""Starting, hearing and ending the child process that holds ur_rtde."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout
+from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, unpack_reply, unpack_state
+
+END_S = 2.0
+
+
+class Child:
+    """One child, from start to end. `state` is the newest that came; `ended` tells why there will be no more."""
+
+    def __init__(self, name: str, options: Mapping[str, Any]) -> None:
+        self._name = name
+        self.state: State | None = None
+        self.ended: Reply | None = None
+        self._reply: Reply | None = None
+        self._changed = threading.Condition()
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._link = ours
+        try:
+            self._process: subprocess.Popen[str] = subprocess.Popen(
+                [sys.executable, "-m", "lsds_drivers.ur.worker", json.dumps(dict(options))],
+                stdin=theirs.fileno(),
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                text=True,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+        except OSError as error:
+            ours.close()
+            raise ConnectFailed(name, f"its process cannot be started: {error}") from error
+        finally:
+            theirs.close()
+        self._said: list[str] = []
+        self._threads = [
+            threading.Thread(target=self._hear, name=f"{name} states", daemon=True),
+            threading.Thread(target=self._note, name=f"{name} messages", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def send(self, packet: bytes) -> bool:
+        """Send without waiting; tell whether the child took it."""
+        try:
+            return self._link.send(packet, socket.MSG_DONTWAIT) == len(packet)
+        except OSError:
+            return False
+
+    def await_reply(self, timeout_s: float) -> Reply:
+        """Return the answer to the last request. Raises DeviceTimeout, and DeviceError where the child has ended."""
+        deadline = time.monotonic() + timeout_s
+        with self._changed:
+            while self._reply is None and self.ended is None:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    raise DeviceTimeout(self._name, f"has not answered within {timeout_s:g} s", remedy="arm again")
+                self._changed.wait(left)
+            reply, self._reply = self._reply, None
+        if reply is not None:
+            return reply
+        raise self.error()
+
+    def error(self) -> DeviceError:
+        """Return the error that says why the child has ended."""
+        ended = self.ended or Reply("its process has ended")
+        return DeviceError(self._name, ended.problem, remedy=ended.remedy or "reconnect", code=ended.code)
+
+    def close(self) -> None:
+        """End the child: asked first, then by force."""
+        self.send(bytes([Kind.QUIT]))
+        try:
+            self._process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join(END_S)
+        self._link.close()
+        if self._process.stderr is not None:
+            self._process.stderr.close()
+
+    def _hear(self) -> None:
+        """Keep the newest state; at the end, find out why it ended."""
+        failed: Reply | None = None
+        while True:
+            try:
+                data = self._link.recv(LARGEST)
+            except OSError:
+                data = b""
+            if not data:
+                break
+            if data[0] == Kind.STATE:
+                self.state = unpack_state(data)
+            elif data[0] == Kind.DONE:
+                self._tell(reply=unpack_reply(data))
+            elif data[0] == Kind.FAILED:
+                failed = unpack_reply(data)
+        self._tell(ended=failed or self._autopsy())
+
+    def _autopsy(self) -> Reply:
+        try:
+            code = self._process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            return Reply("its process does not talk any more", "reconnect")
+        if code < 0:
+            name = signal.Signals(-code).name
+            return Reply(f"ur_rtde's process was ended by {name}", "reconnect; the controller has stopped", -code)
+        said = " ".join("".join(self._said).split())[-300:]
+        return Reply(f"ur_rtde's process has ended{': ' + said if said else ''}", "reconnect", code)
+
+    def _tell(self, *, reply: Reply | None = None, ended: Reply | None = None) -> None:
+        with self._changed:
+            if reply is not None:
+                self._reply = reply
+            if ended is not None:
+                self.ended = ended
+            self._changed.notify_all()
+
+    def _note(self) -> None:
+        assert self._process.stderr is not None
+        for line in self._process.stderr:
+            self._said.append(line)
+            del self._said[:-20]

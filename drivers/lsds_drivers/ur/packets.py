@@ -1,0 +1,91 @@
+"""What driver and child tell each other: one packet a message on a socket pair. Times are monotonic nanoseconds."""
+
+from __future__ import annotations
+
+import json
+import struct
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+LARGEST = 65536
+
+
+class Kind(IntEnum):
+    """First byte of a packet."""
+
+    COMMAND = 1
+    STOP = 2
+    ARM = 3
+    DISARM = 4
+    QUIT = 5
+    STATE = 6
+    DONE = 7
+    FAILED = 8
+
+
+_COMMAND = struct.Struct("<B7dq")
+_STATE = struct.Struct("<BqQ12d3i")
+
+
+class Command(NamedTuple):
+    """Move with a twist (m/s, rad/s, base frame) until a time."""
+
+    twist: tuple[float, ...]
+    acceleration: float
+    expires_ns: int
+
+
+class State(NamedTuple):
+    """What the controller told last. `pose` holds a rotation vector; `safety_bits` and the modes are its own."""
+
+    t_ns: int
+    seq: int
+    pose: tuple[float, ...]
+    speed: tuple[float, ...]
+    robot_mode: int
+    safety_bits: int
+    runtime_state: int
+
+
+class Reply(NamedTuple):
+    """How a request ended; `problem` is empty for well."""
+
+    problem: str = ""
+    remedy: str = ""
+    code: int | str | None = None
+
+
+def pack_command(command: Command) -> bytes:
+    """Return the packet."""
+    return _COMMAND.pack(Kind.COMMAND, *command.twist, command.acceleration, command.expires_ns)
+
+
+def unpack_command(data: bytes) -> Command:
+    """Return what a packet holds."""
+    _, *numbers, expires_ns = _COMMAND.unpack(data)
+    return Command(tuple(numbers[:6]), numbers[6], expires_ns)
+
+
+def pack_state(state: State) -> bytes:
+    """Return the packet."""
+    return _STATE.pack(
+        Kind.STATE, state.t_ns, state.seq, *state.pose, *state.speed,
+        state.robot_mode, state.safety_bits, state.runtime_state,
+    )  # fmt: skip
+
+
+def unpack_state(data: bytes) -> State:
+    """Return what a packet holds."""
+    _, t_ns, seq, *rest = _STATE.unpack(data)
+    return State(t_ns, seq, tuple(rest[:6]), tuple(rest[6:12]), *rest[12:])
+
+
+def pack_reply(kind: Kind, reply: Reply) -> bytes:
+    """Return the packet."""
+    return bytes([kind]) + json.dumps(reply._asdict()).encode()
+
+
+def unpack_reply(data: bytes) -> Reply:
+    """Return what a packet holds."""
+    fields: dict[str, Any] = json.loads(data[1:])
+    return Reply(**fields)

@@ -1,0 +1,279 @@
+"""The child process that holds ur_rtde.
+
+It lives apart because ur_rtde 1.6.5 crashes the process that holds it when the controller's stream stalls for about
+three seconds. Started as `python -m lsds_drivers.ur.worker`; standard input is the socket to the driver. When the
+driver goes away, or the stream stalls for long, the child stops the arm as well as it can and ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import signal
+import socket
+import sys
+import threading
+import time
+from typing import Any
+
+from lsds_drivers.ur.clock_map import ClockMap
+from lsds_drivers.ur.packets import (
+    LARGEST,
+    Command,
+    Kind,
+    Reply,
+    State,
+    pack_reply,
+    pack_state,
+    unpack_command,
+)
+
+LOOK_S = 0.001
+"""How long it sleeps before it looks for a new state, and for a command that has to be renewed, again."""
+
+RESEND_NS = 20_000_000
+"""A command that stands is sent again this often, which also feeds the watchdog."""
+
+WATCHDOG_HZ = 10.0
+"""The controller stops the program where commands come less often than this: the arm never runs on without us."""
+
+STALLED_NS = 2_000_000_000
+"""After so long without a new timestamp the child ends itself, before ur_rtde would crash it."""
+
+SPEED_T_S = 0.002
+RUNNING = 7
+NORMAL_BIT, PROTECTIVE_BIT = 1, 4
+VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "safety_status_bits", "runtime_state"]
+
+
+class Worker:
+    """One arm."""
+
+    def __init__(self, link: socket.socket, options: dict[str, Any]) -> None:
+        self._link = link
+        self._options = options
+        self._clock = ClockMap()
+        self._receive: Any = None
+        self._control: Any = None
+        self._last_s = 0.0
+        self._changed_ns = 0
+        self._seq = 0
+        self._command: Command | None = None
+        self._sent_ns = 0
+        self._moving = False
+
+    def run(self) -> None:
+        """Serve until the driver says so, or is gone, or the stream stalls."""
+        try:
+            from rtde_receive import RTDEReceiveInterface
+
+            self._receive = RTDEReceiveInterface(self._options["host"], self._options["state_rate_hz"], VARIABLES)
+        except (RuntimeError, OSError, ImportError) as error:
+            self._send(pack_reply(Kind.FAILED, Reply(f"cannot be reached: {_plain(error)}", _REACH)))
+            return
+        self._changed_ns = time.monotonic_ns()
+        self._send(pack_reply(Kind.DONE, Reply()))
+        # States go on while a call to the controller waits: they have a thread of their own.
+        threading.Thread(target=self._watch, name="states", daemon=True).start()
+        while self._listen():
+            self._drive()
+
+    # -- the driver's side --------------------------------------------------------------------------------
+
+    def _listen(self) -> bool:
+        """Take what the driver says; False at the end."""
+        wait_s = LOOK_S
+        while select.select([self._link], [], [], wait_s)[0]:
+            wait_s = 0.0
+            data = self._link.recv(LARGEST)
+            if not data or data[0] == Kind.QUIT:
+                self._halt()
+                return False
+            if data[0] == Kind.COMMAND:
+                self._command, self._sent_ns = unpack_command(data), 0
+            elif data[0] == Kind.STOP:
+                self._halt()
+            elif data[0] == Kind.ARM:
+                self._send(pack_reply(Kind.DONE, self._arm()))
+            elif data[0] == Kind.DISARM:
+                self._disarm()
+                self._send(pack_reply(Kind.DONE, Reply()))
+        return True
+
+    def _send(self, data: bytes) -> None:
+        with contextlib.suppress(OSError):
+            self._link.send(data, socket.MSG_DONTWAIT)
+
+    # -- the controller's side ----------------------------------------------------------------------------
+
+    def _watch(self) -> None:
+        """Pass states on; end the process where none have come for long."""
+        while True:
+            time.sleep(LOOK_S)
+            self._look()
+            if time.monotonic_ns() - self._changed_ns > STALLED_NS:
+                problem = f"the controller has sent nothing new for {STALLED_NS / 1e9:.0f} s"
+                self._send(pack_reply(Kind.FAILED, Reply(problem, "see whether it still runs")))
+                # No good-bye: ur_rtde would wait for a controller that does not answer.
+                os._exit(1)
+
+    def _look(self) -> None:
+        """Pass a new state on."""
+        receive = self._receive
+        controller_s = receive.getTimestamp()
+        if controller_s == self._last_s:
+            return
+        now = time.monotonic_ns()
+        self._last_s, self._changed_ns = controller_s, now
+        state = State(
+            self._clock.to_monotonic(controller_s, now),
+            self._seq,
+            tuple(receive.getActualTCPPose()),
+            tuple(receive.getActualTCPSpeed()),
+            receive.getRobotMode(),
+            receive.getSafetyStatusBits(),
+            receive.getRuntimeState(),
+        )
+        self._seq += 1
+        self._send(pack_state(state))
+
+    def _drive(self) -> None:
+        """Send the standing command where it is new or has to be renewed; brake where it has expired."""
+        command, control = self._command, self._control
+        if control is None:
+            self._command = None
+            return
+        now = time.monotonic_ns()
+        if command is None:
+            if now - self._sent_ns >= RESEND_NS:
+                self._sent_ns = now
+                control.kickWatchdog()
+            return
+        if now >= command.expires_ns:
+            self._halt()
+        elif now - self._sent_ns >= RESEND_NS:
+            self._sent_ns = now
+            self._moving = True
+            if not control.speedL(list(command.twist), command.acceleration, SPEED_T_S):
+                self._command = None
+
+    def _halt(self) -> None:
+        """Decelerate to rest."""
+        self._command = None
+        if self._control is not None and self._moving:
+            self._moving = False
+            with contextlib.suppress(RuntimeError):
+                self._control.speedStop(self._options["stop_acceleration_m_s2"])
+
+    def _arm(self) -> Reply:
+        """Make the arm commandable; return what is in the way."""
+        refusal = self._refusal()
+        if refusal is not None:
+            return refusal
+        try:
+            if self._control is None:
+                self._control = self._new_control()
+            elif not self._control.isProgramRunning():
+                self._control.reuploadScript()
+                self._await_program()
+            options = self._options
+            if options["tcp_offset"] is not None and not self._control.setTcp(options["tcp_offset"]):
+                return Reply("refuses the TCP offset")
+            if options["payload_kg"] is not None:
+                self._control.setPayload(options["payload_kg"], options["payload_cog_m"])
+            self._control.setWatchdog(WATCHDOG_HZ)
+        except (RuntimeError, OSError) as error:
+            self._disarm()
+            return Reply(f"does not take control: {_plain(error)}", _CONTROL)
+        return Reply()
+
+    def _refusal(self) -> Reply | None:
+        mode, bits = self._receive.getRobotMode(), self._receive.getSafetyStatusBits()
+        if mode != RUNNING:
+            remedy = "power it on and release the brakes at the pendant, or from its dashboard"
+            return Reply(f"is not running (robot mode {mode})", remedy, mode)
+        if bits & PROTECTIVE_BIT and self._options["unlock_protective_stop"]:
+            return self._unlock()
+        if not bits & NORMAL_BIT:
+            what = "is in protective stop" if bits & PROTECTIVE_BIT else "is stopped for safety"
+            return Reply(what, "look why, clear it at the pendant, and arm again", f"safety bits {bits:#x}")
+        return None
+
+    def _unlock(self) -> Reply | None:
+        """Unlock a protective stop; the controller allows it five seconds after the stop."""
+        from dashboard_client import DashboardClient
+
+        dashboard = DashboardClient(self._options["host"])
+        deadline = time.monotonic() + 6.0
+        try:
+            dashboard.connect()
+            dashboard.closeSafetyPopup()
+            while True:
+                try:
+                    dashboard.unlockProtectiveStop()
+                    break
+                except ValueError:
+                    if time.monotonic() > deadline:
+                        raise
+                    time.sleep(0.2)
+            while not self._receive.getSafetyStatusBits() & NORMAL_BIT:
+                if time.monotonic() > deadline:
+                    return Reply("stays in protective stop", "clear it at the pendant")
+                time.sleep(0.02)
+            return None
+        except (RuntimeError, ValueError, OSError) as error:
+            return Reply(f"cannot be unlocked: {_plain(error)}", "clear the protective stop at the pendant")
+        finally:
+            dashboard.disconnect()
+
+    def _new_control(self) -> Any:
+        from rtde_control import RTDEControlInterface as Control
+
+        flags = Control.FLAG_UPLOAD_SCRIPT
+        if self._options["upper_registers"]:
+            flags |= Control.FLAG_UPPER_RANGE_REGISTERS
+        if not self._options["remote_control_check"]:
+            flags |= Control.FLAG_DISABLE_REMOTE_CONTROL_CHECK
+        return Control(self._options["host"], -1.0, flags)
+
+    def _await_program(self) -> None:
+        deadline = time.monotonic() + 5.0
+        while not self._control.isProgramRunning():
+            if time.monotonic() > deadline:
+                raise RuntimeError("its program does not start")
+            time.sleep(0.01)
+
+    def _disarm(self) -> None:
+        """Give control back; the program on the controller ends."""
+        self._halt()
+        control, self._control = self._control, None
+        if control is not None:
+            with contextlib.suppress(RuntimeError):
+                control.stopScript()
+            with contextlib.suppress(RuntimeError):
+                control.disconnect()
+
+
+_REACH = "check the address, the cable, and that the controller is on"
+_CONTROL = "is another client in control (registers in use)? is the arm in remote control?"
+
+
+def _plain(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def main() -> None:
+    """Serve the driver at the other end of standard input."""
+    # Ctrl-C is the driver's to handle: it stops the arm and then ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    link = socket.socket(fileno=os.dup(0))
+    try:
+        Worker(link, json.loads(sys.argv[1])).run()
+    finally:
+        link.close()
+
+
+if __name__ == "__main__":
+    main()
