@@ -28,14 +28,14 @@ def make_source(
         from lsds_drivers.realsense.source import RealSenseSource
 
         return RealSenseSource(device, camera.partition(":")[2], size=size)
-    if "://" in camera or camera.lower().endswith(VIDEO_FILES):
-        from lsds_drivers.cameras.opencv import OpenCvSource
-
-        return OpenCvSource(device, camera)
     if _is_pipe(camera):
         from lsds_drivers.cameras.pipe import PipeSource
 
         return PipeSource(device, camera, reduction)
+    if "://" in camera or camera.lower().endswith(VIDEO_FILES):
+        from lsds_drivers.cameras.opencv import OpenCvSource
+
+        return OpenCvSource(device, camera)
     from lsds_drivers.cameras.v4l2 import V4l2Source
 
     return V4l2Source(device, camera, reduction, size=size)

@@ -61,6 +61,7 @@ class HttpSource:
             raise ConnectFailed(
                 self._device, f"{self._url}: {_reason(error)}", remedy="is the camera on, and the address right?"
             ) from error
+        self._response = response  # from here on it is part of what there is to close
         kind = response.headers.get_content_type()
         boundary = response.headers.get_param("boundary")
         if response.status != 200 or kind != "multipart/x-mixed-replace" or not isinstance(boundary, str):
@@ -69,7 +70,6 @@ class HttpSource:
             raise ConnectFailed(
                 self._device, f"{self._url}: {what}", remedy="mjpg-streamer's stream is at /?action=stream"
             )
-        self._response = response
         self._parts = PartReader(self._device, boundary, self._more, time.monotonic_ns)
 
     def shot(self, timeout_s: float) -> Shot:

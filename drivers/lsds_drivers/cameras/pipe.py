@@ -43,12 +43,14 @@ class PipeSource:
         deadline = time.monotonic() + timeout_s
         while True:
             end = self._end()
+            if end is None and time.monotonic() > deadline:
+                raise DeviceTimeout(self._device, f"{self._path}: no picture came for {timeout_s:.1f} s: who writes?")
             if end is not None:
                 jpeg, began_ns = bytes(self._data[:end]), self._began_ns
                 del self._data[:end]
                 self._began_ns = time.monotonic_ns()
                 return Shot(decode(jpeg, self._reduction), began_ns)
-            self._fill(deadline, timeout_s)
+            self._fill(deadline)
 
     def interrupt(self) -> None:
         """Wake a `shot` that waits."""
@@ -72,7 +74,7 @@ class PipeSource:
             del self._data[: begin if begin >= 0 else len(self._data)]
             raise
 
-    def _fill(self, deadline: float, timeout_s: float) -> None:
+    def _fill(self, deadline: float) -> None:
         if self._pipe is None or self._wake is None:
             raise ConnectFailed(self._device, f"{self._path} is not open")
         left = deadline - time.monotonic()
@@ -80,15 +82,13 @@ class PipeSource:
         if self._wake[0] in readable:
             raise ConnectFailed(self._device, f"{self._path}: reading was ended")
         if not readable:
-            raise DeviceTimeout(self._device, f"{self._path}: no picture came for {timeout_s:.1f} s")
+            return
         if not self._data:
             self._began_ns = time.monotonic_ns()
         data = os.read(self._pipe, 256 * 1024)
         if not data:
             # Without a writer a pipe reads as ended, at once and for ever.
             time.sleep(min(0.02, max(0.0, left)))
-            if left <= 0:
-                raise DeviceTimeout(self._device, f"{self._path}: nobody writes into the pipe")
         self._data += data
         if len(self._data) > LONGEST:
             self._data.clear()

@@ -22,6 +22,7 @@ T_co = TypeVar("T_co", covariant=True)
 
 _RETRY_S, _LONGEST_RETRY_S = 0.1, 2.0
 _RATE_SHARE = 0.1
+_GRACE_S = 0.2
 _STALE_FRAMES = 5
 CLOSE_TIMEOUT_S = 2.0
 
@@ -83,6 +84,7 @@ class FramePump(Generic[T]):
         self._trouble = ""
         self._interval_s: float | None = None
         self._retry_s = _RETRY_S
+        self._due_ns = 0
         self._thread = threading.Thread(target=self._run, name=f"{device}-camera", daemon=True)
         self.lost = 0
         """How often the camera was lost and opened again, or tried to be."""
@@ -100,17 +102,19 @@ class FramePump(Generic[T]):
 
     def start(self) -> None:
         """Open the camera and wait for its first good picture. Raises ConnectFailed, within the limit."""
+        limit_s = self._limits.connect_timeout_s
+        self._due_ns = self._clock.now() + nanoseconds(limit_s)
         self._thread.start()
-        came = self._first.wait(self._limits.connect_timeout_s)
-        if came and self._refused is None:
+        # A little longer than the source itself waits, so that its own words for the silence are told.
+        self._first.wait(limit_s + _GRACE_S)
+        refused, trouble, came = self._refused, self._trouble, self._first.is_set()
+        if came and refused is None:
             return
         self.close()
-        if isinstance(self._refused, DeviceError):
-            raise ConnectFailed(self._device, self._refused.problem, remedy=self._refused.remedy) from self._refused
-        problem = str(self._refused or self._trouble or "no picture came")
-        raise ConnectFailed(
-            self._device, f"{problem}, in {self._limits.connect_timeout_s:.1f} s", remedy=self._remedy
-        ) from self._refused
+        if isinstance(refused, DeviceError):
+            raise ConnectFailed(self._device, refused.problem, remedy=refused.remedy or self._remedy) from refused
+        problem = str(refused or trouble or f"no picture came in {limit_s:.1f} s")
+        raise ConnectFailed(self._device, problem, remedy=self._remedy) from refused
 
     def newest(self) -> T:
         """Return the newest result.
@@ -176,8 +180,7 @@ class FramePump(Generic[T]):
         skip = self._limits.skip
         while not self._stop.is_set():
             try:
-                limits = self._limits
-                shot = self._source.shot(limits.silence_s if self._first.is_set() else limits.connect_timeout_s)
+                shot = self._source.shot(self._patience_s())
             except DataError as error:
                 self._damage(error, self._numbers.of(None))
                 continue
@@ -186,6 +189,12 @@ class FramePump(Generic[T]):
                 skip -= 1
                 continue
             self._take(shot, seq)
+
+    def _patience_s(self) -> float:
+        """How long to wait for the next picture; for the first good one, what is left of the time to connect."""
+        if self._first.is_set():
+            return self._limits.silence_s
+        return max(0.05, seconds(self._due_ns - self._clock.now()))
 
     def _take(self, shot: Shot, seq: int) -> None:
         t_ns = self._times.of(shot.arrived_ns, shot.stamp_ns)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import select
 import socket
 import threading
 from contextlib import closing, suppress
@@ -174,6 +175,8 @@ class MjpegServer:
             number = self._newest.number
             while not self._closed:
                 found = self._newest.after(number, _POLL_S)
+                if _gone(connection):
+                    return
                 if found is None:
                     continue
                 number, picture = found
@@ -210,3 +213,10 @@ class MjpegServer:
         with self._lock:
             self._clients.pop(connection, None)
         connection.close()
+
+
+def _gone(connection: socket.socket) -> bool:
+    """Tell whether the client has hung up; one to which nothing is sent would otherwise never be missed."""
+    poll = select.poll()
+    poll.register(connection, select.POLLIN | select.POLLRDHUP)
+    return bool(poll.poll(0)) and connection.recv(4096) == b""
