@@ -75,7 +75,6 @@ class Controller:
         self._pending: deque[Mapping[str, Any]] = deque()
         self._stopped_at_s = 0.0
         self._unlock_wanted = False
-        self._functions = functions.of(self)
         self._tcp: tuple[int, list[float]] = (-1, [])
         self._tcp_speed: tuple[int, list[float]] = (-1, [])
 
@@ -135,7 +134,8 @@ class Controller:
         """Run a program: a primary one in the place of the present one, a secondary one beside it."""
         if self.power.mode is not RobotMode.RUNNING or self.safety is not SafetyMode.NORMAL:
             return
-        program = Program(compiled, self._functions)
+        library = functions.Library(self)
+        program = Program(compiled, library.functions, library.close)
         if compiled.secondary:
             self.secondaries.append(program)
             return

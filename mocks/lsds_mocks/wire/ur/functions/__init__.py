@@ -18,13 +18,22 @@ if TYPE_CHECKING:
 _MODULES = (motion, robot, communication, sockets)
 
 
-def of(controller: Controller) -> dict[str, Callable[..., Any]]:
-    """Return all functions, bound to a controller."""
-    found: dict[str, Callable[..., Any]] = dict(mathematics.FUNCTIONS)
-    for module in _MODULES:
-        bound = module.Functions(controller)
-        found |= {name: getattr(bound, name) for name in _public(module.Functions)}
-    return found
+class Library:
+    """All functions for one program, bound to its controller. `close` gives back what the program has opened."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.functions: dict[str, Callable[..., Any]] = dict(mathematics.FUNCTIONS)
+        for module in (motion, robot, communication):
+            self._bind(module.Functions(controller))
+        self._sockets = sockets.Functions(controller)
+        self._bind(self._sockets)
+
+    def _bind(self, part: object) -> None:
+        self.functions |= {name: getattr(part, name) for name in _public(type(part))}
+
+    def close(self) -> None:
+        """Close the program's sockets: whoever is at the other end learns that it has ended."""
+        self._sockets.close_all()
 
 
 @cache
@@ -38,4 +47,4 @@ def waiting() -> dict[str, bool]:
 
 
 def _public(cls: type) -> list[str]:
-    return [name for name in vars(cls) if not name.startswith("_")]
+    return [name for name in vars(cls) if not name.startswith("_") and name != "close_all"]

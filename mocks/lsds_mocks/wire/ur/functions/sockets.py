@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import socket
 import struct
@@ -26,11 +25,17 @@ class _Connection:
     def __init__(self, link: socket.socket) -> None:
         self.link = link
         self.data = bytearray()
+        self.ended = False
 
     def pull(self) -> None:
-        with contextlib.suppress(OSError):
+        try:
             while part := self.link.recv(65536):
                 self.data += part
+            self.ended = True
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.ended = True
 
 
 class Functions:
@@ -59,6 +64,11 @@ class Functions:
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._open[socket_name] = _Connection(link)
         return True
+
+    def close_all(self) -> None:
+        """Close all: the program has ended."""
+        for name in list(self._open):
+            self.socket_close(name)
 
     def socket_close(self, socket_name: str = DEFAULT) -> None:
         """Close."""
@@ -152,7 +162,9 @@ class Functions:
                     data = bytes(connection.data[:size])
                     del connection.data[:size]
                     return data
-            if cycles is not None and waited >= cycles:
+            # Nothing more can come from one that has hung up: say so, but not more often than once a cycle.
+            hung_up = connection is None or connection.ended
+            if waited and (hung_up or (cycles is not None and waited >= cycles)):
                 return None
             waited += 1
             yield

@@ -17,11 +17,15 @@ Waiting = Generator[None, None, Any]
 class Program:
     """One uploaded program. `step` runs it through one control cycle; `running` tells whether more is to come.
 
-    `functions` are the controller's own, by name. An error ends the program; it is in `error`.
+    `functions` are the controller's own, by name; `at_end` is called when the program has ended, however it did. An
+    error ends it; it is in `error`.
     """
 
-    def __init__(self, compiled: Compiled, functions: Mapping[str, Callable[..., Any]]) -> None:
+    def __init__(
+        self, compiled: Compiled, functions: Mapping[str, Callable[..., Any]], at_end: Callable[[], None] = lambda: None
+    ) -> None:
         self.compiled = compiled
+        self._at_end = at_end
         self.name = compiled.name
         self.secondary = compiled.secondary
         self.error: ScriptError | None = None
@@ -78,15 +82,19 @@ class Program:
 
     def stop(self) -> None:
         """End every thread now."""
-        for handle in reversed(self._threads):
-            self._threads[handle].close()
+        threads = list(self._threads.values())
         self._threads.clear()
+        for thread in reversed(threads):
+            _close(thread)
+        self._at_end()
 
     # -- inside -------------------------------------------------------------------------------------------
 
     def _advance(self, handle: int, thread: Waiting) -> None:
         try:
             next(thread)
+            if self._threads.get(handle) is not thread:
+                thread.close()
         except StopIteration:
             self._threads.pop(handle, None)
         except Halt:
@@ -125,13 +133,8 @@ class Program:
 
     def _kill(self, handle: int) -> None:
         thread = self._threads.pop(handle, None)
-        if thread is None:
-            return
-        if inspect.getgeneratorstate(thread) == inspect.GEN_RUNNING:
-            # A thread that kills itself, or the one that is running it: it ends where it next waits.
-            self._threads[handle] = _ended(thread)
-        else:
-            thread.close()
+        if thread is not None:
+            _close(thread)
 
     def _spinning(self, line: int, column: int) -> None:
         """Stop a loop that goes round and round without ever waiting."""
@@ -146,10 +149,10 @@ def _halt() -> None:
     raise Halt
 
 
-def _ended(thread: Waiting) -> Waiting:
-    thread.close()
-    return
-    yield
+def _close(thread: Waiting) -> None:
+    """End a thread, unless it is the one that runs: that one is closed where it next waits."""
+    if inspect.getgeneratorstate(thread) != inspect.GEN_RUNNING:
+        thread.close()
 
 
 def _method(value: Any, name: str, *arguments: Any) -> Any:
