@@ -51,7 +51,7 @@ class RobotiqGripper:
         self._clock = clock
         self._guard = LifecycleGuard(device)
         self._stale_ns = nanoseconds(options.stale_after_ms * 1e-3)
-        self._arming = False
+        self._arming = self._calibrated = False
         self._pump = Pump(
             device,
             wire,
@@ -91,9 +91,11 @@ class RobotiqGripper:
             arming = Arming(self.device, self._pump, self._clock)
             if not (arming.is_active() and self._options.keep_activation):
                 arming.activate(self._options.activation_timeout_s)
-            if self._options.calibrate:
+                self._calibrated = False
+            if self._options.calibrate and not self._calibrated:
                 slowest_s = self._figures.stroke_m / self._figures.speed_m_s[0]
                 self._figures = arming.calibrate(self._figures, slowest_s + ANSWER_S)
+                self._calibrated = True
 
     def stop(self) -> None:
         """Hold the fingers where they are: the go-to bit is taken away. Returns within a second; never raises.

@@ -29,7 +29,9 @@ def open_serial(device: str, port: str, baud: int, timeout_s: float) -> Any:
 
 
 def _refusal(device: str, port: str, error: Exception) -> ConnectFailed:
-    number = getattr(error, "errno", None)
+    # What termios complains of comes without a number of its own.
+    inner = error.__context__.args if error.__context__ is not None else ()
+    number = getattr(error, "errno", None) or (inner[0] if inner else None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or not os.path.lexists(port):
         return ConnectFailed(
             device, f"there is no port {port}", remedy="see `lsds devices`; is the adapter plugged in?"

@@ -89,12 +89,12 @@ def test_under_a_fault(mock, driver, fault):
         gripper.arm()
         assert close_to(gripper, 0.02)
 
-        spec = {"kind": fault, "face": FACES[driver], "for_s": 0.3, **FAULTS[fault]}
+        spec = {"kind": fault, "face": FACES[driver], "for_s": 0.2, **FAULTS[fault]}
         if fault == "freeze":
             del spec["face"]
         mock.inject(**spec)
         widest, believable = 0.0, not (driver == "hand-e-urcap" and "corrupt" in fault)  # Strings have no CRC.
-        ends = CLOCK.now() + 400_000_000
+        ends = CLOCK.now() + 280_000_000
         while CLOCK.now() < ends:
             timed(gripper.command, to(0.02))
             widest = max(widest, (aperture(gripper) or 0.0) * believable)
@@ -118,8 +118,8 @@ def close_again(driver, mock):
     return found
 
 
-@pytest.mark.parametrize("driver", DRIVERS)
-@pytest.mark.parametrize("fault", ["drop", "corrupt", "truncate", "disconnect"])
+@pytest.mark.parametrize("driver", ["hand-e", "hand-e-tcp", "hand-e-urcap"])
+@pytest.mark.parametrize("fault", ["drop", "truncate", "disconnect"])
 def test_ending_it_in_the_middle_of_a_fault(mock, driver, fault):
     with nothing_left():
         gripper = build(driver, options_for(driver, mock) | PATIENCE)

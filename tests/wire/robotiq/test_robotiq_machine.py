@@ -220,7 +220,7 @@ WRITES = st.tuples(
     st.booleans(),
     st.lists(st.sampled_from([0, 0, 0, 8, 0x0A, 0x0E, 0x0F]), min_size=12, max_size=12),
 )
-@settings(max_examples=60)
+@settings(max_examples=40)
 def test_it_opens_only_where_it_was_told_to(writes, object_mm, activated, faults):
     bench = Bench(activated=activated, object_mm=object_mm)
     for (action, position, speed, force, wait_s), fault in zip(writes, faults, strict=False):
@@ -231,7 +231,7 @@ def test_it_opens_only_where_it_was_told_to(writes, object_mm, activated, faults
         activates = releases = False
         for _ in range(steps := math.ceil(wait_s / 0.02)):
             activates |= bench.sta == 1
-            releases |= bench.flt == 0x0B and bool(bench.machine.command[0] & 0x20)
+            releases |= bench.flt == 0x0B
             bench.wait(wait_s / steps)
             check_status(bench)
         asks = action & GO == GO and position <= before_tick

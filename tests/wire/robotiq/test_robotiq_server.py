@@ -111,9 +111,12 @@ def test_only_loopback(host):
         HandEOptions(host=host)
 
 
-def test_a_shared_plant_is_refused_as_long_as_there_is_none():
-    with pytest.raises(ConfigError, match="cell"):
-        RobotiqMock(HandEOptions(cell="127.0.0.1:1"), BuildContext(CLOCK))
+def test_a_shared_plant_that_is_not_there_is_told(tmp_path):
+    with nothing_left():
+        mock = RobotiqMock(HandEOptions(cell=str(tmp_path / "no.plant")), BuildContext(CLOCK))
+        with pytest.raises(ConnectFailed, match="plant"):
+            mock.start()
+        mock.close()
 
 
 @pytest.mark.parametrize("fault", [{"kind": "black-frame"}, {"kind": "dorp"}, {"kind": "gripper-fault", "code": 3}])

@@ -180,14 +180,14 @@ class RegisterMachine:
         return 2 * self._stroke_m * NS_PER_S / self._activation_ns
 
     def _closing(self, fingers: Fingers, now_ns: int) -> None:
-        if fingers.stalled:
+        if _stuck_towards(fingers, 0.0):
             self._latch(Trouble.ACTIVATION)
         elif now_ns - self._began_ns >= self._activation_ns // 2 and _rests_at(fingers, 0.0):
             self._phase = self._opening
             self._link.drive(self._stroke_m, self._activation_speed, self._force_n[0])
 
     def _opening(self, fingers: Fingers, now_ns: int) -> None:
-        if fingers.stalled:
+        if _stuck_towards(fingers, self._stroke_m):
             self._latch(Trouble.ACTIVATION)
         elif now_ns - self._began_ns >= self._activation_ns and _rests_at(fingers, self._stroke_m):
             self._activation, self._phase = Activation.ACTIVE, None
@@ -205,7 +205,7 @@ class RegisterMachine:
         self._link.drive(target, self._speed_m_s[0], self._force_n[0])
 
         def releasing(fingers: Fingers, _now_ns: int) -> None:
-            if fingers.stalled or _rests_at(fingers, target):
+            if _stuck_towards(fingers, target) or _rests_at(fingers, target):
                 self._phase = None
                 self._health.latched = Trouble.RELEASED
                 self._refreshed = -1
@@ -237,6 +237,11 @@ class RegisterMachine:
         if fingers.stalled:
             return Detection.CLOSING if self._want_m < fingers.aperture_m else Detection.OPENING
         return Detection.MOVING if fingers.moving else Detection.ARRIVED
+
+
+def _stuck_towards(fingers: Fingers, aperture_m: float) -> bool:
+    """Whether they are held up on this way; a plant in another process may still tell of the one before."""
+    return abs(fingers.target_m - aperture_m) <= _NEAR_M and fingers.stalled
 
 
 def _rests_at(fingers: Fingers, aperture_m: float) -> bool:

@@ -23,6 +23,7 @@ from lsds_mocks.wire.robotiq.urcap import UrcapSession
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds_mocks.link.protocols import FingerLink
 
 MOCK = "robotiq mock"
 KNOWS: tuple[FaultKind, ...] = (
@@ -55,16 +56,17 @@ class RobotiqMock:
         for fault in options.faults:
             _require_known(fault)
         self._faults = FaultInjector(MOCK, options.faults, KNOWS, seed=context.seed, clock=context.clock)
-        self._link = finger_link(options, context.clock)
-        self._machine = RegisterMachine(options, self._link, context.clock.now())
+        self._link: FingerLink | None = None
         self._reactor: Reactor | None = None
         self._faces: list[TerminalFace | TcpFace] = []
         self._held: set[str] = set()
 
     def start(self) -> Mapping[str, str]:
-        """Open all faces; return their addresses. Raises ConnectFailed where one is taken."""
-        reactor = self._reactor = Reactor(self._clock)
+        """Open all faces; return their addresses. Raises ConnectFailed where one is taken, or no plant is there."""
         options = self._options
+        self._link = finger_link(options, self._clock)
+        self._machine = RegisterMachine(options, self._link, self._clock.now())
+        reactor = self._reactor = Reactor(self._clock)
         terminal = TerminalFace(MOCK, options.pty, reactor, partial(self._line, "pty"))
         self._faces = [terminal]
         if options.tcp_port != OFF:
@@ -109,7 +111,9 @@ class RobotiqMock:
         if self._reactor is not None:
             self._reactor.close()
             self._reactor = None
-        self._link.close()
+        if self._link is not None:
+            self._link.close()
+            self._link = None
 
     # -- inside -------------------------------------------------------------------------------------------
 
