@@ -18,6 +18,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "track": ("lsds.cli.track:track", "Track slip through recordings, moving nothing."),
     "chart": ("lsds.cli.chart:chart", "Draw speed against accuracy, and what each part costs."),
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol, for any client."),
+    "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera with a printed board."),
     "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),
     "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),
     "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend still needs."),

@@ -109,7 +109,7 @@ def save_camera(path: str | Path, camera: CameraModel, notes: dict[str, float | 
 def _matrix(storage: object, names: tuple[str, ...]) -> NDArray[np.float64] | None:
     for name in names:
         node = storage.getNode(name)  # type: ignore[attr-defined]
-        if not node.empty() and node.mat() is not None:
+        if node.isMap() and node.mat() is not None:
             return np.asarray(node.mat(), np.float64)
     return None
 

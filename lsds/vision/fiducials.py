@@ -49,7 +49,10 @@ class Marker:
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """A ChArUco board: squares across and down, sides of square and marker (m), the first marker's id."""
+    """A ChArUco board: squares across and down, sides of square and marker (m), the first marker's id.
+
+    Its frame is OpenCV's: the origin at the upper left corner as printed, x right, y down, z away from the viewer.
+    """
 
     columns: int
     rows: int
@@ -60,14 +63,18 @@ class Board:
 
     def make(self, dictionary: str) -> Any:
         """Return OpenCV's board. Raises DataError where it cannot be one."""
+        if self.marker_m >= self.square_m:
+            raise DataError("not a ChArUco board: its markers have to be smaller than its squares")
         count = (self.columns * self.rows) // 2
         ids = np.arange(self.first_id, self.first_id + count)
         try:
             board = cv2.aruco.CharucoBoard(
                 (self.columns, self.rows), self.square_m, self.marker_m, dictionary_of(dictionary), ids
             )
-        except cv2.error as error:
-            raise DataError(f"not a ChArUco board: {str(error).strip().splitlines()[-1]}") from error
+        # OpenCV's constructors wrap their own errors in this one.
+        except (cv2.error, SystemError) as error:
+            why = str(error.__cause__ or error).strip().splitlines()[-1]
+            raise DataError(f"not a ChArUco board: {why} (is dictionary {dictionary} large enough for it?)") from error
         board.setLegacyPattern(self.legacy)
         return board
 
