@@ -100,12 +100,18 @@ class ServoMode:
         self.elapsed_s += dt_s
         w, decay = self._rate, math.exp(-self._rate * dt_s)
         limits = self.arm.kinematics.model.joint_speed_rad_s
-        q = []
+        q, qd = [], []
         for at, speed, target, limit in zip(self.arm.q, self.arm.qd, self._target, limits, strict=True):
             off = at - target
-            follows = target + decay * (off + (speed + w * off) * dt_s)
-            q.append(at + min(max(follows - at, -limit * dt_s), limit * dt_s))
-        return Step(q)
+            pull = speed + w * off
+            way = target + decay * (off + pull * dt_s) - at
+            if abs(way) > limit * dt_s:
+                way = math.copysign(limit * dt_s, way)
+                qd.append(way / dt_s)
+            else:
+                qd.append(decay * (speed - w * pull * dt_s))
+            q.append(at + way)
+        return Step(q, qd)
 
 
 class StopJoints:
