@@ -214,8 +214,8 @@ class Worker:
                 try:
                     dashboard.unlockProtectiveStop()
                     break
-                except ValueError:
-                    if time.monotonic() > deadline:
+                except RuntimeError as error:
+                    if "until 5s" not in str(error) or time.monotonic() > deadline:
                         raise
                     time.sleep(0.2)
             while not self._receive.getSafetyStatusBits() & NORMAL_BIT:
@@ -223,7 +223,7 @@ class Worker:
                     return Reply("stays in protective stop", "clear it at the pendant")
                 time.sleep(0.02)
             return None
-        except (RuntimeError, ValueError, OSError) as error:
+        except (RuntimeError, OSError) as error:
             return Reply(f"cannot be unlocked: {_plain(error)}", "clear the protective stop at the pendant")
         finally:
             dashboard.disconnect()
