@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from lsds.errors import DeviceFault
 
-RELEASING, RELEASED = 0x0B, 0x0F
-NO_COMMUNICATION = 0x09
+NOT_ACTIVATED, RELEASING = 0x07, 0x0B
 
 
 class Fault(NamedTuple):

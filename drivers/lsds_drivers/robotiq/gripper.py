@@ -12,7 +12,7 @@ from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, L
 from lsds.errors import CommandExpired, DeviceFault, LimitExceeded, StaleData
 from lsds.lifecycle import LifecycleGuard
 from lsds_drivers.robotiq.activation import ANSWER_S, Arming
-from lsds_drivers.robotiq.fault_codes import blocks, device_fault
+from lsds_drivers.robotiq.fault_codes import NOT_ACTIVATED, blocks, device_fault
 from lsds_drivers.robotiq.pump import Counts, Order, Pump
 from lsds_drivers.robotiq.registers import (
     ACTIVATE,
@@ -207,8 +207,9 @@ class RobotiqGripper:
         return StaleData(self.device, f"{age}: {error.problem}", remedy=error.remedy)
 
     def _require_well(self, status: Status) -> None:
-        """Raise DeviceFault where the gripper does not obey."""
-        if blocks(status.fault):
+        """Raise DeviceFault where the gripper does not obey; before `arm` it need not be activated to be read."""
+        expected = status.fault == NOT_ACTIVATED and self._guard.state is not Lifecycle.ARMED
+        if blocks(status.fault) and not expected:
             raise device_fault(self.device, status.fault, status.controller_fault)
         if self._guard.state is Lifecycle.ARMED and status.activation is not Activation.ACTIVE:
             raise DeviceFault(

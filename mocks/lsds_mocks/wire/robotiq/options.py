@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import ipaddress
 from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.faults import Fault
 
 OFF = -1
@@ -47,8 +47,8 @@ class RobotiqOptions(BaseModel):
     @field_validator("host")
     @classmethod
     def _loopback(cls, host: str) -> str:
-        if host != "localhost" and not _is_loopback(host):
-            raise ValueError("a mock listens on loopback only: 127.0.0.1, another 127.x.y.z, ::1 or localhost")
+        if not on_loopback(host):
+            raise ValueError("a mock listens on loopback only: localhost, or one of 127.0.0.0/8")
         return host
 
     @model_validator(mode="after")
@@ -81,10 +81,3 @@ class TwoFinger140Options(RobotiqOptions):
     fastest_mm_s: float = Field(default=250.0, gt=0, le=500, description="speed at rSP 255")
     weakest_n: float = Field(default=10.0, gt=0, le=500, description="force at rFR 0")
     strongest_n: float = Field(default=125.0, gt=0, le=500, description="force at rFR 255")
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

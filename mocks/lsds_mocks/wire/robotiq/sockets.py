@@ -50,7 +50,7 @@ class TcpFace:
     def address(self) -> str:
         """Host and port."""
         host, port = self._address
-        return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+        return f"{host}:{port}"
 
     @property
     def up(self) -> bool:
@@ -60,7 +60,7 @@ class TcpFace:
     def open(self) -> None:
         """Listen; after a `drop`, on the same port. Raises ConnectFailed where it is taken."""
         host, port = self._address
-        listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind((host, port))
