@@ -25,7 +25,7 @@ class PoseVelocity:
     to the time constant itself. After a gap longer than `gap_s` (the body was out of sight) it starts anew.
     """
 
-    def __init__(self, time_constant_s: float = 0.05, gap_s: float = 0.25) -> None:
+    def __init__(self, time_constant_s: float = 0.03, gap_s: float = 0.25) -> None:
         self._tau_s = time_constant_s
         self._gap_s = gap_s
         self.reset()

@@ -82,6 +82,7 @@ class FramePump(Generic[T]):
         self._damaged: DataError | None = None
         self._refused: LsdsError | EOFError | None = None
         self._trouble = ""
+        self._unusable = ""
         self._interval_s: float | None = None
         self._retry_s = _RETRY_S
         self._due_ns = 0
@@ -107,13 +108,13 @@ class FramePump(Generic[T]):
         self._thread.start()
         # A little longer than the source itself waits, so that its own words for the silence are told.
         self._first.wait(limit_s + _GRACE_S)
-        refused, trouble, came = self._refused, self._trouble, self._first.is_set()
+        refused, trouble, came = self._refused, self._unusable or self._trouble, self._first.is_set()
         if came and refused is None:
             return
         self.close()
-        if isinstance(refused, DeviceError):
+        if isinstance(refused, DeviceError) and not self._unusable:
             raise ConnectFailed(self._device, refused.problem, remedy=refused.remedy or self._remedy) from refused
-        problem = str(refused or trouble or f"no picture came in {limit_s:.1f} s")
+        problem = str(trouble or refused or f"no picture came in {limit_s:.1f} s")
         raise ConnectFailed(self._device, problem, remedy=self._remedy) from refused
 
     def newest(self) -> T:
@@ -219,7 +220,7 @@ class FramePump(Generic[T]):
     def _damage(self, error: DataError, seq: int) -> None:
         with self._lock:
             self._damaged = DataError(f"{self._device}: frame {seq}: {error}")
-            self._trouble = str(error)
+            self._unusable = str(error)
 
     def _note(self, error: LsdsError) -> None:
         self._trouble = error.problem if isinstance(error, DeviceError) else str(error)

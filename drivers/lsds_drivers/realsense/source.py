@@ -48,6 +48,7 @@ class RealSenseSource:
         if self._recording:
             config.enable_device_from_file(self._which, False)
         else:
+            self._require_device(rs)
             if self._which:
                 config.enable_device(self._which)
             config.enable_stream(rs.stream.color, *self._size, rs.format.rgb8, RATE_HZ)
@@ -92,6 +93,13 @@ class RealSenseSource:
                 pass  # it was not running any more
             finally:
                 self._pipeline = self._playback = None
+
+    def _require_device(self, rs: Any) -> None:
+        """Raise ConnectFailed where the camera is not there; the pipeline would wait for it for fifteen seconds."""
+        serials = [d.get_info(rs.camera_info.serial_number) for d in rs.context().query_devices()]
+        if not serials or (self._which and self._which not in serials):
+            there = f"there are: {', '.join(serials)}" if serials else "none is plugged in; see rs-enumerate-devices"
+            raise ConnectFailed(self._device, f"there is no RealSense {self._which or 'camera'}", remedy=there)
 
     def _shot(self, colour: Any, arrived_ns: int) -> Shot:
         rs = _library()
