@@ -32,6 +32,9 @@ DASHBOARD_PORT = 29999
 DASHBOARD_S = 0.4
 RECONNECT_S = (0.5, 5.0)
 NORMAL_BIT, PROTECTIVE_BIT = 1, 4
+PLAYING = 2
+PROGRAM_SHOWS_NS = 100_000_000
+"""How long after arming a state may still be one from before."""
 
 
 class UrArm:
@@ -49,6 +52,7 @@ class UrArm:
         self._guard = LifecycleGuard(self._name)
         self._child: Child | None = None
         self._armed_child: Child | None = None
+        self._armed_ns = 0
         self._fault: DeviceError | None = None
         self._closing = threading.Event()
         self._keeper: threading.Thread | None = None
@@ -83,7 +87,7 @@ class UrArm:
             if reply.problem:
                 raise DeviceFault(self._name, reply.problem, remedy=reply.remedy, code=reply.code)
             self._fault = None
-            self._armed_child = child
+            self._armed_child, self._armed_ns = child, time.monotonic_ns() + PROGRAM_SHOWS_NS
 
     def stop(self) -> None:
         """Decelerate to rest: by the child and, where that is gone, by the controller's dashboard."""
@@ -180,6 +184,9 @@ class UrArm:
                 remedy="look why, then disarm and arm again",
                 code=f"safety bits {state.safety_bits:#x}",
             )
+        if state is not None and state.t_ns > self._armed_ns and state.runtime_state != PLAYING:
+            remedy = "see the pendant's log, then disarm and arm again"
+            raise DeviceFault(self._name, "its control program has stopped", remedy=remedy, code=state.runtime_state)
         return child
 
     def _living(self) -> Child:

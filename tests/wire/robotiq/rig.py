@@ -126,7 +126,8 @@ def nothing_left():
     """Fail where a thread or a descriptor is left behind."""
     threads, fds = set(threading.enumerate()), descriptors()
     yield
-    assert until(lambda: set(threading.enumerate()) <= threads, 2), "a thread was left behind"
+    still = until(lambda: set(threading.enumerate()) <= threads, 2)
+    assert still, f"left behind: {[thread.name for thread in set(threading.enumerate()) - threads]}"
     gc.collect()
     left = descriptors()
     assert len(left) <= len(fds), f"left behind: {[left[name] for name in left.keys() - fds.keys()]}"

@@ -9,11 +9,11 @@ import struct
 import time
 
 import pytest
-from arms import Dashboard, Primary, fresh_host
-from rtde_client import Client
 
 from lsds.errors import ConnectFailed
 from lsds.mock_process import MockProcess
+from tests.wire.ur.arms import Dashboard, Primary, fresh_host
+from tests.wire.ur.rtde_client import Client
 
 
 @pytest.fixture(scope="module")

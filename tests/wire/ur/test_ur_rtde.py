@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 
 import pytest
-from arms import fresh_host
 
 from lsds.mock_process import MockProcess
+from tests.wire.ur.arms import fresh_host
 
 rtde_control = pytest.importorskip("rtde_control")
 rtde_receive = pytest.importorskip("rtde_receive")
