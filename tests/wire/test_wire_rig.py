@@ -1,0 +1,128 @@
+"""The whole job over the wire: every real driver on every wire mock, around one plant, in real time."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from lsds.config import load_config
+from lsds.errors import ConfigError
+from lsds.rig import Rig
+from tests.wire.ur.arms import fresh_host
+
+pytest.importorskip("rtde_control")
+pytest.importorskip("pymodbus")
+
+RIG = Path(__file__).resolve().parents[2] / "examples" / "rigs" / "wire.toml"
+
+
+def overrides(folder):
+    """Addresses of this test's own, so that runs beside it do not meet."""
+    host = fresh_host()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    tty = folder / "hand.tty"
+    return [
+        f"arm.ur5e.host={host}",
+        f"cell.wire.mocks.ur5e.host={host}",
+        f"gripper.hand-e.port={tty}",
+        f"cell.wire.mocks.hand-e.pty={tty}",
+        "cell.wire.mocks.hand-e.tcp_port=-1",
+        "cell.wire.mocks.hand-e.urcap_port=-1",
+        f"sensor.gelsight-mini.camera=http://127.0.0.1:{port}/?action=stream",
+        f"cell.wire.mocks.gelsight-mini.port={port}",
+        f"cell.wire.socket={folder / 'plant.sock'}",
+    ]
+
+
+def lsds(*arguments, **keywords):
+    command = [sys.executable, "-m", "lsds.cli.main", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keywords)
+
+
+def flags(folder):
+    return [part for override in overrides(folder) for part in ("--set", override)]
+
+
+def children_of(pid):
+    listed = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=False)
+    return [int(line) for line in listed.stdout.split()]
+
+
+def test_a_run_starts_everything_holds_the_pipe_and_ends_everything(tmp_path):
+    run = lsds("run", RIG, *flags(tmp_path), "--no-plot", "--json", tmp_path / "run.json", "--seed", 3)
+    time.sleep(3)
+    children = children_of(run.pid)
+    out, err = run.communicate(timeout=90)
+    assert run.returncode == 0, out + err
+    summary = json.loads((tmp_path / "run.json").read_text())
+    assert summary["outcome"] == "held"
+    assert summary["figures_are"] == "simulated"
+    assert summary["frame_to_command_us"]["p50"] > 0
+    assert 0 < summary["slip_distance_m"] < 0.02
+    assert summary["corrections"] > 0
+    assert len(children) >= 4
+    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+    assert list(tmp_path.glob("*.tty")) == []
+    assert not (tmp_path / "plant.sock").exists()
+
+
+def test_a_run_joins_mocks_that_already_serve_and_leaves_them_serving(tmp_path):
+    common = flags(tmp_path)
+    served = lsds("mock", "rig", RIG, *common, "--json")
+    try:
+        ready = json.loads(served.stdout.readline())
+        assert set(ready["addresses"]) == {"plant", "hand-e", "ur5e", "gelsight-mini"}
+        run = lsds("run", RIG, *common, "--no-plot", "--json", "-")
+        out, err = run.communicate(timeout=90)
+        assert run.returncode == 0, out + err
+        assert json.loads(out)["outcome"] == "held"
+        assert served.poll() is None
+    finally:
+        served.send_signal(signal.SIGINT)
+        served.communicate(timeout=20)
+    assert served.returncode == 0
+
+
+def test_without_control_the_same_pipe_drops(tmp_path):
+    run = lsds("run", RIG, *flags(tmp_path), "--no-plot", "--json", "-", "--set", "controller.enabled=false")
+    out, err = run.communicate(timeout=90)
+    assert run.returncode == 8, out + err
+    assert json.loads(out)["outcome"] == "dropped"
+
+
+def test_ctrl_c_stops_the_cell_and_ends_the_mocks(tmp_path):
+    run = lsds("run", RIG, *flags(tmp_path), "--no-plot")
+    deadline = time.monotonic() + 30
+    while not (tmp_path / "plant.sock").exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(4)
+    children = children_of(run.pid)
+    run.send_signal(signal.SIGINT)
+    run.communicate(timeout=30)
+    assert run.returncode != 0
+    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+
+
+def test_a_cell_on_the_wire_refuses_devices_that_would_live_in_another():
+    with pytest.raises(ConfigError, match=r"cell\.backend.*mock-ur5e would live in another cell"):
+        Rig(load_config(RIG, ["arm.backend=mock-ur5e"]))
+
+
+def test_a_missing_mock_is_one_tree_of_results(tmp_path):
+    arguments = [*flags(tmp_path), "--set", "cell.wire.mocks.ur5e.host=192.0.2.7"]
+    run = lsds("run", RIG, *arguments, "--no-plot", env={**os.environ})
+    _, err = run.communicate(timeout=60)
+    assert run.returncode == 4
+    assert "not an address of the loopback interface" in err
+    assert "Traceback" not in err
