@@ -1,6 +1,6 @@
 """Paints moving cards into a picture as a lens and an exposure do it.
 
-Each pixel is the mean of sixteen samples, spread over its area and over the exposure at once. Where its ray meets the
+Each pixel is the mean of eight samples, spread over its area and over the exposure at once. Where its ray meets the
 card is computed by the true projection, so edges are smooth, motion blurs, and nothing snaps to the grid of pixels:
 what is to be measured with these pictures are corners that move by a hundredth of a pixel.
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lsds.vision.camera import CameraModel
     from lsds_mocks.scene.cards import Card
 
-SAMPLES = 16
+SAMPLES = 8
 _MARGIN_PX = 3
 _ONE_MAP = np.zeros(0, np.float32)
 Seen = Callable[[float], tuple["NDArray[np.float64]", "NDArray[np.float64]"]]
@@ -34,7 +34,7 @@ class Painter:
     def __init__(self, camera: CameraModel) -> None:
         self._camera = camera
         self._rays = Rays(camera)
-        # Every column and every row of sixteenths is used once, and no two samples of like place follow in time.
+        # Every column and every row of eighths is used once, and no two samples of like place follow in time.
         across = np.arange(SAMPLES)
         order = (across * 7 + 3) % SAMPLES
         self._offsets = np.stack([(across + 0.5) / SAMPLES - 0.5, (order + 0.5) / SAMPLES - 0.5], axis=1)

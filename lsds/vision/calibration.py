@@ -1,0 +1,169 @@
+"""A camera's calibration from views of a ChArUco board, and whether the views suffice.
+
+The views decide what a calibration is worth, not its reprojection error: a dozen views from one place fit one another
+well and say nothing about the picture's corners. So views are judged, and too few or too poor ones are refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import cv2
+import numpy as np
+
+from lsds.errors import DataError
+from lsds.vision.camera import CameraModel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.vision.fiducials import Board
+
+GRID = (8, 6)
+"""Columns and rows into which the picture is divided to judge how much of it the views cover."""
+LEAST_CORNERS = 6
+LEAST_COVERAGE = 0.5
+MOST_ERROR_PX = 1.5
+MOST_FOCAL_SPREAD = 0.02
+LEAST_TILT_RAD = math.radians(20)
+_ADVICE = "move the board over the whole picture, near and far, and tilt it by 20 to 40 degrees both ways"
+
+
+class View(NamedTuple):
+    """What one picture shows of the board: its name, points on the board (n, 3) in m, and their pixels (n, 2)."""
+
+    name: str
+    points_m: NDArray[np.float32]
+    pixels: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """The camera; root mean square of the reprojection, in all and of each view (px); one standard deviation of focal
+    lengths and principal point (px); corners in each cell of the picture (rows, columns); residuals (n, 2) in px."""
+
+    camera: CameraModel
+    error_px: float
+    view_errors_px: tuple[float, ...]
+    std_px: tuple[float, float, float, float]
+    cells: NDArray[np.intp]
+    residuals_px: NDArray[np.float64]
+
+    @property
+    def coverage(self) -> float:
+        """Share of the picture's cells in which a corner was seen."""
+        return float((self.cells > 0).mean())
+
+
+class BoardFinder:
+    """Finds one board in pictures that all have one size."""
+
+    def __init__(self, board: Board, dictionary: str) -> None:
+        self._board = board.make(dictionary)
+        self._detector = cv2.aruco.CharucoDetector(self._board)
+        self.size: tuple[int, int] | None = None
+
+    def find(self, image: NDArray[np.uint8], name: str) -> View | None:
+        """Return the view, None where too little of the board is seen. Raises DataError for a picture of other size."""
+        size = (image.shape[1], image.shape[0])
+        if self.size is None:
+            self.size = size
+        if size != self.size:
+            raise DataError(
+                f"{name}: is {size[0]} x {size[1]} px, those before it {self.size[0]} x {self.size[1]} "
+                "(a calibration is for one size)"
+            )
+        grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image, np.uint8)
+        corners, numbers, _, _ = self._detector.detectBoard(grey)
+        if numbers is None or len(numbers) < LEAST_CORNERS:
+            return None
+        points, pixels = self._board.matchImagePoints(corners, numbers)
+        points, pixels = points.reshape(-1, 3), pixels.reshape(-1, 2)
+        if np.linalg.matrix_rank(points[:, :2] - points[0, :2]) < 2:
+            return None
+        return View(name, points.astype(np.float32), pixels.astype(np.float32))
+
+
+def is_new(view: View, taken: Sequence[View], width: int) -> bool:
+    """Tell whether a view differs from those taken: by a twelfth of the picture's width in place, or in shape."""
+    shape = _shape(view)
+    return all(float(np.abs(shape - _shape(other)).max()) > width / 12 for other in taken)
+
+
+def calibrate(views: Sequence[View], size: tuple[int, int], *, least_views: int = 8) -> Calibration:
+    """Return the calibration for a picture of (width, height). Raises DataError for views that do not suffice."""
+    if len(views) < least_views:
+        raise DataError(f"{len(views)} usable views of the board, at least {least_views} are needed ({_ADVICE})")
+    cells = _cells(views, size)
+    covered = float((cells > 0).mean())
+    if covered < LEAST_COVERAGE:
+        raise DataError(
+            f"the views cover {covered:.0%} of the picture, at least {LEAST_COVERAGE:.0%} are needed ({_ADVICE})"
+        )
+    try:
+        error, matrix, distortion, rotations, positions, spread, _, per_view = cv2.calibrateCameraExtended(
+            [view.points_m for view in views], [view.pixels for view in views], size, np.eye(3), np.zeros(5)
+        )
+    except cv2.error as failure:
+        raise DataError(f"the views fit no camera: {str(failure).strip().splitlines()[-1]} ({_ADVICE})") from failure
+    camera = CameraModel(np.asarray(matrix, np.float64), np.asarray(distortion, np.float64).reshape(-1)[:5], size)
+    errors = tuple(float(e) for e in np.asarray(per_view).reshape(-1))
+    if not np.isfinite(error) or error > MOST_ERROR_PX:
+        worst = views[int(np.argmax(errors))].name
+        raise DataError(
+            f"the views fit only to {error:.2f} px, at most {MOST_ERROR_PX} are allowed; the worst is {worst} (is the "
+            "board flat, its squares as long as you said, the picture sharp?)"
+        )
+    tilt = _tilt_rad(rotations)
+    if tilt < LEAST_TILT_RAD:
+        raise DataError(
+            f"the views tilt the board by {math.degrees(tilt):.0f} degrees against one another, at least "
+            f"{math.degrees(LEAST_TILT_RAD):.0f} are needed: from straight ahead, near and far look alike ({_ADVICE})"
+        )
+    fx, fy, cx, cy = (float(s) for s in np.asarray(spread).reshape(-1)[:4])
+    if fx > MOST_FOCAL_SPREAD * camera.matrix[0, 0] or fy > MOST_FOCAL_SPREAD * camera.matrix[1, 1]:
+        raise DataError(
+            f"the views leave the focal length open to {max(fx, fy):.0f} px of {camera.matrix[0, 0]:.0f} ({_ADVICE})"
+        )
+    return Calibration(
+        camera, float(error), errors, (fx, fy, cx, cy), cells, _residuals(views, camera, rotations, positions)
+    )
+
+
+def _cells(views: Sequence[View], size: tuple[int, int]) -> NDArray[np.intp]:
+    pixels = np.concatenate([view.pixels for view in views])
+    columns, rows = GRID
+    x = np.clip((pixels[:, 0] + 0.5) / size[0] * columns, 0, columns - 1).astype(np.intp)
+    y = np.clip((pixels[:, 1] + 0.5) / size[1] * rows, 0, rows - 1).astype(np.intp)
+    counts = np.zeros((rows, columns), np.intp)
+    np.add.at(counts, (y, x), 1)
+    return counts
+
+
+def _tilt_rad(rotations: Sequence[Any]) -> float:
+    """Return the largest angle between the board's normals in any two views."""
+    normals = np.stack([cv2.Rodrigues(rotation)[0][:, 2] for rotation in rotations])
+    return math.acos(min(1.0, max(-1.0, float((normals @ normals.T).min()))))
+
+
+def _residuals(
+    views: Sequence[View], camera: CameraModel, rotations: Sequence[Any], positions: Sequence[Any]
+) -> NDArray[np.float64]:
+    found = []
+    for view, rotation, position in zip(views, rotations, positions, strict=True):
+        back, _ = cv2.projectPoints(view.points_m, rotation, position, camera.matrix, camera.distortion)
+        found.append(view.pixels - back.reshape(-1, 2))
+    return np.concatenate(found).astype(np.float64)
+
+
+def _shape(view: View) -> NDArray[np.float64]:
+    """Return where a view puts the board's four outermost reference points, by a homography: it needs no camera."""
+    low, high = view.points_m[:, :2].min(axis=0), view.points_m[:, :2].max(axis=0)
+    onto, _ = cv2.findHomography(view.points_m[:, :2], view.pixels)
+    if onto is None:
+        return np.asarray(view.pixels.mean(axis=0)[None].repeat(4, axis=0), np.float64)
+    corners = np.array([[low, (high[0], low[1]), high, (low[0], high[1])]], np.float64).reshape(-1, 1, 2)
+    return np.asarray(cv2.perspectiveTransform(corners, onto), np.float64).reshape(-1, 2)
