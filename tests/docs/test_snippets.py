@@ -121,3 +121,16 @@ def test_ci_runs_the_readme_s_own_test_command():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert "README.md" in script
     assert "pytest" not in script
+
+
+@pytest.mark.parametrize("rig", sorted((ROOT / "examples" / "rigs").glob("*.toml")), ids=lambda rig: rig.name)
+def test_every_example_rig_loads(rig):
+    check_config(tomllib.loads(rig.read_text(encoding="utf-8")), rig.name, PluginHost())
+
+
+def test_the_page_about_the_wire_shows_code_that_works(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    snippets = [text for _, text in blocks(ROOT / "docs" / "wire.md", "python")]
+    assert snippets
+    for text in snippets:
+        exec(compile(text, "wire.md", "exec"), {})
