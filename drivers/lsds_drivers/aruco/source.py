@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.contracts import Lifecycle, PoseSample
+from lsds.contracts import PoseSample
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed, DataError, StaleData
-from lsds.lifecycle import LifecycleGuard
 from lsds.vision.camera import CameraModel, load_camera
 from lsds.vision.fiducials import Board, Counts, FiducialFinder, Marker, dictionary_of
 from lsds.vision.rotation import pose_of, rotation_of
 from lsds_drivers.cameras.address import make_source
-from lsds_drivers.cameras.pump import FramePump, PumpLimits, stale_limit
-from lsds_drivers.cameras.times import ExposureTimes
+from lsds_drivers.cameras.device import CameraDevice
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +24,7 @@ if TYPE_CHECKING:
 NAME = "aruco"
 
 
-class ArucoPoseSource:
+class ArucoPoseSource(CameraDevice[PoseSample]):
     """A `PoseSource`. Its poses are base <- body; a body out of sight is absent, unknown markers are counted."""
 
     def __init__(self, options: ArucoOptions, context: BuildContext) -> None:
@@ -34,67 +32,24 @@ class ArucoPoseSource:
         self._bodies, self._boards = _bodies(options)
         self._base_rotation = rotation_of(_quaternion(options.camera_quaternion_xyzw))
         self._base_position = np.array(options.camera_position_m)
-        self._guard = LifecycleGuard(NAME)
         self._finder: FiducialFinder | None = None
-        self._source = make_source(NAME, options.camera, size=(options.capture_width, options.capture_height))
         if not options.calibration and not options.camera.startswith("realsense"):
             raise _refused("calibration", "no file is named", "make one: lsds calibrate camera --help")
-        self._pump = FramePump(
-            NAME,
-            self._source,
-            self._look,
-            context.clock,
-            limits=PumpLimits(
-                connect_timeout_s=options.connect_timeout_s,
-                stale_after_s=stale_limit(options.stale_after_ms),
-                skip=options.skip_frames,
-            ),
-            times=ExposureTimes(options.stamps, options.delay_ms * 1e-3),
-        )
-
-    @property
-    def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
-        return self._guard.state
-
-    @property
-    def measured_rate_hz(self) -> float | None:
-        """Pictures a second as they really come; None before the second one."""
-        return self._pump.measured_rate_hz
+        size = (options.capture_width, options.capture_height)
+        self._source = make_source(NAME, options.camera, size=size)
+        super().__init__(NAME, self._source, self._look, options, context)
 
     @property
     def counts(self) -> Counts:
         """What was seen and not used: unknown and doubled markers, corners that fit no pose, ambiguous poses."""
         return self._finder.counts if self._finder is not None else Counts()
 
-    def connect(self) -> None:
-        """Read the calibration, open the camera and wait for its first picture. Raises ConnectFailed."""
-        with self._guard.connecting():
-            if self._options.calibration:
-                try:
-                    self._finder = self._make_finder(load_camera(self._options.calibration))
-                except DataError as error:
-                    raise ConnectFailed(NAME, str(error)) from error
-            self._pump.start()
-
-    def arm(self) -> None:
-        """Nothing to activate."""
-        with self._guard.arming():
-            pass
-
-    def stop(self) -> None:
-        """Nothing moves."""
-
-    def disarm(self) -> None:
-        """Back to readable only."""
-        with self._guard.disarming():
-            pass
-
-    def close(self) -> None:
-        """End the thread and give the camera back."""
-        with self._guard.closing() as first:
-            if first:
-                self._pump.close()
+    def _prepare(self) -> None:
+        if self._options.calibration:
+            try:
+                self._finder = self._make_finder(load_camera(self._options.calibration))
+            except DataError as error:
+                raise ConnectFailed(NAME, str(error)) from error
 
     def read(self) -> PoseSample:
         """Return the poses in the newest picture that could be used. Raises StaleData, EOFError after a recording."""

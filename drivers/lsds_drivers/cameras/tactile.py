@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lsds.clock import seconds
-from lsds.contracts import Frame, Lifecycle, SensorSpec
+from lsds.contracts import Frame, SensorSpec
 from lsds.errors import DataError, StaleData
-from lsds.lifecycle import LifecycleGuard
 from lsds.vigilance import RepeatedImage
-from lsds_drivers.cameras.pump import FramePump, PumpLimits, stale_limit
-from lsds_drivers.cameras.times import ExposureTimes
+from lsds_drivers.cameras.device import CameraDevice
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +20,7 @@ if TYPE_CHECKING:
     from lsds_drivers.cameras.source import FrameSource
 
 
-class CameraSensor:
+class CameraSensor(CameraDevice[Frame]):
     """A `TactileSensor` that reads a source in a thread of its own and hands out the newest frame.
 
     A frame's time is that of its exposure as well as it is known (`lsds_drivers.cameras.times`); a frame that is black,
@@ -38,70 +36,12 @@ class CameraSensor:
         options: StreamOptions,
         context: BuildContext,
     ) -> None:
+        super().__init__(device, source, self._frame, options, context)
         self.spec = spec
-        self._device = device
         self._picture = picture
-        self._clock = context.clock
-        self._guard = LifecycleGuard(device)
         self._repeated = RepeatedImage()
         self._changed_ns: int | None = None
         self._still_after_ms = options.still_after_ms
-        self._pump = FramePump(
-            device,
-            source,
-            self._frame,
-            context.clock,
-            limits=PumpLimits(
-                connect_timeout_s=options.connect_timeout_s,
-                stale_after_s=stale_limit(options.stale_after_ms),
-                skip=options.skip_frames,
-            ),
-            times=ExposureTimes(options.stamps, options.delay_ms * 1e-3),
-        )
-
-    @property
-    def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
-        return self._guard.state
-
-    @property
-    def measured_rate_hz(self) -> float | None:
-        """Frames a second as they really come; None before the second one."""
-        return self._pump.measured_rate_hz
-
-    @property
-    def times_from_device(self) -> bool:
-        """Whether frames carry the device's own time stamp, else that of their arrival."""
-        return self._pump.times_from_device
-
-    @property
-    def lost(self) -> int:
-        """How often the camera was lost since it was connected."""
-        return self._pump.lost
-
-    def connect(self) -> None:
-        """Open the camera and wait for its first picture. Raises ConnectFailed."""
-        with self._guard.connecting():
-            self._pump.start()
-
-    def arm(self) -> None:
-        """Nothing to activate."""
-        with self._guard.arming():
-            pass
-
-    def stop(self) -> None:
-        """Nothing moves."""
-
-    def disarm(self) -> None:
-        """Back to readable only."""
-        with self._guard.disarming():
-            pass
-
-    def close(self) -> None:
-        """End the thread and give the camera back."""
-        with self._guard.closing() as first:
-            if first:
-                self._pump.close()
 
     def read(self) -> Frame:
         """Return the newest frame.

@@ -1,0 +1,87 @@
+"""The life of a device that is a camera: opened and closed with its thread, and nothing in it moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from lsds.contracts import Lifecycle
+from lsds.lifecycle import LifecycleGuard
+from lsds_drivers.cameras.pump import FramePump, PumpLimits, Work, stale_limit
+from lsds_drivers.cameras.times import ExposureTimes
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_drivers.cameras.options import StreamOptions
+    from lsds_drivers.cameras.source import FrameSource
+
+T = TypeVar("T")
+
+
+class CameraDevice(Generic[T]):
+    """All of a `Device` that does not depend on what is made of the pictures."""
+
+    def __init__(
+        self, device: str, source: FrameSource, work: Work[T], options: StreamOptions, context: BuildContext
+    ) -> None:
+        self._device = device
+        self._guard = LifecycleGuard(device)
+        self._pump = FramePump(
+            device,
+            source,
+            work,
+            context.clock,
+            limits=PumpLimits(
+                connect_timeout_s=options.connect_timeout_s,
+                stale_after_s=stale_limit(options.stale_after_ms),
+                skip=options.skip_frames,
+            ),
+            times=ExposureTimes(options.stamps, options.delay_ms * 1e-3),
+        )
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._guard.state
+
+    @property
+    def measured_rate_hz(self) -> float | None:
+        """Pictures a second as they really come; None before the second one."""
+        return self._pump.measured_rate_hz
+
+    @property
+    def times_from_device(self) -> bool:
+        """Whether pictures carry the device's own time stamp, else that of their arrival."""
+        return self._pump.times_from_device
+
+    @property
+    def lost(self) -> int:
+        """How often the camera was lost since it was connected."""
+        return self._pump.lost
+
+    def connect(self) -> None:
+        """Open the camera and wait for its first good picture. Raises ConnectFailed."""
+        with self._guard.connecting():
+            self._prepare()
+            self._pump.start()
+
+    def arm(self) -> None:
+        """Nothing to activate."""
+        with self._guard.arming():
+            pass
+
+    def stop(self) -> None:
+        """Nothing moves."""
+
+    def disarm(self) -> None:
+        """Back to readable only."""
+        with self._guard.disarming():
+            pass
+
+    def close(self) -> None:
+        """End the thread and give the camera back."""
+        with self._guard.closing() as first:
+            if first:
+                self._pump.close()
+
+    def _prepare(self) -> None:
+        """What is to be done before the camera is opened. Raises ConnectFailed."""
