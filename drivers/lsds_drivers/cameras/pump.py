@@ -75,20 +75,23 @@ class FramePump(Generic[T]):
         self._times = times or ExposureTimes("auto")
         self._numbers = FrameNumbers()
         self._remedy = remedy
-        self._stop = threading.Event()
-        self._first = threading.Event()
         self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self._interval_s: float | None = None
+        self._begin()
+        self.lost = 0
+        """How often the camera was lost and opened again, or tried to be."""
+
+    def _begin(self) -> None:
+        """Forget an attempt to start that failed."""
+        self._stop, self._first = threading.Event(), threading.Event()
         self._sample: Sample[T] | None = None
         self._damaged: DataError | None = None
         self._refused: LsdsError | EOFError | None = None
         self._trouble = ""
         self._unusable = ""
-        self._interval_s: float | None = None
         self._retry_s = _RETRY_S
         self._due_ns = 0
-        self._thread = threading.Thread(target=self._run, name=f"{device}-camera", daemon=True)
-        self.lost = 0
-        """How often the camera was lost and opened again, or tried to be."""
 
     @property
     def measured_rate_hz(self) -> float | None:
@@ -102,7 +105,16 @@ class FramePump(Generic[T]):
         return self._times.from_device
 
     def start(self) -> None:
-        """Open the camera and wait for its first good picture. Raises ConnectFailed, within the limit."""
+        """Open the camera and wait for its first good picture; after a failure it can be tried again.
+
+        Raises ConnectFailed, within the limit.
+        """
+        if self._thread is not None and self._thread.is_alive():
+            raise ConnectFailed(
+                self._device, "the last attempt to open it still hangs", remedy="unplug the camera and plug it in again"
+            )
+        self._begin()
+        self._thread = threading.Thread(target=self._run, name=f"{self._device}-camera", daemon=True)
         limit_s = self._limits.connect_timeout_s
         self._due_ns = self._clock.now() + nanoseconds(limit_s)
         self._thread.start()
@@ -150,7 +162,7 @@ class FramePump(Generic[T]):
         """End the thread and give the camera back; returns within `CLOSE_TIMEOUT_S` even where the camera hangs, and
         then the thread ends by itself when the camera lets it."""
         self._stop.set()
-        if self._thread.is_alive():
+        if self._thread is not None and self._thread.is_alive():
             self._source.interrupt()
             self._thread.join(CLOSE_TIMEOUT_S)
 

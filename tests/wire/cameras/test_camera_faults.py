@@ -5,9 +5,22 @@ from __future__ import annotations
 import os
 import socket
 import threading
+from urllib.parse import urlsplit
 
 import pytest
-from camera_rig import CLOCK, aruco, calibration, gelsight, nothing_left, outcomes, sensor, served, truth_camera, until
+from camera_rig import (
+    CLOCK,
+    aruco,
+    calibration,
+    gelsight,
+    nothing_left,
+    outcomes,
+    sensor,
+    served,
+    truth_camera,
+    until,
+    wait,
+)
 
 from lsds.clock import seconds
 from lsds.errors import ConfigError, ConnectFailed, DataError, DeviceError, StaleData
@@ -24,7 +37,7 @@ FAULTS = {
     "black-frame": {},
     "torn-frame": {},
 }
-LASTS_S = 0.35
+LASTS_S = 0.25
 PATIENCE_S = 4.0
 OF_THE_CAMERA = ("freeze", "black-frame", "torn-frame")
 
@@ -128,6 +141,33 @@ def test_nobody_there():
         with pytest.raises(ConnectFailed, match="camera on"):
             camera.connect()
         assert seconds(CLOCK.now() - begin) < 2
+        camera.close()
+
+
+def test_connecting_can_be_tried_again():
+    mock = gelsight()
+    address = mock.start()["http"]
+    mock.close()
+    with nothing_left():
+        camera = sensor(address)
+        with pytest.raises(ConnectFailed):
+            camera.connect()
+        with served(gelsight(port=urlsplit(address).port)):
+            camera.connect()
+            assert fresh(camera)
+            camera.close()
+
+
+def test_an_idle_camera_that_is_disconnected_refuses_for_as_long():
+    mock = gelsight()
+    with served(mock) as addresses:
+        mock.inject({"kind": "disconnect", "for_s": 0.3})
+        wait(0.1)
+        camera = sensor(addresses["http"])
+        with pytest.raises(ConnectFailed):
+            camera.connect()
+        wait(0.3)
+        camera.connect()
         camera.close()
 
 

@@ -103,8 +103,7 @@ class CameraMock:
         piped = self._pipe is not None and self._pipe.watched
         if not self._server.watched and not piped:
             self._since_start = 0
-            if not self._faults.quiet:
-                self._server.publish(Picture(b"", t_ns, seq))  # a disconnect is to strike idle cameras, too
+            self._server.strike()  # an idle camera can be disconnected, too
             return
         image = self._image(t_ns, seq)
         if image is None:

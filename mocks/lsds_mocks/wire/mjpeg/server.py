@@ -97,13 +97,17 @@ class MjpegServer:
 
     def publish(self, picture: Picture) -> None:
         """Make this the newest picture. Never waits for a reader."""
+        if not self.strike():
+            self._newest.put(picture)
+
+    def strike(self) -> bool:
+        """Cut all clients off where a disconnect is due now, and refuse them while it lasts; tell whether it was."""
         cut = self._faults.strikes("disconnect", self._face)
-        if cut is not None:
-            left = self._faults.remaining_s(cut)
-            self._refusing_until_ns = self._clock.now() + nanoseconds(left or 0.0)
-            self._cut()
-            return
-        self._newest.put(picture)
+        if cut is None:
+            return False
+        self._refusing_until_ns = self._clock.now() + nanoseconds(self._faults.remaining_s(cut) or 0.0)
+        self._cut()
+        return True
 
     def close(self) -> None:
         """Take the listener and every client away, and wait for their threads."""
