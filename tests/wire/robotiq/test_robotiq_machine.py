@@ -97,6 +97,14 @@ def test_contact_while_closing_and_the_force_that_decides_it():
     assert bench.tick > light, "more force presses in further"
 
 
+def test_the_same_request_again_is_no_new_one():
+    bench = Bench(activated=True, object_mm=30)
+    bench.write(GO, 255, force=10)
+    bench.wait(1)
+    bench.write(GO, 255, force=10)
+    assert bench.obj == 2
+
+
 def test_contact_while_opening():
     bench = Bench(activated=True, hollow_mm=30, aperture_mm=10)
     bench.write(GO, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 
 import pytest
@@ -169,8 +170,8 @@ def test_stop_comes_before_a_command_that_waits(wire, gripper):
     CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.05))
     wire.gate.set()
     thread.join(5)
-    assert positions(wire) == []
-    assert wire.writes == [(1, None)]
+    CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.1))
+    assert wire.writes == [(1, None)], "the command that waited was sent after the stop"
 
 
 def test_stop_ends_an_activation_by_a_reset(wire):
@@ -195,6 +196,37 @@ def test_stop_ends_an_activation_by_a_reset(wire):
     assert wire.writes[-1] == (0, None)
     assert "stop() came" in str(failures[0])
     assert gripper.lifecycle.value == "connected"
+    gripper.close()
+
+
+def test_stop_right_after_a_reset_does_not_activate(wire):
+    """The newest status is still that of before the reset; to write its "activate" back would close and open."""
+    gripper = RobotiqGripper("fake", GripperOptions(keep_activation=False), wire, CLOCK)
+    gripper.connect()
+    write = wire.write
+
+    def resets(action, motion):
+        write(action, motion)
+        wire.status = Status(False, False, Activation.RESET, Detection.MOVING, 0, 0, 0, 138, 0)
+        wire.write = write
+        wire.gate.clear()
+
+    wire.write = resets
+
+    def arm():
+        with contextlib.suppress(DeviceFault):
+            gripper.arm()
+
+    threads = [threading.Thread(target=arm)]
+    threads[0].start()
+    assert until(lambda: wire.writes == [(0, None)])
+    threads.append(threading.Thread(target=gripper.stop))
+    threads[1].start()
+    assert until(lambda: wire.hangs)
+    wire.gate.set()
+    for thread in threads:
+        thread.join(5)
+    assert all(action == 0 for action, _ in wire.writes)
     gripper.close()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import fcntl
+import hashlib
 import os
 import socket
 import tty
@@ -59,7 +60,8 @@ class TerminalFace:
         claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
             with contextlib.suppress(FileNotFoundError):
-                claim.bind(b"\0lsds-mock-pty:" + os.fsencode(self._link.absolute())[-80:])
+                name = hashlib.sha256(os.fsencode(self._link.absolute())).hexdigest()
+                claim.bind(f"\0lsds-mock-pty-{name}")
         except OSError as error:
             claim.close()
             raise self._refused("another mock has it") from error
