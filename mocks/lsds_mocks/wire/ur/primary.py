@@ -42,19 +42,17 @@ class StateFace:
         self._controller = controller
         self._scripts = scripts
         self._all_messages = all_messages
-        self._links: list[Link] = []
+        self._links: dict[Link, int] = {}
 
     def open(self, link: Link) -> StateSession:
-        """Greet a new client with the version and the state."""
+        """Greet a new client with the version; the state follows, not at once: clients begin by not knowing it."""
         link.send(version_message(self._controller))
-        link.send(robot_state(self._controller))
-        self._links.append(link)
+        self._links[link] = self._controller.step_number + STATE_EVERY // 2
         return StateSession(self, link, self._scripts)
 
     def forget(self, link: Link) -> None:
         """Let go of a client."""
-        if link in self._links:
-            self._links.remove(link)
+        self._links.pop(link, None)
 
     def publish(self, messages: list[Message]) -> None:
         """Send messages, and the state where its time has come."""
@@ -62,13 +60,15 @@ class StateFace:
             return
         if self._all_messages:
             for message in messages:
-                self._to_all(encoded(message, self._controller))
-        if self._controller.step_number % STATE_EVERY == 0:
-            self._to_all(robot_state(self._controller))
-
-    def _to_all(self, data: bytes) -> None:
-        for link in self._links:
-            link.send(data, may_drop=True)
+                data = encoded(message, self._controller)
+                for link in self._links:
+                    link.send(data, may_drop=True)
+        step = self._controller.step_number
+        if step % STATE_EVERY == 0:
+            state = robot_state(self._controller)
+            for link, first in self._links.items():
+                if step >= first:
+                    link.send(state, may_drop=True)
 
 
 class StateSession:
