@@ -19,7 +19,7 @@ import numpy as np
 from lsds.clock import WallClock
 from lsds.errors import DataError, StaleData
 from lsds.mock_process import MockProcess
-from tests.wire.cameras.camera_rig import BITS, age_ms, aruco, calibration, sensor, served
+from tests.wire.cameras.camera_rig import BITS, UNIT_NS, age_ms, aruco, calibration, sensor, served
 from tests.wire.cameras.motion_scenes import slip_speeds, steady, swinging
 
 SIZES = ((320, 240), (640, 480), (1640, 1232), (3280, 2464))
@@ -43,7 +43,7 @@ class DatedGel:
         image = self._view.picture(t_ns, seq, since_start)
         step = image.shape[1] // BITS
         for bit in range(BITS):
-            image[:40, bit * step : (bit + 1) * step] = 255 * (t_ns // 1_000_000 >> bit & 1)
+            image[:40, bit * step : (bit + 1) * step] = 255 * (t_ns // UNIT_NS >> bit & 1)
         return image
 
     def close(self):

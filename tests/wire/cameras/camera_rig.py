@@ -27,6 +27,8 @@ from lsds.vision.rotation import quaternion_of
 HOST = PluginHost()
 CLOCK = WallClock()
 BITS = 24
+UNIT_NS = 100_000
+"""Bars of black and white tell a time in tenths of a millisecond, and begin anew after half an hour."""
 RATE_HZ = 25.0
 
 cv2.setNumThreads(1)
@@ -67,7 +69,7 @@ class TimePicture:
         image = self._back.copy()
         step = image.shape[1] // BITS
         for bit in range(BITS):
-            image[:40, bit * step : (bit + 1) * step] = 255 * (t_ns // 1_000_000 >> bit & 1)
+            image[:40, bit * step : (bit + 1) * step] = 255 * (t_ns // UNIT_NS >> bit & 1)
         return image
 
     def close(self):
@@ -83,7 +85,7 @@ def age_ms(image):
     """How old a picture with bars is."""
     step = image.shape[1] // BITS
     shown = sum(int(image[20, bit * step + step // 2, 1] > 128) << bit for bit in range(BITS))
-    return (CLOCK.now() // 1_000_000 - shown) % (1 << BITS)
+    return (CLOCK.now() // UNIT_NS - shown) % (1 << BITS) * UNIT_NS / 1e6
 
 
 def sensor(url, name="gelsight-mini", **options):
