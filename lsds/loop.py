@@ -104,7 +104,8 @@ class Loop:
         self._held_m = math.nan
         self._watchdog: Watchdog | None = None
         # A recording or a real sensor has nothing to do with what a simulated pipe does beside it.
-        lives_in_cell = any(kind in rig.backends and rig.backends[kind].spec.in_cell for kind in ("sensor", "cell"))
+        specs = {kind: backend.spec for kind, backend in rig.backends.items()}
+        lives_in_cell = ("sensor" in specs and specs["sensor"].in_cell) or ("cell" in specs and specs["cell"].over_wire)
         self.truth = TruthLog(rig.cell if lives_in_cell else None, config.schedule.arm_rate_hz)
         self.unusable_frames = 0
         self.frame_to_command = LogHistogram()

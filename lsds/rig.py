@@ -74,7 +74,7 @@ class Rig:
         self.virtual = _is_virtual(config, chosen)
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
         self.context = BuildContext(self.clock, config.seed)
-        if not any(backend.spec.in_cell for kind, backend in chosen.items() if kind in (*_DEVICES, "cell")):
+        if not any(b.spec.over_wire or (b.spec.in_cell and kind in _DEVICES) for kind, b in chosen.items()):
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen
         for kind in _BUILD_ORDER:
@@ -220,7 +220,7 @@ def _require_one_cell(chosen: dict[Kind, Backend]) -> None:
     """Refuse a cell that is reached over the wire beside devices that live in one of this process."""
     cell = chosen.get("cell")
     inside = [b.spec.name for kind, b in chosen.items() if kind in _DEVICES and b.spec.in_cell]
-    if cell is not None and cell.spec.in_cell and inside:
+    if cell is not None and cell.spec.over_wire and inside:
         problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
 

@@ -53,8 +53,8 @@ class BackendSpec:
     hardware, and when, a person has seen it work; empty for never. `virtual_time` marks a device that runs on the
     virtual clock (an in-process simulation, a recording); a rig of only such devices runs faster than real time.
     `in_cell` marks a device that lives in the rig's cell; without any, no cell is built, so that no simulated truth
-    finds its way into the figures of a recording or of real hardware. On a cell it says that its devices are reached
-    from outside, over their own protocols: it is built wherever a config names it.
+    finds its way into the figures of a recording or of real hardware. `over_wire` marks a cell whose devices are
+    reached from outside, over their own protocols: it is built wherever a config names it.
     """
 
     kind: Kind
@@ -67,6 +67,7 @@ class BackendSpec:
     hardware_verified: str = ""
     virtual_time: bool = False
     in_cell: bool = False
+    over_wire: bool = False
 
 
 @dataclass(slots=True)

@@ -27,7 +27,7 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.cell.wire:WireCell",
             "lsds_mocks.cell.wire:WireCellOptions",
             summary="the same cell in processes of its own: devices are reached over their own protocols",
-            in_cell=True,
+            over_wire=True,
         ),
         BackendSpec(
             "sensor",

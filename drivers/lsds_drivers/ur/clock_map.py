@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 
-WINDOW = 500
-"""Arrivals among which the fastest is looked for: two seconds at 250 Hz, over which clocks drift by microseconds."""
+WINDOW = 64
+"""Arrivals among which the fastest is looked for: a quarter of a second at 250 Hz.
+
+Long enough to meet an undelayed one, short enough to learn soon of a controller whose clock has stood still.
+"""
 
 
 class ClockMap:

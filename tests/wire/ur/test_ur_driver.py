@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import signal
@@ -39,6 +40,18 @@ def host_of(mock):
 
 def build(mock, **options):
     return HOST.build("arm", "ur5e", {"host": host_of(mock), **options}, BuildContext(CLOCK))
+
+
+@contextlib.contextmanager
+def connected(mock, **options):
+    """A connected driver, closed at the end whatever happens, with nothing left behind."""
+    with nothing_left():
+        arm = build(mock, **options)
+        try:
+            arm.connect()
+            yield arm
+        finally:
+            arm.close()
 
 
 def up(speed=0.03, within_s=0.1):
@@ -84,23 +97,17 @@ def test_conformance(case):
 
 
 def test_states_are_fresh_ordered_and_stamped_when_they_were_taken(mock):
-    arm = build(mock)
-    arm.connect()
-    try:
+    with connected(mock) as arm:
         states = []
         assert until(lambda: states.append(arm.read()) or len({s.seq for s in states}) > 30)
         assert all(a.seq <= b.seq and a.t_ns <= b.t_ns for a, b in itertools.pairwise(states))
         ages_ms = sorted((CLOCK.now() - arm.read().t_ns) / 1e6 for _ in range(50))
         assert ages_ms[0] > -1
         assert ages_ms[25] < 20
-    finally:
-        arm.close()
 
 
 def test_it_follows_commands_and_rests_when_they_expire(mock):
-    arm = build(mock)
-    arm.connect()
-    try:
+    with connected(mock) as arm:
         arm.arm()
         before = arm.read().tcp_pose.position_m[2]
         sent = arm.command(up(within_s=0.3))
@@ -108,15 +115,11 @@ def test_it_follows_commands_and_rests_when_they_expire(mock):
         assert until(lambda: abs(arm.read().tcp_twist.linear_m_s[2] - 0.03) < 1e-3)
         assert until(lambda: not any(arm.read().tcp_twist.linear_m_s))
         assert 0.004 < arm.read().tcp_pose.position_m[2] - before < 0.03
-    finally:
-        arm.close()
     assert arm.lifecycle is Lifecycle.CLOSED
 
 
 def test_commands_are_limited_and_bad_ones_refused(mock):
-    arm = build(mock, speed_limit_m_s=0.05, acceleration_limit_m_s2=0.5)
-    arm.connect()
-    try:
+    with connected(mock, speed_limit_m_s=0.05, acceleration_limit_m_s2=0.5) as arm:
         arm.arm()
         fast = ArmCommand(Twist((0.0, 3.0, 4.0), (0.0, 0.0, 9.0)), 50.0, CLOCK.now() + NS_PER_S // 20)
         sent = arm.command(fast)
@@ -127,8 +130,6 @@ def test_commands_are_limited_and_bad_ones_refused(mock):
             arm.command(up(within_s=-0.1))
         with pytest.raises(LimitExceeded):
             arm.command(up(speed=float("nan")))
-    finally:
-        arm.close()
 
 
 def test_nobody_at_the_address_is_one_clear_error():
@@ -142,14 +143,10 @@ def test_an_arm_without_power_refuses_to_be_armed(mock):
     with Dashboard(host_of(mock)) as dashboard:
         dashboard.ask("power off")
         assert until(lambda: dashboard.ask("robotmode") == "Robotmode: POWER_OFF")
-        arm = build(mock)
-        arm.connect()
-        try:
+        with connected(mock) as arm:
             with pytest.raises(DeviceFault, match=r"is not running \(robot mode 3\).*power it on") as caught:
                 arm.arm()
             assert caught.value.code == 3
-        finally:
-            arm.close()
             dashboard.ask("brake release")
             assert until(lambda: dashboard.ask("robotmode") == "Robotmode: RUNNING")
 
@@ -157,19 +154,12 @@ def test_an_arm_without_power_refuses_to_be_armed(mock):
 def test_registers_in_use_are_one_clear_error(mock):
     with Client(host_of(mock)) as other:
         other.inputs("input_int_register_0")
-        arm = build(mock)
-        arm.connect()
-        try:
-            with pytest.raises(DeviceFault, match="is another client in control"):
-                arm.arm()
-        finally:
-            arm.close()
+        with connected(mock) as arm, pytest.raises(DeviceFault, match="is another client in control"):
+            arm.arm()
 
 
 def test_a_protective_stop_is_a_fault_with_a_way_out(mock):
-    arm = build(mock, unlock_protective_stop=True)
-    arm.connect()
-    try:
+    with connected(mock, unlock_protective_stop=True) as arm:
         arm.arm()
         arm.command(up(within_s=0.5))
         mock.inject("protective-stop", count=1)
@@ -181,14 +171,10 @@ def test_a_protective_stop_is_a_fault_with_a_way_out(mock):
         assert not arm.read().protective_stop
         arm.command(up())
         assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.01)
-    finally:
-        arm.close()
 
 
 def test_a_program_stopped_at_the_pendant_is_a_fault(mock):
-    arm = build(mock)
-    arm.connect()
-    try:
+    with connected(mock) as arm:
         arm.arm()
         assert until(lambda: not isinstance(attempt(arm.command, up()), DeviceError))
         with Dashboard(host_of(mock)) as dashboard:
@@ -197,14 +183,10 @@ def test_a_program_stopped_at_the_pendant_is_a_fault(mock):
         arm.disarm()
         arm.arm()
         assert not isinstance(attempt(arm.command, up()), DeviceError)
-    finally:
-        arm.close()
 
 
 def test_the_crash_of_its_process_is_one_error_and_the_arm_stops(mock):
-    with nothing_left():
-        arm = build(mock)
-        arm.connect()
+    with connected(mock) as arm:
         arm.arm()
         arm.command(up(within_s=30))
         assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.02)
@@ -225,13 +207,10 @@ def test_the_crash_of_its_process_is_one_error_and_the_arm_stops(mock):
         with pytest.raises(DeviceFault, match="disarm and arm again"):
             arm.command(up())
         assert until(lambda: obeys(arm), 10)
-        arm.close()
 
 
 def test_a_stream_that_stands_still_is_stale_at_once_and_one_error_before_ur_rtde_crashes(mock):
-    with nothing_left():
-        arm = build(mock)
-        arm.connect()
+    with connected(mock) as arm:
         mock.inject("freeze", for_s=3.2)
         assert until(lambda: isinstance(attempt(arm.read), StaleData), 2)
         found = []
@@ -245,7 +224,6 @@ def test_a_stream_that_stands_still_is_stale_at_once_and_one_error_before_ur_rtd
         assert until(told, 6)
         assert "nothing new for" in found[0]
         assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 10)
-        arm.close()
 
 
 FAULTS = {
@@ -265,9 +243,7 @@ FAULTS = {
 
 @pytest.mark.parametrize("kind", FAULTS)
 def test_under_a_fault_no_call_hangs_and_it_comes_back(mock, kind):
-    with nothing_left():
-        arm = build(mock)
-        arm.connect()
+    with connected(mock) as arm:
         arm.arm()
         fault = {"for_s": 0.4, **FAULTS[kind]}
         if kind not in ("freeze", "disconnect"):
@@ -283,13 +259,10 @@ def test_under_a_fault_no_call_hangs_and_it_comes_back(mock, kind):
         assert until(lambda: truly_at_rest(mock), 5), "it runs on"
         assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 12), "it does not come back"
         assert until(lambda: obeys(arm), 20), "it does not obey any more"
-        arm.close()
 
 
 def test_stop_and_close_from_other_threads_while_it_moves(mock):
-    with nothing_left():
-        arm = build(mock)
-        arm.connect()
+    with connected(mock) as arm:
         arm.arm()
         arm.command(up(within_s=20))
         assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.02)
@@ -300,6 +273,5 @@ def test_stop_and_close_from_other_threads_while_it_moves(mock):
             thread.join(CALL_S)
             assert not thread.is_alive()
         assert until(lambda: truly_at_rest(mock), 2)
-        arm.close()
         arm.close()
         arm.stop()

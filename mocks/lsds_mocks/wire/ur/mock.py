@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.options import UrOptions
 
 STEP_NS = 2_000_000
-LATEST_NS = 100_000_000
-"""A loop that is later than this has been asleep: it goes on from now instead of catching up."""
+LATEST_NS = 1_000_000_000
+"""A late loop catches up, so that no package is lost; later than this it has been asleep, and goes on from now."""
 
 KNOWS: tuple[FaultKind, ...] = (
     *MESSAGE_FAULTS, "freeze", "disconnect", "busy", "in-use", "delayed-ack", "protective-stop",

@@ -8,14 +8,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds_mocks.wire.faults import Fault
 
-Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
-Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
+Six = Annotated[list[float], Field(min_length=6, max_length=6)]
+Three = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
 class UrOptions(BaseModel):
     """Options of an e-Series arm's wire face. All ports are the controller's own; give each arm its own address."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     host: str = Field(default="127.0.0.1", description="loopback address to listen on; another one for each arm")
     model: str = Field(default="ur5e", pattern="^ur(3|5|10|16)e$", description="size of the arm")
@@ -24,12 +24,12 @@ class UrOptions(BaseModel):
     )
     serial: str = Field(default="20235501234", pattern=r"^20\d+$", description="serial number that it claims")
     q_rad: Six = Field(
-        default=(-1.6006999999999998, -1.7271, -2.2029999999999998, -0.8079999999999998, 1.5951, -0.0310),
+        default=[-1.6007, -1.7271, -2.2030, -0.8080, 1.5951, -0.0310],
         description="joint positions at the start",
     )
-    tcp_offset: Six = Field(default=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), description="tool centre point on the flange")
+    tcp_offset: Six = Field(default=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0], description="tool centre point on the flange")
     payload_kg: float = Field(default=0.0, ge=0, le=35, description="payload set at the start")
-    payload_cog_m: Three = Field(default=(0.0, 0.0, 0.0), description="its centre of gravity")
+    payload_cog_m: Three = Field(default=[0.0, 0.0, 0.0], description="its centre of gravity")
     powered: bool = Field(default=True, description="starts with power on and brakes released")
     remote_control: bool = Field(default=True, description="starts in remote control")
     floor_m: float | None = Field(default=None, description="height of a floor under the tool, in the base frame")
@@ -37,4 +37,4 @@ class UrOptions(BaseModel):
     urcap_host: str = Field(default="127.0.0.1", description="where external_control.urp asks for its script")
     urcap_port: int = Field(default=50002, ge=1, le=65535, description="and the port there")
     cell: str = Field(default="", description="address of a shared plant; none: the arm is alone")
-    faults: tuple[Fault, ...] = Field(default=(), description="what goes wrong on the wire")
+    faults: list[Fault] = Field(default_factory=list, description="what goes wrong on the wire")
