@@ -11,6 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from lsds import __version__
+from lsds.cli.output import require_known
 from lsds.errors import LsdsError
 
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -65,12 +66,7 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; for an unknown one say which was probably meant. Raises click.UsageError."""
-        from difflib import get_close_matches
-
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            near = get_close_matches(args[0], COMMANDS, n=1)
-            hint = f" Did you mean '{near[0]}'?" if near else f" Commands: {', '.join(COMMANDS)}."
-            ctx.fail(f"No such command '{args[0]}'.{hint}")
+        require_known(ctx, args, COMMANDS)
         return super().resolve_command(ctx, args)
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lsds.cli.output import require_known
+
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
@@ -31,6 +33,14 @@ class MockGroup(click.Group):
         if cmd_name.rpartition(":")[2] not in host.names("wire_mock"):
             return None
         return _command(host, host.find("wire_mock", cmd_name))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the mock; for an unknown one say which was probably meant. Raises click.UsageError."""
+        if args and ":" not in args[0]:
+            require_known(ctx, args, self.list_commands(ctx))
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write each mock's line from its manifest, importing none."""

@@ -7,7 +7,7 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
@@ -34,6 +34,16 @@ json_flag: Callable[[F], F] = click.option(
     help="Write the result as JSON to FILE, or to stdout where no FILE is named.",
 )
 """The same with an optional FILE, for commands without arguments: elsewhere it could swallow, and overwrite, one."""
+
+
+def require_known(ctx: click.Context, arguments: Sequence[str], known: Collection[str]) -> None:
+    """Raise click.UsageError for an unknown subcommand, saying which was probably meant."""
+    from difflib import get_close_matches
+
+    if arguments and arguments[0] not in known and not arguments[0].startswith("-"):
+        near = get_close_matches(arguments[0], known, n=1)
+        hint = f" Did you mean '{near[0]}'?" if near else f" Commands: {', '.join(known)}."
+        ctx.fail(f"No such command '{arguments[0]}'.{hint}")
 
 
 def to_json(value: Any) -> str:
