@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One frame in numbers: SI units, NaN where unknown. `slip` is what the detector said, None for abstained."""
+    """One frame in numbers: SI units, NaN where unknown. `slip` is what the detector said, None for abstained.
+
+    `seen_slip_m` is how far the body "gripper" stands above the body "object", as a pose source sees them.
+    """
 
     t_ns: int
     stage: Stage
@@ -31,6 +34,7 @@ class Sample:
     command_m: float | None
     held_m: float
     measured_m: float
+    seen_slip_m: float = math.nan
 
     @property
     def acting(self) -> bool:
@@ -64,6 +68,7 @@ class RunRecord:
             cycle.command_m,
             cycle.held_m,
             cycle.measured_m,
+            _seen_slip_m(cycle),
         )
         self.samples.append(sample)
         if not sample.acting:
@@ -73,3 +78,10 @@ class RunRecord:
         severity = sample.speed_m_s if math.isnan(true_speed) else true_speed
         if severity > self._worst_speed:
             self.worst, self._worst_speed = cycle, severity
+
+
+def _seen_slip_m(cycle: Cycle) -> float:
+    poses = {} if cycle.pose is None else cycle.pose.poses
+    if "gripper" not in poses or "object" not in poses:
+        return math.nan
+    return poses["gripper"].position_m[2] - poses["object"].position_m[2]

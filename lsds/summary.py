@@ -64,6 +64,7 @@ def summarise(
         "peak_slip_speed_m_s": slip.peak_speed_m_s if slip else None,
         "peak_normal_force_n": max((t.normal_force_n for t in truths), default=None),
         "required_normal_force_n": max((t.required_normal_force_n for t in truths), default=None),
+        "seen_slip_distance_m": _seen_slip(acting),
         "severity_mae_m_s": _severity_mae(acting),
         "severity_zero_predictor_mae_m_s": _zero_mae(acting),
         "severity_moving_mae_m_s": _severity_mae(moving),
@@ -143,6 +144,12 @@ def _slip(truths: Sequence[CellTruth]) -> Slip | None:
     arrested = last + 1 < len(truths) and not truths[-1].dropped and truths[-1].normal_force_n > 0
     arrest = seconds(truths[last + 1].t_ns - truths[first].t_ns) if arrested else None
     return Slip(distance, seconds(truths[first].t_ns - truths[0].t_ns), arrest, max(speeds))
+
+
+def _seen_slip(acting: Sequence[Sample]) -> float | None:
+    """Slip over lift and hold as a pose source saw it (m), None where it did not see gripper and object."""
+    seen = [s.seen_slip_m for s in acting if math.isfinite(s.seen_slip_m)]
+    return seen[-1] - seen[0] if len(seen) > 1 else None
 
 
 def _severity_mae(acting: Sequence[Sample]) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,7 @@ def _table(summary: dict[str, Any]) -> str:
         ("outcome", f"{summary['outcome']} ({summary['figures_are']})"),
         *([("reason", summary["fault"])] if summary["fault"] else []),
         ("slip distance", show(summary["slip_distance_m"], 1e3, "mm")),
+        *_seen(summary["seen_slip_distance_m"], show),
         ("time to arrest", show(summary["time_to_arrest_s"], 1e3, "ms")),
         ("peak slip speed", show(summary["peak_slip_speed_m_s"], 1e2, "cm/s")),
         ("peak normal force", show(summary["peak_normal_force_n"], 1, "N a finger")),
@@ -90,3 +92,8 @@ def _table(summary: dict[str, Any]) -> str:
         ("seed", str(summary["seed"])),
     ]
     return table(rows, ("figure", "value"))
+
+
+def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
+    """The row of a pose source, where there is one."""
+    return [] if distance_m is None else [("  seen by the camera", show(distance_m, 1e3, "mm"))]

@@ -24,13 +24,16 @@ pytest.importorskip("pymodbus")
 RIG = Path(__file__).resolve().parents[2] / "examples" / "rigs" / "wire.toml"
 
 
-def overrides(folder):
-    """Addresses of this test's own, so that runs beside it do not meet."""
-    host = fresh_host()
+def free_port():
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    tty = folder / "hand.tty"
+        return free.getsockname()[1]
+
+
+def overrides(folder):
+    """Addresses of this test's own, so that runs beside it do not meet."""
+    host, port, truth_port = fresh_host(), free_port(), free_port()
+    tty, calibration = folder / "hand.tty", folder / "truth.json"
     return [
         f"arm.ur5e.host={host}",
         f"cell.wire.mocks.ur5e.host={host}",
@@ -40,6 +43,10 @@ def overrides(folder):
         "cell.wire.mocks.hand-e.urcap_port=-1",
         f"sensor.gelsight-mini.camera=http://127.0.0.1:{port}/?action=stream",
         f"cell.wire.mocks.gelsight-mini.port={port}",
+        f"pose_source.aruco.camera=http://127.0.0.1:{truth_port}/?action=stream",
+        f"pose_source.aruco.calibration={calibration}",
+        f"cell.wire.mocks.truth-camera.port={truth_port}",
+        f"cell.wire.mocks.truth-camera.calibration={calibration}",
         f"cell.wire.socket={folder / 'plant.sock'}",
     ]
 
@@ -69,8 +76,10 @@ def test_a_run_starts_everything_holds_the_pipe_and_ends_everything(tmp_path):
     assert summary["figures_are"] == "simulated"
     assert summary["frame_to_command_us"]["p50"] > 0
     assert 0 < summary["slip_distance_m"] < 0.02
+    # The camera sees the gel's creep, too, which is no slip yet.
+    assert summary["seen_slip_distance_m"] == pytest.approx(summary["slip_distance_m"], abs=0.003)
     assert summary["corrections"] > 0
-    assert len(children) >= 4
+    assert len(children) >= 5
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
     assert list(tmp_path.glob("*.tty")) == []
     assert not (tmp_path / "plant.sock").exists()
@@ -81,7 +90,7 @@ def test_a_run_joins_mocks_that_already_serve_and_leaves_them_serving(tmp_path):
     served = lsds("mock", "rig", RIG, *common, "--json")
     try:
         ready = json.loads(served.stdout.readline())
-        assert set(ready["addresses"]) == {"plant", "hand-e", "ur5e", "gelsight-mini"}
+        assert set(ready["addresses"]) == {"plant", "hand-e", "ur5e", "gelsight-mini", "truth-camera"}
         run = lsds("run", RIG, *common, "--no-plot", "--json", "-")
         out, err = run.communicate(timeout=90)
         assert run.returncode == 0, out + err

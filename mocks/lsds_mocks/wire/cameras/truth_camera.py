@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import Field
 
 from lsds.clock import NS_PER_S, nanoseconds
+from lsds.vision.camera import save_camera
 from lsds_mocks.scene.stage import Stage
 from lsds_mocks.wire.cameras.links import Happening, scene_link
 from lsds_mocks.wire.cameras.realsense import record
@@ -36,6 +37,7 @@ class TruthCameraOptions(CameraOptions):
     noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 1.6 grey levels")
     scene: Happening = Field(default="slide", description="what happens: rest, slide (the pipe lags behind), hold")
     speed_mm_s: float = Field(default=38.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
+    calibration: str = Field(default="", description="write the camera's calibration to this .yaml or .json file")
     record: str = Field(default="", description="first write a RealSense recording to this .db3 file")
     record_s: float = Field(default=5.0, gt=0, le=60, description="length of that recording")
 
@@ -72,8 +74,11 @@ class TruthCamera:
         self._camera = CameraMock(NAME, options, self._view, seed=context.seed, clock=context.clock)
 
     def start(self) -> Mapping[str, str]:
-        """Write the recording, if any, and listen. Raises ConnectFailed."""
+        """Write calibration and recording, if any, and listen. Raises ConnectFailed, DataError."""
         recording = {}
+        if self._options.calibration:
+            save_camera(self._options.calibration, self._view.stage.camera)
+            recording = {"calibration": self._options.calibration}
         if self._options.record:
             link = scene_link(self._options, self._context.clock, self._context.seed)
             view, origin = SceneView(self._options, link, self._context), self._context.clock.now()
@@ -84,7 +89,7 @@ class TruthCamera:
             images = ((t, view.picture(t, i, i)) for i, t in enumerate(times))
             record(NAME, self._options.record, view.stage.camera, self._options.rate_hz, images)
             link.close()
-            recording = {"recording": self._options.record}
+            recording["recording"] = self._options.record
         return {**self._camera.start(), **recording}
 
     def serve(self, stop: threading.Event) -> None:
