@@ -95,3 +95,30 @@ class LifecycleGuard:
         return LifecycleError(
             self._device, f"{call}() is not allowed while {self._state.value}", remedy=_REMEDY[self._state]
         )
+
+
+class MotionlessLife:
+    """The part of a life that sensors share, to mix in: there is nothing to activate, to stop or to take power from.
+
+    The class sets `_guard` and writes `connect` and `close` itself.
+    """
+
+    _guard: LifecycleGuard
+
+    @property
+    def lifecycle(self) -> Lifecycle:
+        """Where the device is in its life."""
+        return self._guard.state
+
+    def arm(self) -> None:
+        """Nothing to activate."""
+        with self._guard.arming():
+            pass
+
+    def stop(self) -> None:
+        """Nothing moves."""
+
+    def disarm(self) -> None:
+        """Back to readable only."""
+        with self._guard.disarming():
+            pass

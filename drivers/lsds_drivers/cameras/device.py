@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from lsds.contracts import Lifecycle
-from lsds.lifecycle import LifecycleGuard
+from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_drivers.cameras.pump import FramePump, PumpLimits, Work, stale_limit
 from lsds_drivers.cameras.times import ExposureTimes
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class CameraDevice(Generic[T]):
+class CameraDevice(MotionlessLife, Generic[T]):
     """All of a `Device` that does not depend on what is made of the pictures."""
 
     def __init__(
@@ -39,11 +38,6 @@ class CameraDevice(Generic[T]):
         )
 
     @property
-    def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
-        return self._guard.state
-
-    @property
     def measured_rate_hz(self) -> float | None:
         """Pictures a second as they really come; None before the second one."""
         return self._pump.measured_rate_hz
@@ -63,19 +57,6 @@ class CameraDevice(Generic[T]):
         with self._guard.connecting():
             self._prepare()
             self._pump.start()
-
-    def arm(self) -> None:
-        """Nothing to activate."""
-        with self._guard.arming():
-            pass
-
-    def stop(self) -> None:
-        """Nothing moves."""
-
-    def disarm(self) -> None:
-        """Back to readable only."""
-        with self._guard.disarming():
-            pass
 
     def close(self) -> None:
         """End the thread and give the camera back."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S
-from lsds.contracts import Frame, Lifecycle, SensorSpec
+from lsds.contracts import Frame, SensorSpec
 from lsds.errors import StaleData
-from lsds.lifecycle import LifecycleGuard
+from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_mocks.cell.build import shared_cell
 from lsds_mocks.devices.shutter import Shutter, Snapshot
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX, shape_of
@@ -37,7 +37,7 @@ class MarkerTruth:
     contact_fraction: float
 
 
-class MockGelSightMini:
+class MockGelSightMini(MotionlessLife):
     """A `TactileSensor` in the simulated cell."""
 
     def __init__(self, options: GelSightOptions, context: BuildContext) -> None:
@@ -50,11 +50,6 @@ class MockGelSightMini:
         self._shutter: Shutter | None = None
         self._shown: tuple[Snapshot, Frame] | None = None
         self._image: tuple[tuple[int, int], NDArray[np.uint8]] | None = None
-
-    @property
-    def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
-        return self._guard.state
 
     @property
     def spec(self) -> SensorSpec:
@@ -71,19 +66,6 @@ class MockGelSightMini:
             self.cell.watch(self._shutter)
             # The gel's matrices from forces to dots take ten milliseconds to make: not in the first frame's time.
             self._renderer.markers(self.cell.plant.gel, self.cell.gel_state())
-
-    def arm(self) -> None:
-        """Nothing to activate."""
-        with self._guard.arming():
-            pass
-
-    def stop(self) -> None:
-        """Nothing moves."""
-
-    def disarm(self) -> None:
-        """Back to readable only."""
-        with self._guard.disarming():
-            pass
 
     def close(self) -> None:
         """Stop exposing."""

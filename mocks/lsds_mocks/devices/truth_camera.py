@@ -13,9 +13,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import NS_PER_S, nanoseconds
-from lsds.contracts import Lifecycle, PoseSample
+from lsds.contracts import PoseSample
 from lsds.errors import StaleData
-from lsds.lifecycle import LifecycleGuard
+from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds.vision.rotation import pose_of
 from lsds_mocks.cell.build import shared_cell
 from lsds_mocks.link.protocols import Scene
@@ -88,7 +88,7 @@ class _Shutter:
         return self.waiting[0] if self.waiting and self.waiting[0].t_ns + latency_ns <= now_ns else None
 
 
-class MockTruthCamera:
+class MockTruthCamera(MotionlessLife):
     """A `PoseSource` in the simulated cell: bodies "gripper" and "object", base <- marker."""
 
     def __init__(self, options: TruthCameraOptions, context: BuildContext) -> None:
@@ -104,11 +104,6 @@ class MockTruthCamera:
         self._shutter: _Shutter | None = None
         self._shown: PoseSample | None = None
 
-    @property
-    def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
-        return self._guard.state
-
     def connect(self) -> None:
         """Start exposing."""
         with self._guard.connecting():
@@ -116,19 +111,6 @@ class MockTruthCamera:
             self._cell.advance(now)
             self._shutter = _Shutter(self._cell, self._options, now)
             self._cell.watch(self._shutter)
-
-    def arm(self) -> None:
-        """Nothing to activate."""
-        with self._guard.arming():
-            pass
-
-    def stop(self) -> None:
-        """Nothing moves."""
-
-    def disarm(self) -> None:
-        """Back to readable only."""
-        with self._guard.disarming():
-            pass
 
     def close(self) -> None:
         """Stop exposing."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds.clock import nanoseconds
-from lsds.contracts import BuildContext, Frame, Lifecycle, SensorSpec
+from lsds.contracts import BuildContext, Frame, SensorSpec
 from lsds.errors import ConnectFailed, DataError, StaleData
-from lsds.lifecycle import LifecycleGuard
+from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_plugins.replay.reader import Reader, open_reader
 from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 
@@ -49,7 +49,7 @@ class VideoOptions(BaseModel):
         return self
 
 
-class VideoSensor:
+class VideoSensor(MotionlessLife):
     """A `TactileSensor` that shows each frame from its time stamp on, and ends with EOFError."""
 
     def __init__(self, options: VideoOptions, context: BuildContext) -> None:
@@ -69,11 +69,6 @@ class VideoSensor:
         return self._spec
 
     @property
-    def lifecycle(self) -> Lifecycle:
-        """Where the sensor is in its life."""
-        return self._guard.state
-
-    @property
     def frame_count(self) -> int:
         """How many frames the recording claims, 0 where it does not say."""
         return self._open().count
@@ -89,19 +84,6 @@ class VideoSensor:
                 raise ConnectFailed("video", str(error)) from error
             self._now: Frame | None = None
             self._failure: DataError | None = None
-
-    def arm(self) -> None:
-        """Do nothing that moves: there is nothing to move."""
-        with self._guard.arming():
-            pass
-
-    def stop(self) -> None:
-        """Do nothing: a recording does not move."""
-
-    def disarm(self) -> None:
-        """Back to readable only."""
-        with self._guard.disarming():
-            pass
 
     def close(self) -> None:
         """Let go of the file."""
