@@ -15,7 +15,7 @@ REACH_M = {"ur3e": 0.5, "ur5e": 0.85, "ur10e": 1.3, "ur16e": 0.9, "ur20": 1.75, 
 class UrOptions(BaseModel):
     """Options of `[arm.ur5e]` and the other sizes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
     host: str = Field(default="192.168.56.101", min_length=1, description="address of the controller")
     model: Literal["ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30"] = Field(default="ur5e", description="its size")

@@ -6,6 +6,7 @@ send, and reads out its state and `messages`.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -252,7 +253,7 @@ class Controller:
                 self.inputs.bits = self.inputs.bits >> 32 << 32 | value
             elif name == "input_bit_registers32_to_63":
                 self.inputs.bits = self.inputs.bits & ~(0xFFFFFFFF << 32) | value << 32
-            elif name == "external_force_torque":
+            elif name == "external_force_torque" and all(map(math.isfinite, value)):
                 self.environment.external = list(value)
 
     def _watch(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -44,6 +45,10 @@ class Outputs:
         """Change one digital output."""
         self.digital = self.digital & ~(1 << index) | (int(value) << index)
 
+    def set_analog(self, index: int, ratio: float) -> None:
+        """Change one analogue output."""
+        self.analog[index] = _ratio(ratio, self.analog[index])
+
     def shown(self, index: int) -> float:
         """Return an analogue output as it is measured: 0..10 V, or 4..20 mA in ampere."""
         ratio = self.analog[index]
@@ -70,7 +75,12 @@ class Outputs:
         for index in (0, 1):
             ratio = values.get(f"standard_analog_output_{index}")
             if mask >> index & 1 and ratio is not None:
-                self.analog[index] = min(max(ratio, 0.0), 1.0)
+                self.set_analog(index, ratio)
                 self.analog_is_voltage[index] = bool(values.get("standard_analog_output_type", 0) >> index & 1)
         if values.get("speed_slider_mask", 0) and "speed_slider_fraction" in values:
-            self.slider = min(max(values["speed_slider_fraction"], 0.0), 1.0)
+            self.slider = _ratio(values["speed_slider_fraction"], self.slider)
+
+
+def _ratio(value: float, before: float) -> float:
+    """Return a value within 0..1; what is no number changes nothing."""
+    return before if math.isnan(value) else min(max(value, 0.0), 1.0)

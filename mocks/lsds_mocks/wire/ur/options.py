@@ -15,7 +15,7 @@ Three = Annotated[list[float], Field(min_length=3, max_length=3)]
 class UrOptions(BaseModel):
     """Options of an e-Series arm's wire face. All ports are the controller's own; give each arm its own address."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
     host: str = Field(default="127.0.0.1", description="loopback address to listen on; another one for each arm")
     model: str = Field(default="ur5e", pattern="^ur(3|5|10|16)e$", description="size of the arm")

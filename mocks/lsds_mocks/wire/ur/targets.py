@@ -1,4 +1,4 @@
-"""From what a script gives as a target to joint positions."""
+"""What a script gives as numbers, and from a target to joint positions."""
 
 from __future__ import annotations
 
@@ -10,15 +10,35 @@ from lsds_mocks.wire.ur.motion.state import ArmMotion, Unreachable
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.values import Pose
 
+LARGEST = 1e9
+"""Beyond this a number cannot be a position, a speed or a force: what is infinite, or none at all, is refused."""
+
+
+def numbers(values: Any, count: int = JOINTS) -> list[float]:
+    """Return a list's numbers. Raises ScriptError where they are not so many, or one is not finite."""
+    if not isinstance(values, list) or len(values) != count:
+        raise ScriptError(f"type_error: a list of {count} numbers is expected")
+    found = [float(value) for value in values]
+    if not all(abs(value) < LARGEST for value in found):
+        raise ScriptError(f"value_error: {found} are not finite numbers")
+    return found
+
+
+def positive(value: Any, name: str) -> float:
+    """Return a number. Raises ScriptError where it is not finite and above zero."""
+    number = float(value)
+    if not 0 < number < LARGEST:
+        raise ScriptError(f"value_error: {name} is {number:g}, it has to be above zero")
+    return number
+
 
 def target_of(arm: ArmMotion, target: Any, near: Sequence[float]) -> list[float]:
     """Return joint positions for joint positions or for a pose. Raises ScriptError for what is neither, or no solution
     exists for."""
-    if not isinstance(target, list) or len(target) != JOINTS:
-        raise ScriptError(f"type_error: a pose or a list of {JOINTS} numbers is expected")
+    wanted = numbers(target)
     if not isinstance(target, Pose):
-        return [float(value) for value in target]
+        return wanted
     try:
-        return arm.joints(target, near)
+        return arm.joints(wanted, near)
     except Unreachable as error:
         raise ScriptError("get_inverse_kin: unable to find an inverse kinematics solution") from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from lsds_mocks.wire.ur.io import CONFIGURABLE_SHIFT, REGISTERS, TOOL_SHIFT
+from lsds_mocks.wire.ur.io import BITS, CONFIGURABLE_SHIFT, REGISTERS, TOOL_SHIFT
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.program import Waiting
@@ -46,7 +46,7 @@ class Functions:
 
     def read_input_boolean_register(self, address: int) -> bool:
         """Return what a client has written."""
-        return self._c.inputs.bit(int(address))
+        return self._c.inputs.bit(_index(address, BITS))
 
     def read_output_integer_register(self, address: int) -> int:
         """Return what a program has written."""
@@ -58,7 +58,7 @@ class Functions:
 
     def read_output_boolean_register(self, address: int) -> bool:
         """Return what a program has written."""
-        return self._c.registers.bit(int(address))
+        return self._c.registers.bit(_index(address, BITS))
 
     def write_output_integer_register(self, address: int, value: Any) -> None:
         """Tell clients a number, cut to 32 bits."""
@@ -70,7 +70,7 @@ class Functions:
 
     def write_output_boolean_register(self, address: int, value: Any) -> None:
         """Tell clients yes or no."""
-        self._c.registers.set_bit(int(address), bool(value))
+        self._c.registers.set_bit(_index(address, BITS), bool(value))
 
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
         """Act where a client stops writing a register: "ignore", "pause" or "stop"."""
@@ -84,62 +84,65 @@ class Functions:
 
     def set_standard_digital_out(self, n: int, b: Any) -> None:
         """Switch an output, 0-7."""
-        self._c.io.set_digital(int(n), bool(b))
+        self._c.io.set_digital(_index(n, 8), bool(b))
 
     def set_digital_out(self, n: int, b: Any) -> None:
         """Switch an output, 0-7 standard, 8-9 tool."""
-        self._c.io.set_digital(int(n) if int(n) < CONFIGURABLE_SHIFT else int(n) + CONFIGURABLE_SHIFT, bool(b))
+        index = _index(n, 10)
+        self._c.io.set_digital(index if index < CONFIGURABLE_SHIFT else index + CONFIGURABLE_SHIFT, bool(b))
 
     def set_configurable_digital_out(self, n: int, b: Any) -> None:
         """Switch a configurable output, 0-7."""
-        self._c.io.set_digital(int(n) + CONFIGURABLE_SHIFT, bool(b))
+        self._c.io.set_digital(_index(n, 8) + CONFIGURABLE_SHIFT, bool(b))
 
     def set_tool_digital_out(self, n: int, b: Any) -> None:
         """Switch a tool output, 0-1."""
-        self._c.io.set_digital(int(n) + TOOL_SHIFT, bool(b))
+        self._c.io.set_digital(_index(n, 2) + TOOL_SHIFT, bool(b))
 
     def get_standard_digital_out(self, n: int) -> bool:
         """Return an output."""
-        return bool(self._c.io.digital >> int(n) & 1)
+        return bool(self._c.io.digital >> _index(n, 8) & 1)
 
     def get_configurable_digital_out(self, n: int) -> bool:
         """Return a configurable output."""
-        return bool(self._c.io.digital >> int(n) + CONFIGURABLE_SHIFT & 1)
+        return bool(self._c.io.digital >> _index(n, 8) + CONFIGURABLE_SHIFT & 1)
 
     def get_tool_digital_out(self, n: int) -> bool:
         """Return a tool output."""
-        return bool(self._c.io.digital >> int(n) + TOOL_SHIFT & 1)
+        return bool(self._c.io.digital >> _index(n, 2) + TOOL_SHIFT & 1)
 
     def get_standard_digital_in(self, n: int) -> bool:
         """Return an input."""
-        return bool(self._c.io.digital_in >> int(n) & 1)
+        return bool(self._c.io.digital_in >> _index(n, 8) & 1)
 
     def get_configurable_digital_in(self, n: int) -> bool:
         """Return a configurable input."""
-        return bool(self._c.io.digital_in >> int(n) + CONFIGURABLE_SHIFT & 1)
+        return bool(self._c.io.digital_in >> _index(n, 8) + CONFIGURABLE_SHIFT & 1)
 
     def get_tool_digital_in(self, n: int) -> bool:
         """Return a tool input."""
-        return bool(self._c.io.digital_in >> int(n) + TOOL_SHIFT & 1)
+        return bool(self._c.io.digital_in >> _index(n, 2) + TOOL_SHIFT & 1)
 
     def set_standard_analog_out(self, n: int, f: float) -> None:
         """Set an analogue output, as a ratio 0..1."""
-        self._c.io.analog[int(n)] = min(max(float(f), 0.0), 1.0)
+        self._c.io.set_analog(_index(n, 2), float(f))
 
     def get_standard_analog_out(self, n: int) -> float:
         """Return an analogue output, as a ratio."""
-        return self._c.io.analog[int(n)]
+        return self._c.io.analog[_index(n, 2)]
 
     def get_standard_analog_in(self, n: int) -> float:
         """Return an analogue input."""
-        return self._c.io.analog_in[int(n)]
+        return self._c.io.analog_in[_index(n, 2)]
 
     def set_analog_outputdomain(self, port: int, domain: int) -> None:
         """Make an analogue output a current (0) or a voltage (1)."""
-        self._c.io.analog_is_voltage[int(port)] = bool(domain)
+        self._c.io.analog_is_voltage[_index(port, 2)] = bool(domain)
 
     def set_tool_voltage(self, voltage: int) -> None:
         """Set the tool's supply: 0, 12 or 24 V."""
+        if voltage not in (0, 12, 24):
+            raise ScriptError(f"set_tool_voltage: {voltage} V is not 0, 12 or 24 V")
         self._c.io.tool_voltage = int(voltage)
 
     # -- messages -----------------------------------------------------------------------------------------
@@ -157,8 +160,8 @@ class Functions:
             self._c.pause_program()
 
 
-def _index(address: Any) -> int:
+def _index(address: Any, count: int = REGISTERS) -> int:
     index = int(address)
-    if not 0 <= index < REGISTERS:
-        raise ScriptError(f"register {index} is out of range: 0 to {REGISTERS - 1}")
+    if not 0 <= index < count:
+        raise ScriptError(f"index {index} is out of range: 0 to {count - 1}")
     return index

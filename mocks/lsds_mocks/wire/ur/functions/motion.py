@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD, JOINTS
+from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD
 from lsds_mocks.wire.ur.motion.modes import ServoMode, SpeedMode, StopJoints, StopTool, ToolSpeedMode
 from lsds_mocks.wire.ur.motion.motion import Compliance
 from lsds_mocks.wire.ur.motion.moves import ArcMove, JointMove, LineMove, PathMove
-from lsds_mocks.wire.ur.motion.state import Move, Unreachable
+from lsds_mocks.wire.ur.motion.state import ArmMotion, Move, Unreachable
 from lsds_mocks.wire.ur.pose_math import rotation_of
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.program import Waiting
 from lsds_mocks.wire.ur.script.values import Pose
-from lsds_mocks.wire.ur.targets import target_of
+from lsds_mocks.wire.ur.targets import numbers, positive, target_of
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
@@ -39,13 +38,17 @@ class Functions:
         target = target_of(arm, q, arm.q)
         if any(abs(joint) > JOINT_LIMIT_RAD for joint in target):
             raise ScriptError("movej: target is outside the joints' range")
+        if t <= 0:
+            a, v = positive(a, "a"), positive(v, "v")
         yield from self._path(lambda before: JointMove(arm, target, speed=v, acceleration=a, time_s=t, blend_m=r,
                                                        before=before))  # fmt: skip
 
     def movel(self, pose: Any, a: float = 1.2, v: float = 0.25, t: float = 0.0, r: float = 0.0) -> Waiting:
         """Move to a pose, or to joint positions, along a straight line of the tool."""
         arm = self._c.arm
-        target = pose if isinstance(pose, Pose) else arm.tcp(_joints(pose))
+        target = _pose(arm, pose)
+        if t <= 0:
+            a, v = positive(a, "a"), positive(v, "v")
         yield from self._path(lambda before: LineMove(arm, target, speed=v, acceleration=a, time_s=t, blend_m=r,
                                                       before=before))  # fmt: skip
 
@@ -58,8 +61,8 @@ class Functions:
     ) -> Waiting:
         """Move along a circular arc through a point to a target; mode 1 keeps the orientation."""
         arm = self._c.arm
-        via = pose_via if isinstance(pose_via, Pose) else arm.tcp(_joints(pose_via))
-        to = pose_to if isinstance(pose_to, Pose) else arm.tcp(_joints(pose_to))
+        via, to = _pose(arm, pose_via), _pose(arm, pose_to)
+        a, v = positive(a, "a"), positive(v, "v")
         yield from self._path(lambda before: ArcMove(arm, via, to, speed=v, acceleration=a, blend_m=r, before=before,
                                                      keep_orientation=int(mode) == 1))  # fmt: skip
 
@@ -76,17 +79,17 @@ class Functions:
 
     def speedj(self, qd: Any, a: float = 1.4, t: float = 0.0, t_min: float = 0.0) -> Waiting:
         """Speed the joints up to a velocity; return after a time, or at that velocity."""
-        yield from self._until_done(SpeedMode(self._c.arm, _joints(qd), a, t or t_min))
+        yield from self._until_done(SpeedMode(self._c.arm, numbers(qd), positive(a, "a"), t or t_min))
 
     def speedl(self, xd: Any, a: float = 1.2, t: float = 0.0, aRot: float = 0.0) -> Waiting:
         """Speed the tool up to a velocity; return after a time, or at that velocity."""
-        yield from self._until_done(ToolSpeedMode(self._c.arm, _joints(xd), a, t))
+        yield from self._until_done(ToolSpeedMode(self._c.arm, numbers(xd), positive(a, "a"), t))
 
     def servoj(
         self, q: Any, a: float = 0.0, v: float = 0.0, t: float = 0.002, lookahead_time: float = 0.1, gain: float = 300
     ) -> Waiting:
         """Follow joint positions that are renewed all the time."""
-        yield from self._until_done(ServoMode(self._c.arm, _joints(q), t, lookahead_time, gain))
+        yield from self._until_done(ServoMode(self._c.arm, numbers(q), t, lookahead_time, gain))
 
     def servoc(self, pose: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0) -> Waiting:
         """Follow poses, blending from one into the next."""
@@ -94,7 +97,7 @@ class Functions:
 
     def direct_torque(self, torque: Any, **_friction: Any) -> Waiting:
         """Hold the position for a cycle: dynamics under torques are not modelled, so any torque holds still."""
-        _joints(torque)
+        numbers(torque)
         yield
 
     def stopj(self, a: float = 2.0) -> Waiting:
@@ -109,11 +112,11 @@ class Functions:
 
     def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: int, limits: Any) -> None:
         """Let the tool yield along the chosen axes of a frame until it pushes with the wrench asked for."""
-        frame = list(task_frame)
+        frame = numbers(task_frame)
         if int(type) == 3:
             frame = list(self._c.tcp_pose)
         self._c.motion.compliance = Compliance(
-            rotation_of(frame[3:]), [bool(s) for s in selection_vector], list(wrench), list(limits)
+            rotation_of(frame[3:]), list(map(int, numbers(selection_vector))), numbers(wrench), numbers(limits)
         )
 
     def end_force_mode(self) -> None:
@@ -184,7 +187,6 @@ class Functions:
             motion.drop(move)
 
 
-def _joints(values: Any) -> list[float]:
-    if not isinstance(values, Sequence) or isinstance(values, str) or len(values) != JOINTS:
-        raise ScriptError(f"type_error: a list of {JOINTS} numbers is expected")
-    return [float(value) for value in values]
+def _pose(arm: ArmMotion, target: Any) -> list[float]:
+    wanted = numbers(target)
+    return wanted if isinstance(target, Pose) else arm.tcp(wanted)

@@ -11,6 +11,7 @@ from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD, JOINTS
 from lsds_mocks.wire.ur.motion.state import Unreachable
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.values import Pose, UrList
+from lsds_mocks.wire.ur.targets import numbers
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
@@ -89,8 +90,8 @@ class Functions:
 
     def get_forward_kin(self, q: Any = None, tcp: Any = None) -> Pose:
         """Return the pose for joint positions."""
-        joints = self._c.arm.q if q is None else _six(q)
-        return Pose(self._c.kinematics.tcp(joints, self._c.arm.tcp_offset if tcp is None else _six(tcp)))
+        joints = self._c.arm.q if q is None else numbers(q)
+        return Pose(self._c.kinematics.tcp(joints, self._c.arm.tcp_offset if tcp is None else numbers(tcp)))
 
     def get_inverse_kin(
         self,
@@ -119,14 +120,14 @@ class Functions:
 
     def get_jacobian(self, q: Any = None, tcp: Any = None) -> UrList:
         """Return the Jacobian as six rows."""
-        joints = self._c.arm.q if q is None else _six(q)
-        return _rows(self._jacobian(joints, self._c.arm.tcp_offset if tcp is None else _six(tcp)))
+        joints = self._c.arm.q if q is None else numbers(q)
+        return _rows(self._jacobian(joints, self._c.arm.tcp_offset if tcp is None else numbers(tcp)))
 
     def get_jacobian_time_derivative(self, q: Any = None, qd: Any = None, tcp: Any = None) -> UrList:
         """Return the Jacobian's rate of change as six rows, by central differences."""
-        joints = self._c.arm.q if q is None else _six(q)
-        speeds = self._c.arm.qd if qd is None else _six(qd)
-        offset = self._c.arm.tcp_offset if tcp is None else _six(tcp)
+        joints = self._c.arm.q if q is None else numbers(q)
+        speeds = self._c.arm.qd if qd is None else numbers(qd)
+        offset = self._c.arm.tcp_offset if tcp is None else numbers(tcp)
         h = 1e-5
         ahead = self._jacobian([a + h * b for a, b in zip(joints, speeds, strict=True)], offset)
         behind = self._jacobian([a - h * b for a, b in zip(joints, speeds, strict=True)], offset)
@@ -144,7 +145,7 @@ class Functions:
         """Return whether a pose or joint positions are in reach and in range."""
         if isinstance(target, Pose):
             return self._inverse(target, None, None) is not None
-        return all(abs(joint) <= JOINT_LIMIT_RAD for joint in _six(target))
+        return all(abs(joint) <= JOINT_LIMIT_RAD for joint in numbers(target))
 
     # -- force --------------------------------------------------------------------------------------------
 
@@ -183,7 +184,7 @@ class Functions:
 
     def set_tcp(self, pose: Any, tcp_name: str = "") -> None:
         """Set the tool centre point on the flange."""
-        self._c.arm.tcp_offset = _six(pose)
+        self._c.arm.tcp_offset = numbers(pose)
 
     def get_tcp_offset(self) -> Pose:
         """Return the tool centre point on the flange."""
@@ -199,7 +200,7 @@ class Functions:
 
     def set_payload_cog(self, cog: Any) -> None:
         """Set the payload's centre of gravity (m)."""
-        self._c.payload_cog_m = [float(value) for value in cog]
+        self._c.payload_cog_m = numbers(cog, 3)
 
     def set_target_payload(self, m: float, cog: Any = None, inertia: Any = None, transition_time: float = 0.0) -> None:
         """Set payload (kg), centre of gravity (m) and inertia (kg m2)."""
@@ -209,7 +210,7 @@ class Functions:
         if cog is not None:
             self.set_payload_cog(cog)
         if inertia is not None:
-            self._c.payload_inertia = [float(value) for value in inertia]
+            self._c.payload_inertia = numbers(inertia)
 
     def get_target_payload(self) -> float:
         """Return the payload (kg)."""
@@ -229,7 +230,7 @@ class Functions:
 
     def set_gravity(self, d: Any) -> None:
         """Set the direction of gravity's reaction in the base frame (m/s2)."""
-        self._c.gravity = [float(value) for value in d]
+        self._c.gravity = numbers(d, 3)
 
     def protective_stop(self) -> None:
         """Stop the arm as the safety system does."""
@@ -239,12 +240,12 @@ class Functions:
 
     def _inverse(self, x: Any, near: Any, tcp: Any) -> list[float] | None:
         arm = self._c.arm
-        near = arm.q if near is None else _six(near)
+        near = arm.q if near is None else numbers(near)
         offset = arm.tcp_offset
         if tcp is not None:
-            arm.tcp_offset = _six(tcp)
+            arm.tcp_offset = numbers(tcp)
         try:
-            return arm.joints(_six(x), near)
+            return arm.joints(numbers(x), near)
         except Unreachable:
             return None
         finally:
@@ -252,12 +253,6 @@ class Functions:
 
     def _jacobian(self, q: Sequence[float], offset: Sequence[float]) -> np.ndarray[Any, np.dtype[np.float64]]:
         return self._c.kinematics.jacobian(q, self._c.kinematics.tcp(q, offset)[:3])
-
-
-def _six(values: Any) -> list[float]:
-    if not isinstance(values, list) or len(values) != JOINTS:
-        raise ScriptError(f"type_error: {JOINTS} numbers are expected")
-    return [float(value) for value in values]
 
 
 def _rows(matrix: np.ndarray[Any, np.dtype[np.float64]]) -> UrList:

@@ -121,7 +121,8 @@ class Motion:
 
     def _take(self, step: Step, dt_s: float) -> None:
         arm = self.arm
-        if any(abs(q) > JOINT_LIMIT_RAD + 1e-9 for q in step.q):
+        # Written so that what is no number at all is beyond the limit, too: it would stay in the joints for ever.
+        if not all(abs(q) <= JOINT_LIMIT_RAD + 1e-9 for q in step.q):
             raise JointLimit([round(q, 4) for q in step.q])
         qd = step.qd if step.qd is not None else _rates(arm.q, step.q, dt_s)
         arm.qdd = step.qdd if step.qdd is not None else _rates(arm.qd, qd, dt_s)
