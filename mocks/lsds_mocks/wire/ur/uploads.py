@@ -11,6 +11,8 @@ from lsds_mocks.wire.ur.script.compiler import Compiled, compile_script
 from lsds_mocks.wire.ur.script.errors import ScriptError
 
 CACHED = 64
+WAITING = 64
+"""Programs that may wait to be compiled; what comes beyond these is refused."""
 
 
 class Uploads:
@@ -28,7 +30,10 @@ class Uploads:
 
     def submit(self, text: str) -> None:
         """Compile a script."""
-        self._texts.put(lambda: text)
+        if self._texts.qsize() < WAITING:
+            self._texts.put(lambda: text)
+        elif self._ready.qsize() < WAITING:
+            self._ready.put(ScriptError("runtime_error: too many programs at once", 1, 1))
 
     def fetch(self, script: Callable[[], str]) -> None:
         """Call a function in the worker, which may wait, and compile the script it returns; "" for none."""
@@ -59,8 +64,9 @@ class Uploads:
             except ScriptError as error:
                 self._ready.put(error)
                 continue
-            except RecursionError:
-                self._ready.put(ScriptError("syntax_error: the program is nested too deeply", 1, 1))
+            except Exception as error:
+                # What Python will not take, as more than a hundred levels of nesting. The next program still is taken.
+                self._ready.put(ScriptError(f"syntax_error: {type(error).__name__}: {error}", 1, 1))
                 continue
             while len(self._cache) >= CACHED:
                 self._cache.pop(next(iter(self._cache)))

@@ -9,7 +9,8 @@ from typing import Any
 
 from lsds_mocks.wire.ur.pose_math import between, compose, difference, inverse, norm, rotation_of
 from lsds_mocks.wire.ur.script.errors import ScriptError
-from lsds_mocks.wire.ur.script.values import Pose, UrList, to_text
+from lsds_mocks.wire.ur.script.program import LENGTH
+from lsds_mocks.wire.ur.script.values import Pose, UrList, copied, to_text
 
 _RANDOM = random.Random(0)
 
@@ -68,7 +69,9 @@ def _str_sub(text: str, index: int, length: int | None = None) -> str:
 
 
 def _list(length: Any, initial: Any = 0, *_: Any) -> UrList:
-    return UrList([initial] * int(length))
+    if int(length) > LENGTH:
+        raise ScriptError(f"make_list: a list has at most {LENGTH} elements")
+    return UrList([copied(initial) for _ in range(int(length))])
 
 
 def _binary_to_integer(*bits: Any) -> int:
@@ -87,6 +90,13 @@ def _size(value: Any) -> Any:
 
 def _mat_transpose(value: Any) -> UrList:
     return UrList([UrList(row) for row in zip(*value, strict=True)])
+
+
+def _joined(a: Any, b: Any) -> str:
+    text = to_text(a) + to_text(b)
+    if len(text) > LENGTH:
+        raise ScriptError(f"str_cat: a text has at most {LENGTH} characters")
+    return text
 
 
 def _random() -> float:
@@ -125,7 +135,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "wrench_trans": _wrench_trans,
     "rotvec2rpy": _rotvec_to_rpy,
     "rpy2rotvec": _rpy_to_rotvec,
-    "str_cat": lambda a, b: to_text(a) + to_text(b),
+    "str_cat": _joined,
     "str_len": len,
     "str_at": lambda text, index: text[int(index)],
     "str_empty": lambda text: text == "",

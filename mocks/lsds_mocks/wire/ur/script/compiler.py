@@ -19,7 +19,10 @@ from lsds_mocks.wire.ur.script.parser import parse
 MAIN = ""
 """Name of the function that holds the program's own statements."""
 
-_SPIN_CHECK = 0x3FFF
+TURNS = 100_000
+"""Turns of loops, and calls of the program's own functions, in one cycle: more never come to an end."""
+
+_PARTS: dict[type, tuple[str, ...]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +117,8 @@ class _Writer:
         ]
         self._write(f"def f_{function.name}({', '.join(arguments)}):")
         self._depth += 1
+        if not is_main:
+            self._count_turn(function)
         shared = sorted((set(_assigned(function.body)) | set(_declared_global(function.body))) - self._locals)
         if shared:
             self._write("global " + ", ".join(f"v_{name}" for name in shared))
@@ -182,15 +187,15 @@ class _Writer:
 
     def _while(self, node: nodes.While) -> None:
         self._loops += 1
-        counter = f"n{self._loops}"
-        self._write(f"{counter} = 0")
         self._write(f"while {self._expression(node.condition)}:")
         self._depth += 1
-        self._write(f"{counter} += 1")
-        self._write(f"if not {counter} & {_SPIN_CHECK}: spinning({node.line}, {node.column})")
+        self._count_turn(node)
         self._block(node.body)
         self._depth -= 1
         self._loops -= 1
+
+    def _count_turn(self, node: nodes.Node) -> None:
+        self._write(f"if next(turns) > {TURNS}: spinning({node.line}, {node.column})")
 
     def _assign(self, node: nodes.Assign) -> None:
         value = self._expression(node.value)
@@ -279,10 +284,18 @@ def _walk(node: object, *, into_functions: bool = False) -> Iterator[nodes.Node]
         yield node
         if isinstance(node, nodes.Function) and not into_functions:
             return
-        for field in fields(node):
-            value: Any = getattr(node, field.name)
-            if isinstance(value, nodes.Node | tuple):
+        for part in _parts(type(node)):
+            value: Any = getattr(node, part)
+            if isinstance(value, (nodes.Node, tuple)):
                 yield from _walk(value, into_functions=into_functions)
+
+
+def _parts(kind: type[nodes.Node]) -> tuple[str, ...]:
+    """Return the names of a node's fields, without its place."""
+    found = _PARTS.get(kind)
+    if found is None:
+        found = _PARTS[kind] = tuple(field.name for field in fields(kind))[2:]
+    return found
 
 
 def _functions(body: tuple[nodes.Node, ...]) -> list[nodes.Function]:

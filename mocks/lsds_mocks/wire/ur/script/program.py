@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 from collections.abc import Callable, Generator, Mapping
 from typing import Any
 
@@ -12,6 +13,12 @@ from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList, copied
 
 Waiting = Generator[None, None, Any]
 """What takes time: yields once for each control cycle that it waits."""
+
+THREADS = 256
+"""A program that starts more threads than these without end is ended."""
+
+LENGTH = 65_536
+"""A list or a text does not grow beyond this."""
 
 
 class Program:
@@ -30,8 +37,6 @@ class Program:
         self.secondary = compiled.secondary
         self.error: ScriptError | None = None
         self.paused = False
-        self._cycle = 0
-        self._spun = (-1, 0)
         self._threads: dict[int, Waiting] = {}
         self._handles = 0
         space: dict[str, Any] = {f"b_{name}": function for name, function in functions.items()}
@@ -46,11 +51,17 @@ class Program:
             "halt": _halt,
             "pause": self.pause,
             "method": _method,
-            "spinning": self._spinning,
+            "spinning": _spinning,
+            "turns": itertools.count(),
         }
-        for code in compiled.codes:
-            exec(code, space)
-        self._start(space[f"f_{MAIN}"]())
+        self._space = space
+        try:
+            # This calculates what the program's functions take where they are given nothing.
+            for code in compiled.codes:
+                exec(code, space)
+            self._start(space[f"f_{MAIN}"]())
+        except Exception as error:
+            self.error = self._explained(error)
         self._main = self._handles
 
     @property
@@ -62,7 +73,7 @@ class Program:
         """Run every thread until it waits."""
         if self.paused:
             return
-        self._cycle += 1
+        self._space["turns"] = itertools.count()
         done: set[int] = set()
         # Threads started on the way run in this cycle, too.
         while self.running and (waiting := [handle for handle in self._threads if handle not in done]):
@@ -117,6 +128,8 @@ class Program:
         return ScriptError(f"runtime_error: {type(error).__name__}: {error}", line, 1)
 
     def _start(self, thread: Waiting) -> int:
+        if len(self._threads) >= THREADS:
+            raise ScriptError(f"runtime_error: more than {THREADS} threads")
         self._handles += 1
         self._threads[self._handles] = thread
         return self._handles
@@ -136,13 +149,10 @@ class Program:
         if thread is not None:
             _close(thread)
 
-    def _spinning(self, line: int, column: int) -> None:
-        """Stop a loop that goes round and round without ever waiting."""
-        cycle, turns = self._spun
-        turns = turns + 1 if cycle == self._cycle else 0
-        self._spun = (self._cycle, turns)
-        if turns > 4:
-            raise ScriptError("runtime_error: infinite loop detected: a loop without sync()", line, column)
+
+def _spinning(line: int, column: int) -> None:
+    """Stop a program that goes round and round, or deeper and deeper, without ever waiting."""
+    raise ScriptError("runtime_error: infinite loop detected: a loop without sync()", line, column)
 
 
 def _halt() -> None:
@@ -160,6 +170,8 @@ def _method(value: Any, name: str, *arguments: Any) -> Any:
     if isinstance(value, list):
         if name == "length":
             return len(value)
+        if name in ("append", "insert") and len(value) >= LENGTH:
+            raise ScriptError(f"{name}: a list has at most {LENGTH} elements")
         if name == "append":
             value.append(copied(arguments[0]))
             return None
