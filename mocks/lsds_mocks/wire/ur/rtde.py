@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from lsds_mocks.wire.faults import FaultInjector
 from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.net import Link, ProtocolEnd
-from lsds_mocks.wire.ur.variables import IN, Packer, Unpacker, output_type, packer
+from lsds_mocks.wire.ur.variables import IN, Packer, Unpacker, output_type, packer, recipe_size
 
-RATE_HZ = 500.0
+RATE_HZ, SLOWEST_HZ = 500.0, 0.01
 VERSION, CONTROLLER_VERSION, OUTPUTS, INPUTS, START, PAUSE, DATA, TEXT = map(ord, "VvOISPUM")
-LARGEST = 4096
+LARGEST = 0xFFFF
+RECIPES = 255
 
 
 class RtdeFace:
@@ -63,7 +64,7 @@ class RtdeSession:
         self._buffer += data
         while len(self._buffer) >= 3:
             size, kind = struct.unpack_from(">HB", self._buffer)
-            if not 3 <= size <= LARGEST:
+            if size < 3:
                 raise ProtocolEnd
             if len(self._buffer) < size:
                 return
@@ -116,13 +117,15 @@ class RtdeSession:
             payload = payload[8:]
         names = _names(payload)
         types = [output_type(name) or "NOT_FOUND" for name in names]
-        sound = bool(names) and "NOT_FOUND" not in types and 0 < frequency <= RATE_HZ
+        in_range = SLOWEST_HZ <= frequency <= RATE_HZ
+        fits = bool(names) and "NOT_FOUND" not in types and recipe_size(names) <= LARGEST
+        sound = fits and in_range
         head = bytes([DATA, 1] if self._version == 2 else [DATA])
         self._pack = packer(names, head) if sound else None
-        self._every = max(1, round(RATE_HZ / frequency)) if sound else 1
+        self._every = round(RATE_HZ / frequency) if sound else 1
         self._started = self._started and sound
-        if not 0 < frequency <= RATE_HZ:
-            self._tell(f"frequency {frequency:g} Hz is out of range: above 0, at most {RATE_HZ:g}")
+        if not in_range:
+            self._tell(f"frequency {frequency:g} Hz is out of range: {SLOWEST_HZ:g} to {RATE_HZ:g}")
         front = bytes([int(sound)]) if self._version == 2 else b""
         self._reply(OUTPUTS, front + ",".join(types).encode())
 
@@ -137,7 +140,7 @@ class RtdeSession:
                 types.append("IN_USE")
             else:
                 types.append(IN[name])
-        sound = bool(names) and not {"NOT_FOUND", "IN_USE"} & set(types)
+        sound = bool(names) and not {"NOT_FOUND", "IN_USE"} & set(types) and len(self._inputs) < RECIPES
         number = 0
         if sound:
             number = len(self._inputs) + 1
@@ -158,6 +161,8 @@ class RtdeSession:
         self._face.controller.feed(values)
 
     def _reply(self, kind: int, payload: bytes) -> None:
+        if len(payload) + 3 > LARGEST:
+            raise ProtocolEnd
         self._link.send(struct.pack(">HB", len(payload) + 3, kind) + payload)
 
     def _tell(self, text: str) -> None:

@@ -157,11 +157,19 @@ def output_type(name: str) -> str | None:
     return None if found is None else found[0]
 
 
+def recipe_size(names: Sequence[str]) -> int:
+    """Return the bytes of an output package with its head."""
+    return struct.calcsize(">HBB" + _formats(names))
+
+
+def _formats(names: Sequence[str]) -> str:
+    return "".join(FORMATS[_OUT[name][0]] for name in names)
+
+
 def packer(names: Sequence[str], head: bytes) -> Packer:
     """Compile an output recipe: a function from the controller to a package's bytes, `head` in front of its size."""
-    formats = "".join(FORMATS[_OUT[name][0]] for name in names)
     values = [("*" if _OUT[name][0] in _VECTORS else "") + f"({_OUT[name][1]})" for name in names]
-    layout = struct.Struct(">" + formats)
+    layout = struct.Struct(">" + _formats(names))
     front = struct.pack(">H", layout.size + len(head) + 2) + head
     space: dict[str, Any] = {
         "pack": layout.pack,
