@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import heapq
 import select
 import socket
+from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 
 BACKLOG_BYTES = 1 << 18
 """Unsent bytes after which a client that does not read loses what is new."""
+
+LONGEST_BYTES = 1 << 22
+"""Unsent bytes after which one that asks all the time and never reads the answers is thrown out."""
+
+PIECE_BYTES = 1 << 16
 
 
 class Session(Protocol):
@@ -45,8 +50,7 @@ class Link:
         self._faults = faults
         self._clock = clock
         self._unsent = bytearray()
-        self._late: list[tuple[int, int, bytes]] = []
-        self._number = 0
+        self._late: deque[tuple[int, bytes]] = deque()
 
     def send(self, data: bytes, *, may_drop: bool = False) -> None:
         """Send, now or as soon as the client takes it. What `may_drop` is lost where too much waits already."""
@@ -55,36 +59,44 @@ class Link:
         if self._faults.quiet and not self._late:
             self._send(data)
             return
+        due = self._late[-1][0] if self._late else self._clock.now()
         now = self._clock.now()
         for delay_s, part in self._faults.outgoing(data, self.face):
-            self._number += 1
-            heapq.heappush(self._late, (now + round(delay_s * 1e9), self._number, part))
+            # A stream keeps its order: what comes behind something late is late, too.
+            due = max(due, now + round(delay_s * 1e9))
+            self._late.append((due, part))
         self.flush()
 
     def flush(self) -> None:
         """Send what is due and could not be sent before."""
         now = self._clock.now() if self._late else 0
         while self._late and self._late[0][0] <= now:
-            self._unsent += heapq.heappop(self._late)[2]
-        if self._unsent:
-            waiting, self._unsent = bytes(self._unsent), bytearray()
-            self._send(waiting)
+            self._unsent += self._late.popleft()[1]
+        while self._unsent:
+            # Piece by piece: a client that does not read costs one call, and no copy of all that waits.
+            sent = self._try(self._unsent[:PIECE_BYTES])
+            if not sent:
+                break
+            del self._unsent[:sent]
         if self.ending and not self._unsent and not self._late:
             self.dead = True
 
     def _send(self, data: bytes) -> None:
-        if self._unsent:
-            self._unsent += data
-            return
-        try:
-            sent = self.socket.send(data)
-        except BlockingIOError:
-            sent = 0
-        except OSError:
-            self.dead = True
-            return
+        sent = 0 if self._unsent else self._try(data)
         if sent < len(data):
             self._unsent += data[sent:]
+            if len(self._unsent) > LONGEST_BYTES:
+                self.dead = True
+
+    def _try(self, data: bytes | bytearray) -> int:
+        """Return how much the socket takes now."""
+        try:
+            return self.socket.send(data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self.dead = True
+            return 0
 
 
 Open = Callable[[Link], Session]

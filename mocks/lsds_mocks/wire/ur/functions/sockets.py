@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 CONNECT_S = 2.0
 DEFAULT = "socket_0"
 STEP_S = 0.002
+KEPT_BYTES = 1 << 18
+"""What has come and nobody has read; what comes beyond it waits with its sender."""
 
 
 class _Connection:
@@ -29,9 +31,12 @@ class _Connection:
 
     def pull(self) -> None:
         try:
-            while part := self.link.recv(65536):
+            while len(self.data) < KEPT_BYTES:
+                part = self.link.recv(65536)
+                if not part:
+                    self.ended = True
+                    return
                 self.data += part
-            self.ended = True
         except BlockingIOError:
             pass
         except OSError:
@@ -48,7 +53,7 @@ class Functions:
     def socket_open(self, address: str, port: int, socket_name: str = DEFAULT) -> Waiting:
         """Connect; True where that worked. Only this machine's own addresses are tried."""
         self.socket_close(socket_name)
-        if not on_loopback(address):
+        if ":" in address or not on_loopback(address):
             return False
         link = socket.socket()
         link.setblocking(False)

@@ -7,29 +7,29 @@ import re
 _CLEAN = re.compile(r'"[^"\n]*"|#.*')
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _OPENS = frozenset(("def", "sec", "thread", "if", "while"))
-LIMIT = 4_000_000
-"""Characters after which a program that never ends is given up."""
+LIMIT = 1_000_000
+"""Bytes after which a program that never ends is given up."""
 
 
 class ScriptStream:
     """Takes what a client sends and gives whole programs."""
 
     def __init__(self) -> None:
-        self._partial = ""
+        self._partial = b""
         self._lines: list[str] = []
         self._depth = 0
         self._size = 0
 
     def feed(self, data: bytes) -> list[str]:
         """Return the programs that are complete by now. Bytes that are no UTF-8 become replacement characters."""
-        *complete, self._partial = (self._partial + data.decode("utf-8", "replace")).split("\n")
+        *complete, self._partial = (self._partial + data).split(b"\n")
         programs = []
         for line in complete:
-            program = self._line(line)
+            program = self._line(line.decode("utf-8", "replace"))
             if program is not None:
                 programs.append(program)
         if len(self._partial) > LIMIT:
-            self._partial = ""
+            self._partial = b""
         return programs
 
     def _line(self, line: str) -> str | None:
