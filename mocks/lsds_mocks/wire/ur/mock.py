@@ -6,6 +6,7 @@ import contextlib
 import ctypes
 import gc
 import os
+import sys
 import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,7 @@ KNOWS: tuple[FaultKind, ...] = (
     *MESSAGE_FAULTS, "freeze", "disconnect", "busy", "in-use", "delayed-ack", "protective-stop",
 )  # fmt: skip
 _PRIORITY = 20
+_SWITCH_S = 100e-6
 _PR_SET_TIMERSLACK = 29
 
 
@@ -98,7 +100,9 @@ class MockUr:
             if self._strike(network, controller):
                 continue
             network.poll()
-            pendant.poll()
+            if pendant.poll():
+                # A program that has been replaced refers to itself; nothing else here does.
+                gc.collect()
             controller.cycle()
             messages = list(controller.messages)
             controller.messages.clear()
@@ -137,7 +141,9 @@ def _rest(faults: FaultInjector, fault: Fault) -> float | None:
 
 
 def _be_punctual() -> None:
-    """Ask for short timer slack and, where that is allowed, real-time priority; keep the collector out of the loop."""
+    """Ask for short timer slack and, where that is allowed, real-time priority; keep others out of the loop: the
+    collector, and the thread that compiles."""
+    sys.setswitchinterval(_SWITCH_S)
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
     with contextlib.suppress(OSError, AttributeError):

@@ -58,13 +58,15 @@ class Pendant:
         else:
             self._uploads.submit(text + "\n")
 
-    def poll(self) -> None:
-        """Start what has been compiled."""
-        for compiled in self._uploads.poll():
+    def poll(self) -> bool:
+        """Start what has been compiled; tell whether there was anything."""
+        ready = self._uploads.poll()
+        for compiled in ready:
             if isinstance(compiled, ScriptError):
                 self.controller.refuse(compiled)
             else:
                 self.controller.start(compiled)
+        return bool(ready)
 
     def load(self, name: str) -> str:
         """Load a program by its file's name; return its path, "" where there is none. Stops a running one."""
