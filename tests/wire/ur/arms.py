@@ -6,6 +6,7 @@ import itertools
 import os
 import socket
 import struct
+import time
 
 _numbers = itertools.count(2)
 
@@ -62,10 +63,12 @@ class Primary:
 
     def message(self, wanted):
         """The next message of a kind: its body after time stamp, source and kind."""
-        while True:
+        deadline = time.monotonic() + 10
+        while time.monotonic() < deadline:
             kind, body = self.package()
             if kind == 20 and body[9] == wanted:
                 return body[10:]
+        raise AssertionError(f"no message of kind {wanted} has come")
 
     def state(self):
         """The next robot state: its parts by number."""

@@ -22,6 +22,8 @@ _UNLOCK_EARLY = (
 class DashboardSession:
     """One client."""
 
+    at_once = 2048
+
     def __init__(self, pendant: Pendant, link: Link) -> None:
         self._pendant = pendant
         self._link = link

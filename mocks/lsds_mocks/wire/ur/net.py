@@ -19,14 +19,16 @@ if TYPE_CHECKING:
 BACKLOG_BYTES = 1 << 18
 """Unsent bytes after which a client that does not read loses what is new."""
 
-LONGEST_BYTES = 1 << 22
+LONGEST_BYTES = 1 << 20
 """Unsent bytes after which one that asks all the time and never reads the answers is thrown out."""
 
 PIECE_BYTES = 1 << 16
 
 
 class Session(Protocol):
-    """One client's side of a protocol."""
+    """One client's side of a protocol. `at_once` bytes are read in a cycle: as much as one cycle can answer."""
+
+    at_once: int
 
     def received(self, data: bytes) -> None:
         """Take what the client sent. Raises ProtocolEnd where the connection has to be closed."""
@@ -192,7 +194,7 @@ class Network:
     def _read(self, descriptor: int) -> None:
         link, session = self._clients[descriptor]
         try:
-            data = link.socket.recv(1 << 16)
+            data = link.socket.recv(session.at_once)
             if self.acknowledges_at_once and not self._faults.strikes("delayed-ack", link.face):
                 # Without this, clients that lose TCP_NODELAY on the way send their second package 40 ms late.
                 link.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)

@@ -74,6 +74,8 @@ class StateFace:
 class StateSession:
     """One client of a script port."""
 
+    at_once = 1 << 16
+
     def __init__(self, face: StateFace, link: Link, scripts: Callable[[str], None] | None) -> None:
         self._face = face
         self._link = link

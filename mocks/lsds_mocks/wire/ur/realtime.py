@@ -46,6 +46,8 @@ class RealtimeFace:
 class RealtimeSession:
     """One client."""
 
+    at_once = 1 << 16
+
     def __init__(self, face: RealtimeFace, link: Link, scripts: Callable[[str], None] | None) -> None:
         self._face = face
         self._link = link

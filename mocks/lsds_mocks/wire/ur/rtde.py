@@ -49,6 +49,8 @@ class RtdeFace:
 class RtdeSession:
     """One client."""
 
+    at_once = 2048
+
     def __init__(self, face: RtdeFace, link: Link) -> None:
         self._face = face
         self._link = link

@@ -22,6 +22,9 @@ MAIN = ""
 TURNS = 100_000
 """Turns of loops, and calls of the program's own functions, in one cycle: more never come to an end."""
 
+LONGEST = 1_000_000
+"""Characters of a program."""
+
 _PARTS: dict[type, tuple[str, ...]] = {}
 
 
@@ -50,6 +53,8 @@ def compile_script(text: str, waiting: Mapping[str, bool]) -> Compiled:
 
     A single `def` or `sec` is the program; loose statements are a program without a name. Raises ScriptError.
     """
+    if len(text) >= LONGEST:
+        raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
     statements = parse(text)
     main = statements[0] if len(statements) == 1 else None
     if isinstance(main, nodes.Function) and main.kind in ("def", "sec"):

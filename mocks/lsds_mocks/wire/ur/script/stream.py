@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 
+from lsds_mocks.wire.ur.script.compiler import LONGEST
+
 _CLEAN = re.compile(r'"[^"\n]*"|#.*')
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _OPENS = frozenset(("def", "sec", "thread", "if", "while"))
-LIMIT = 1_000_000
-"""Bytes after which a program that never ends is given up."""
+LIMIT = LONGEST
+"""Characters after which a program that never ends is given out as it is, to be refused."""
 
 
 class ScriptStream:
