@@ -82,8 +82,7 @@ class UrArm:
         """
         with self._guard.arming():
             child = self._living()
-            child.send(bytes([Kind.ARM]))
-            reply = child.await_reply(self.options.connect_timeout_s)
+            reply = child.request(Kind.ARM, self.options.connect_timeout_s)
             if reply.problem:
                 raise DeviceFault(self._name, reply.problem, remedy=reply.remedy, code=reply.code)
             self._fault = None
@@ -105,9 +104,8 @@ class UrArm:
             child = self._armed_child
             self._armed_child = None
             if armed and child is not None and child.ended is None:
-                child.send(bytes([Kind.DISARM]))
                 with contextlib.suppress(DeviceError):
-                    child.await_reply(self.options.connect_timeout_s)
+                    child.request(Kind.DISARM, self.options.connect_timeout_s)
 
     def close(self) -> None:
         """Come to rest and give back."""
@@ -229,10 +227,15 @@ class UrArm:
             child.close()
             while not self._closing.wait(pause_s):
                 try:
-                    self._child = self._started()
-                    break
+                    fresh = self._started()
                 except DeviceError:
                     pause_s = min(2 * pause_s, RECONNECT_S[1])
+                    continue
+                self._child = fresh
+                if self._closing.is_set():
+                    # Whoever closes may have given up waiting for this thread.
+                    fresh.close()
+                break
 
 
 def _arm_state(state: State) -> ArmState:

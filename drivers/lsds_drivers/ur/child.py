@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout
-from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, unpack_reply, unpack_state
+from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, pack_request, unpack_reply, unpack_state
 
 END_S = 2.0
 
@@ -27,6 +27,7 @@ class Child:
         self.state: State | None = None
         self.ended: Reply | None = None
         self._reply: Reply | None = None
+        self._requests = 0
         self._changed = threading.Condition()
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._link = ours
@@ -64,19 +65,27 @@ class Child:
         except OSError:
             return False
 
+    def request(self, kind: Kind, timeout_s: float) -> Reply:
+        """Ask, and return the answer. Raises DeviceTimeout, and DeviceError where the child has ended."""
+        self._requests += 1
+        self.send(pack_request(kind, self._requests))
+        return self.await_reply(timeout_s)
+
     def await_reply(self, timeout_s: float) -> Reply:
-        """Return the answer to the last request. Raises DeviceTimeout, and DeviceError where the child has ended."""
+        """Return the answer to the last request, and not one that comes late to an earlier one.
+
+        Raises DeviceTimeout, and DeviceError where the child has ended.
+        """
         deadline = time.monotonic() + timeout_s
         with self._changed:
-            while self._reply is None and self.ended is None:
+            while (reply := self._reply) is None or reply.request != self._requests:
+                if self.ended is not None:
+                    raise self.error()
                 left = deadline - time.monotonic()
                 if left <= 0:
                     raise DeviceTimeout(self._name, f"has not answered within {timeout_s:g} s", remedy="arm again")
                 self._changed.wait(left)
-            reply, self._reply = self._reply, None
-        if reply is not None:
-            return reply
-        raise self.error()
+        return reply
 
     def error(self) -> DeviceError:
         """Return the error that says why the child has ended."""

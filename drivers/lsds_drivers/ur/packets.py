@@ -23,6 +23,7 @@ class Kind(IntEnum):
     FAILED = 8
 
 
+_REQUEST = struct.Struct("<BI")
 _COMMAND = struct.Struct("<B7dq")
 _STATE = struct.Struct("<BqQ12d3i")
 
@@ -48,11 +49,23 @@ class State(NamedTuple):
 
 
 class Reply(NamedTuple):
-    """How a request ended; `problem` is empty for well."""
+    """How a request ended; `problem` is empty for well. `request` is its number, 0 for the connecting at the start."""
 
     problem: str = ""
     remedy: str = ""
     code: int | str | None = None
+    request: int = 0
+
+
+def pack_request(kind: Kind, number: int) -> bytes:
+    """Return the packet of something that is answered, with the number that the answer bears."""
+    return _REQUEST.pack(kind, number)
+
+
+def unpack_request(data: bytes) -> int:
+    """Return its number."""
+    number: int = _REQUEST.unpack(data)[1]
+    return number
 
 
 def pack_command(command: Command) -> bytes:

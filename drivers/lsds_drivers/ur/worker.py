@@ -28,6 +28,7 @@ from lsds_drivers.ur.packets import (
     pack_reply,
     pack_state,
     unpack_command,
+    unpack_request,
 )
 
 LOOK_S = 0.001
@@ -96,10 +97,10 @@ class Worker:
             elif data[0] == Kind.STOP:
                 self._halt()
             elif data[0] == Kind.ARM:
-                self._send(pack_reply(Kind.DONE, self._arm()))
+                self._send(pack_reply(Kind.DONE, self._arm()._replace(request=unpack_request(data))))
             elif data[0] == Kind.DISARM:
                 self._disarm()
-                self._send(pack_reply(Kind.DONE, Reply()))
+                self._send(pack_reply(Kind.DONE, Reply(request=unpack_request(data))))
         return True
 
     def _send(self, data: bytes) -> None:

@@ -9,10 +9,19 @@ import signal
 import threading
 
 import pytest
+from lsds_drivers.ur.packets import Kind, Reply
 
 from lsds.clock import NS_PER_S
 from lsds.contracts import ArmCommand, BuildContext, Lifecycle, Twist
-from lsds.errors import CommandExpired, ConnectFailed, DeviceError, DeviceFault, LimitExceeded, StaleData
+from lsds.errors import (
+    CommandExpired,
+    ConnectFailed,
+    DeviceError,
+    DeviceFault,
+    DeviceTimeout,
+    LimitExceeded,
+    StaleData,
+)
 from lsds.mock_process import MockProcess
 from lsds.testing import Bench, cases
 from tests.wire.robotiq.rig import CLOCK, HOST, nothing_left, until
@@ -171,6 +180,29 @@ def test_a_protective_stop_is_a_fault_with_a_way_out(mock):
         assert not arm.read().protective_stop
         arm.command(up())
         assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.01)
+
+
+def test_an_answer_that_comes_too_late_is_not_taken_for_the_next_one(mock):
+    with connected(mock) as arm:
+        child, reply = arm._child, Reply("late")
+        with pytest.raises(DeviceTimeout):
+            child.request(Kind.ARM, 0.0)
+        child._tell(reply=reply._replace(request=1))
+        assert child.request(Kind.DISARM, CALL_S).problem == ""
+
+
+def test_a_frozen_process_neither_lets_the_arm_run_on_nor_holds_up_its_driver(mock):
+    with connected(mock) as arm:
+        arm.arm()
+        arm.command(up(within_s=30))
+        assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.02)
+        os.kill(arm._child.pid, signal.SIGSTOP)
+        assert until(lambda: truly_at_rest(mock), 1)
+        attempt(arm.stop)
+        assert isinstance(attempt(arm.read), StaleData)
+        began = CLOCK.now()
+        arm.close()
+        assert CLOCK.now() - began < 3 * NS_PER_S
 
 
 def test_a_program_stopped_at_the_pendant_is_a_fault(mock):
