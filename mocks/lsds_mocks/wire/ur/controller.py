@@ -76,7 +76,7 @@ class Controller:
         self._pending: deque[Mapping[str, Any]] = deque()
         self._stopped_at_s = 0.0
         self._unlock_wanted = False
-        self._tcp: tuple[int, list[float]] = (-1, [])
+        self._tcp: tuple[list[float], list[float], list[float]] = ([], [], [])
         self._tcp_speed: tuple[int, list[float]] = (-1, [])
 
     # -- state --------------------------------------------------------------------------------------------
@@ -106,9 +106,12 @@ class Controller:
     @property
     def tcp_pose(self) -> list[float]:
         """Pose of the tool centre point in the base frame."""
-        if self._tcp[0] != self.step_number:
-            self._tcp = (self.step_number, self.arm.tcp())
-        return self._tcp[1]
+        q, offset, pose = self._tcp
+        # Joints and offset are replaced, never changed: while they are the same lists, so is the pose.
+        if q is not self.arm.q or offset is not self.arm.tcp_offset:
+            pose = self.arm.tcp()
+            self._tcp = (self.arm.q, self.arm.tcp_offset, pose)
+        return pose
 
     @property
     def tcp_speed(self) -> list[float]:
@@ -235,7 +238,7 @@ class Controller:
             self.motion.freeze()
         self.environment.follow(self.time_s, self.tcp_pose, self.tcp_speed)
         self.wrench = self.environment.wrench(self.tcp_pose, self.tcp_speed)
-        self.history.append(list(self.arm.q))
+        self.history.append(self.arm.q)
 
     def _apply(self, values: Mapping[str, Any]) -> None:
         self.io.apply(values)

@@ -100,6 +100,10 @@ class Motion:
             step = StopJoints(arm, BRAKE_RAD_S2).step(dt_s)
         else:
             self._move = None
+            if self.compliance is None:
+                if any(arm.qdd):
+                    arm.qdd = [0.0] * JOINTS
+                return
             step = Step(arm.q, [0.0] * JOINTS, [0.0] * JOINTS)
         if self.compliance is not None:
             step = self._yielding(step, dt_s, felt)
