@@ -148,10 +148,8 @@ class MockProcess:
         if not line:
             if self._process is not None and self._process.poll() is not None:
                 self._readers[1].join(1.0)
-            said = self.complaints.strip() or "nothing"
-            raise ConnectFailed(
-                f"mock {self.name}", f"did not answer; it said: {said}", remedy="see `lsds mock --help`"
-            )
+            said = self.complaints.strip().removeprefix("error: ") or "it said nothing"
+            raise ConnectFailed(f"mock {self.name}", f"did not start: {said}", remedy="its options: lsds mock --help")
         answer: dict[str, Any] = json.loads(line)
         return answer
 

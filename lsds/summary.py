@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 AT_REST_M_S = 1e-3
 #: Without a truth, the object counts as lost where contact at the end is below this share of contact before the lift.
 LOST_SHARE = 0.2
+#: Frames at the end of a run, in one of which at least a pose source has to see gripper and object.
+LATELY = 5
 #: Less of the image in contact than this at the start of the lift is an empty grip.
 LEAST_CONTACT = 0.005
 
@@ -114,6 +116,8 @@ def _outcome(
     """
     if fault is not None:
         return "fault"
+    if not truths and loop.truth.samples and loop.truth.samples[-1].dropped:
+        return "dropped"
     if truths:
         last = truths[-1]
         lifts = loop.task.options.lift_speed_m_s > 0 and loop.task.options.lift_s > 0
@@ -149,7 +153,9 @@ def _slip(truths: Sequence[CellTruth]) -> Slip | None:
 def _seen_slip(acting: Sequence[Sample]) -> float | None:
     """Slip over lift and hold as a pose source saw it (m), None where it did not see gripper and object."""
     seen = [s.seen_slip_m for s in acting if math.isfinite(s.seen_slip_m)]
-    return seen[-1] - seen[0] if len(seen) > 1 else None
+    # One that went blind on the way has not seen the slip.
+    blind = not any(math.isfinite(s.seen_slip_m) for s in acting[-LATELY:])
+    return None if blind or len(seen) < 2 else seen[-1] - seen[0]
 
 
 def _severity_mae(acting: Sequence[Sample]) -> float | None:

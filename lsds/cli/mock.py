@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
 
@@ -23,13 +23,13 @@ class MockGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all wire mocks, and `rig`."""
-        return [*_host().names("wire_mock"), "rig"]
+        return [*_host(ctx).names("wire_mock"), "rig"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Make the command of one mock. Raises PluginConflict, PluginLoadError."""
         if cmd_name == "rig":
             return rig
-        host = _host()
+        host = _host(ctx)
         if cmd_name.rpartition(":")[2] not in host.names("wire_mock"):
             return None
         return _command(host, host.find("wire_mock", cmd_name))
@@ -44,7 +44,7 @@ class MockGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write each mock's line from its manifest, importing none."""
-        rows = [(b.spec.name, b.spec.summary) for b in _host().backends if b.spec.kind == "wire_mock"]
+        rows = [(b.spec.name, b.spec.summary) for b in _host(ctx).backends if b.spec.kind == "wire_mock"]
         with formatter.section("Mocks"):
             formatter.write_dl([*rows, ("rig", "all mocks of a rig's [cell.wire], around one plant")])
 
@@ -85,11 +85,10 @@ def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     serve_rig(config, overrides, as_json=as_json)
 
 
-def _host() -> PluginHost:
+def _host(ctx: click.Context) -> PluginHost:
     from lsds.plugins.host import PluginHost
 
-    ctx = click.get_current_context().find_root()
-    host: PluginHost = ctx.meta.setdefault("lsds.host", PluginHost())
+    host: PluginHost = ctx.find_root().meta.setdefault("lsds.host", PluginHost())
     return host
 
 
@@ -131,5 +130,9 @@ def _parameter(name: str, field: FieldInfo) -> click.Parameter:
         flag = name.replace("_", "-")
         return click.Option([f"--{flag}/--no-{flag}", name], default=None, help=field.description)
     shown = f"{field.description or ''}  [default: {default}]" if default not in (None, "") else field.description
+    words = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
+    if words and all(isinstance(word, str) for word in words):
+        choices = click.Choice(words)
+        return click.Option([f"--{name.replace('_', '-')}", name], default=None, type=choices, help=shown)
     metavar = "N" if isinstance(default, int | float) else "TEXT"
     return click.Option([f"--{name.replace('_', '-')}", name], default=None, metavar=metavar, help=shown)

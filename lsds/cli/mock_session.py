@@ -103,8 +103,9 @@ def _announce(name: str, addresses: Mapping[str, str], as_json: bool) -> None:
         click.echo(json.dumps({"ready": name, "addresses": addresses}))
     else:
         click.echo(f"{name} serves:")
+        width = max(map(len, addresses))
         for face, address in addresses.items():
-            click.echo(f"  {face:12} {address}")
+            click.echo(f"  {face:{width}}  {address}")
         click.echo("Ctrl-C ends it.")
     sys.stdout.flush()
 

@@ -80,7 +80,7 @@ def test_the_plugin_page_makes_a_working_plugin(tmp_path, monkeypatch):
             file.parent.mkdir(exist_ok=True)
             file.write_text(text, encoding="utf-8")
             written += 1
-    assert written == 2
+    assert written == 3
     monkeypatch.syspath_prepend(str(tmp_path))
     import acme_lsds.manifest
 

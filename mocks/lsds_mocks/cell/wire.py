@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from lsds.errors import ConnectFailed
+from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds.mock_process import MockProcess
+from lsds.plugins.host import PluginHost
+from lsds.plugins.options import validated
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.link.remote import RemoteTruth
 
@@ -54,15 +56,21 @@ class WireCell:
     def __init__(self, options: WireCellOptions, context: BuildContext) -> None:
         self.options = options
         self.socket = options.socket or default_socket()
+        _check(options.mocks)
         self._clock = context.clock
         self._seed = context.seed
         self._processes: list[MockProcess] = []
         self._truth: RemoteTruth | None = None
 
     def connect(self) -> None:
-        """Join a running plant; where there is none, start it and all mocks. Raises ConnectFailed."""
+        """Join a running plant and put its object back; where there is none, start it and all mocks.
+
+        Raises ConnectFailed.
+        """
         with contextlib.suppress(ConnectFailed):
             self._truth = RemoteTruth(self.socket)
+        if self._truth is not None:
+            self._truth.reset()
             return
         if not self.options.start:
             remedy = "start it: lsds mock rig RIG.toml"
@@ -109,3 +117,18 @@ class WireCell:
 
 def _changed(options: CellOptions) -> dict[str, Any]:
     return options.model_dump(exclude_defaults=True)
+
+
+def _check(mocks: Mapping[str, Mapping[str, Any]]) -> None:
+    """Raise ConfigError with everything that is wrong with the mocks' tables, PluginNotFound for an unknown mock."""
+    host = PluginHost()
+    issues: list[ConfigIssue] = []
+    for name, table in mocks.items():
+        model = host.options_model(host.find("wire_mock", name))
+        try:
+            if model is not None:
+                validated(model, table, f"cell.wire.mocks.{name}")
+        except ConfigError as error:
+            issues += error.issues
+    if issues:
+        raise ConfigError("rig", issues)

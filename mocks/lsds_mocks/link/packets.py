@@ -28,6 +28,7 @@ class Kind(IntEnum):
     TRUTH = 11
     ASK_OPTIONS = 12
     OPTIONS = 13
+    RESET = 14
 
 
 class Want(IntEnum):

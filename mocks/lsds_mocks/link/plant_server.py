@@ -122,13 +122,7 @@ class PlantMock:
             raise ConnectFailed(NAME, f"'{path}' cannot be had: {error.strerror}", remedy=remedy) from error
         listener.setblocking(False)
         self._listener = listener
-        self._cell = make_cell(self._options, self._context)
-        plant = self._cell.plant
-        self._axis = FollowedAxis(plant.parameters.grip_height_m, self._cell.t_ns)
-        # The same motion, from another source: where it is and how fast it goes is all that the plant asks of it.
-        plant.arm = self._axis  # type: ignore[assignment]
-        plant.fingers.aperture_m = plant.fingers.target_m = self.options.aperture_mm * 1e-3
-        self._cell.watch(self._exposures)
+        self._set_up()
         return {"plant": str(path)}
 
     def serve(self, stop: threading.Event) -> None:
@@ -167,6 +161,19 @@ class PlantMock:
                 os.unlink(self.options.socket)
 
     # -- inside -------------------------------------------------------------------------------------------
+
+    def _set_up(self) -> None:
+        """Put the object upright under the fingers, and open them: what a person does between two runs.
+
+        The arm's height counts from where the arm is now.
+        """
+        self._cell = make_cell(self._options, self._context)
+        plant = self._cell.plant
+        self._axis = FollowedAxis(plant.parameters.grip_height_m, self._cell.t_ns)
+        # The same motion, from another source: where it is and how fast it goes is all that the plant asks of it.
+        plant.arm = self._axis  # type: ignore[assignment]
+        plant.fingers.aperture_m = plant.fingers.target_m = self.options.aperture_mm * 1e-3
+        self._cell.watch(self._exposures)
 
     def _make_room(self, path: Path) -> None:
         """Take away what an earlier plant has left behind, unless it still lives."""
@@ -222,6 +229,9 @@ class PlantMock:
                 self._exposures.ask(t_ns, client)
         elif kind == Kind.ASK_SCENE:
             self._scene_asked.append((ASK.unpack(packet)[1], client))
+        elif kind == Kind.RESET:
+            self._set_up()
+            self._tell(client, self._cell)
         elif kind == Kind.ASK_OPTIONS:
             client.send(bytes([Kind.OPTIONS]) + self._options.model_dump_json().encode())
         elif kind == Kind.WANT:

@@ -188,6 +188,15 @@ class RemoteTruth:
             raise ConnectFailed("shared plant", f"'{address}' says nothing")
         self._last = unpack_truth(first)
 
+    def reset(self) -> None:
+        """Have the object put back and the fingers opened. Raises ConnectFailed where the plant does not answer."""
+        self._plant.send(bytes([Kind.RESET]))
+        while (packet := self._plant.receive(GREETING_S)) is not None:
+            self._last = unpack_truth(packet)
+            if not self._last.dropped and self._last.normal_force_n == 0 and self._last.slip_distance_m == 0:
+                return
+        raise ConnectFailed("shared plant", "does not put its object back", remedy="end the mocks and start them again")
+
     def truth(self, now_ns: int, stale_s: float) -> CellTruth:
         """Return the newest truth. Raises StaleData where it is older than `stale_s`."""
         packet = self._plant.newest()

@@ -7,6 +7,7 @@ from collections import deque
 from lsds.clock import NS_PER_S
 
 KEPT = 256
+SMOOTHED_S = 0.02
 BLIND_NS = 20_000_000
 """How long the last known velocity is believed."""
 
@@ -38,7 +39,9 @@ class FollowedAxis:
         self._t_ns += round(dt_s * NS_PER_S)
         way = self._at(self._t_ns)
         velocity = (self._start_m + way - self.position_m) / dt_s
-        self.acceleration_m_s2 = (velocity - self.velocity_m_s) / dt_s
+        # Differences of differences are mostly the noise of when samples came: smoothed over some ten milliseconds.
+        change = (velocity - self.velocity_m_s) / dt_s
+        self.acceleration_m_s2 += (change - self.acceleration_m_s2) * min(1.0, dt_s / SMOOTHED_S)
         self.velocity_m_s = velocity
         self.position_m = self._start_m + way
 

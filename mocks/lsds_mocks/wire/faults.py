@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.plugins.options import validated
+from lsds.plugins.registry import did_you_mean
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
@@ -78,15 +79,24 @@ class _Armed:
 
 
 class FaultInjector:
-    """All faults of one mock. `knows` lists the kinds that the mock can show; another kind is refused.
+    """All faults of one mock. `knows` lists the kinds that the mock can show and `faces` what its faces are called;
+    others are refused.
 
     The same seed and the same messages strike alike: each fault draws from a stream of its own, once a message.
     """
 
     def __init__(
-        self, mock: str, faults: Iterable[Fault], knows: Iterable[FaultKind], *, seed: int, clock: Clock
+        self,
+        mock: str,
+        faults: Iterable[Fault],
+        knows: Iterable[FaultKind],
+        *,
+        faces: Sequence[str],
+        seed: int,
+        clock: Clock,
     ) -> None:
         self._mock = mock
+        self._faces = tuple(faces)
         self._knows = frozenset(knows)
         self._seed = seed
         self._clock = clock
@@ -102,6 +112,9 @@ class FaultInjector:
         if fault.kind not in self._knows:
             known = ", ".join(kind for kind in get_args(FaultKind) if kind in self._knows)
             raise ConfigError(self._mock, [ConfigIssue("fault.kind", f"'{fault.kind}' is not one of its", known)])
+        if fault.face and fault.face not in self._faces:
+            remedy = did_you_mean(fault.face, self._faces) or f"its faces: {', '.join(self._faces)}"
+            raise ConfigError(self._mock, [ConfigIssue("fault.face", f"there is no face '{fault.face}'", remedy)])
         begins = self._clock.now() + nanoseconds(fault.after_s)
         ends = None if fault.for_s is None else begins + nanoseconds(fault.for_s)
         with self._lock:

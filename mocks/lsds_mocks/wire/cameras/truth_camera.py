@@ -30,6 +30,7 @@ _LEAP_M = 0.005
 class TruthCameraOptions(CameraOptions):
     """Options of `lsds mock truth-camera`."""
 
+    port: int = Field(default=8081, ge=0, le=65535, description="TCP port; 0 takes a free one")
     rate_hz: float = Field(default=60.0, gt=0.5, le=240, description="exposures a second, on absolute deadlines")
     width: int = Field(default=640, ge=160, le=3840, description="width in px")
     height: int = Field(default=480, ge=120, le=2160, description="height in px; 1280 x 720 sees less above and below")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_mocks.wire.mjpeg.options import CameraOptions
 
+FACES = ("http", "pipe")
 CAMERA_FAULTS: tuple[FaultKind, ...] = (*MESSAGE_FAULTS, "disconnect", "freeze", "black-frame", "torn-frame")
 FACE = "http"
 _TORN_SHARE = 0.5
@@ -51,7 +52,7 @@ class CameraMock:
         self._options = options
         self._view = view
         self._clock = clock
-        self._faults = FaultInjector(name, options.faults, CAMERA_FAULTS, seed=seed, clock=clock)
+        self._faults = FaultInjector(name, options.faults, CAMERA_FAULTS, faces=FACES, seed=seed, clock=clock)
         self._server = MjpegServer(name, options.host, options.port, self._faults, FACE)
         self._pipe = JpegPipe(name, options.pipe) if options.pipe else None
         self._last: NDArray[np.uint8] | None = None

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lsds_mocks.link.protocols import FingerLink
 
 MOCK = "robotiq mock"
+FACES = ("pty", "tcp", "urcap")
 KNOWS: tuple[FaultKind, ...] = (
     *MESSAGE_FAULTS,
     "crc",
@@ -55,7 +56,7 @@ class RobotiqMock:
         self._clock = context.clock
         for fault in options.faults:
             _require_known(fault)
-        self._faults = FaultInjector(MOCK, options.faults, KNOWS, seed=context.seed, clock=context.clock)
+        self._faults = FaultInjector(MOCK, options.faults, KNOWS, faces=FACES, seed=context.seed, clock=context.clock)
         self._link: FingerLink | None = None
         self._reactor: Reactor | None = None
         self._faces: list[TerminalFace | TcpFace] = []

@@ -32,6 +32,10 @@ STEP_NS = 2_000_000
 LATEST_NS = 1_000_000_000
 """A late loop catches up, so that no package is lost; later than this it has been asleep, and goes on from now."""
 
+FACES = (
+    *("dashboard", "rtde", "primary", "primary-read-only", "secondary", "secondary-read-only"),
+    *("real-time", "real-time-read-only"),
+)
 KNOWS: tuple[FaultKind, ...] = (
     *MESSAGE_FAULTS, "freeze", "disconnect", "busy", "in-use", "delayed-ack", "protective-stop",
 )  # fmt: skip
@@ -47,7 +51,9 @@ class MockUr:
         self.options = options
         require_loopback(options.model, options.host)
         self._clock = context.clock
-        self._faults = FaultInjector(options.model, options.faults, KNOWS, seed=context.seed, clock=context.clock)
+        self._faults = FaultInjector(
+            options.model, options.faults, KNOWS, faces=FACES, seed=context.seed, clock=context.clock
+        )
         self._network: Network | None = None
         self._uploads = Uploads()
         self.controller: Controller | None = None

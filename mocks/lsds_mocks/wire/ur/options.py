@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -18,7 +18,7 @@ class UrOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
     host: str = Field(default="127.0.0.1", description="loopback address to listen on; another one for each arm")
-    model: str = Field(default="ur5e", pattern="^ur(3|5|10|16)e$", description="size of the arm")
+    model: Literal["ur3e", "ur5e", "ur10e", "ur16e"] = Field(default="ur5e", description="size of the arm")
     version: str = Field(
         default="5.19.0.1210631", pattern=r"^\d+\.\d+\.\d+\.\d+$", description="software version that it claims"
     )
