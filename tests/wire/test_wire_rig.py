@@ -147,7 +147,7 @@ def test_what_is_wrong_with_a_mocks_table_is_told_as_for_any_option():
     with pytest.raises(ConfigError) as caught:
         Rig(load_config(RIG, changes))
     assert "cell.wire.mocks.hand-e.latncy_ms: unknown key (did you mean 'latency_ms'?)" in str(caught.value)
-    assert "cell.wire.mocks.ur5e.model: 'ur7' is not allowed (did you mean 'ur3e'?" in str(caught.value)
+    assert "cell.wire.mocks.ur5e.model: 'ur7' is not allowed (did you mean 'ur5e'?" in str(caught.value)
 
 
 def test_a_missing_mock_is_one_tree_of_results(tmp_path):
