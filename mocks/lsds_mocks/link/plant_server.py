@@ -7,6 +7,7 @@ import errno
 import os
 import select
 import socket
+import struct
 import threading
 from collections import deque
 from collections.abc import Mapping
@@ -47,6 +48,7 @@ LAG_NS = 8_000_000
 """How far the physics runs behind the present: long enough for what the arm's process tells to have come."""
 
 LATEST_NS = 200_000_000
+LATE_NS = 20_000_000
 KEPT = 512
 NEVER_NS = 2**62
 
@@ -210,7 +212,13 @@ class PlantMock:
                 poll.unregister(descriptor)
                 self._clients.pop(descriptor).link.close()
                 return
-            self._take(packet, client)
+            try:
+                self._take(packet, client)
+            except (struct.error, ValueError):
+                # Not one of ours: whoever sends such packets cannot be understood any further.
+                poll.unregister(descriptor)
+                self._clients.pop(descriptor).link.close()
+                return
 
     def _take(self, packet: bytes, client: _Client) -> None:
         kind = packet[0]
@@ -223,7 +231,10 @@ class PlantMock:
             self._cell.post(self._cell.t_ns, "fingers", _hold)
         elif kind == Kind.ASK_GEL:
             _, t_ns = ASK.unpack(packet)
-            if t_ns <= self._cell.t_ns:
+            if t_ns <= self._cell.t_ns - LATE_NS:
+                client.send(pack_gel(t_ns, None))
+            elif t_ns <= self._cell.t_ns:
+                # Asked a little late: the gel as it is now is as near as can be had.
                 client.send(pack_gel(t_ns, self._cell.gel_state()))
             else:
                 self._exposures.ask(t_ns, client)
@@ -231,6 +242,7 @@ class PlantMock:
             self._scene_asked.append((ASK.unpack(packet)[1], client))
         elif kind == Kind.RESET:
             self._set_up()
+            client.send(packet)
             self._tell(client, self._cell)
         elif kind == Kind.ASK_OPTIONS:
             client.send(bytes([Kind.OPTIONS]) + self._options.model_dump_json().encode())

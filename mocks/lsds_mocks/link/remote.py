@@ -191,10 +191,13 @@ class RemoteTruth:
     def reset(self) -> None:
         """Have the object put back and the fingers opened. Raises ConnectFailed where the plant does not answer."""
         self._plant.send(bytes([Kind.RESET]))
+        done = False
         while (packet := self._plant.receive(GREETING_S)) is not None:
-            self._last = unpack_truth(packet)
-            if not self._last.dropped and self._last.normal_force_n == 0 and self._last.slip_distance_m == 0:
+            if done:
+                self._last = unpack_truth(packet)
                 return
+            # What comes before the echo is still from the scene before.
+            done = packet[0] == Kind.RESET
         raise ConnectFailed("shared plant", "does not put its object back", remedy="end the mocks and start them again")
 
     def truth(self, now_ns: int, stale_s: float) -> CellTruth:

@@ -1,0 +1,111 @@
+"""The plant in its own process, and what its clients may do to it."""
+
+from __future__ import annotations
+
+import socket
+import time
+
+import pytest
+from lsds_mocks.link.packets import pack_gel, unpack_gel
+from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteGel, RemoteScene, RemoteTruth
+
+from lsds.clock import WallClock
+from lsds.errors import ConnectFailed, DeviceError
+from lsds.mock_process import MockProcess
+
+CLOCK = WallClock()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    path = str(tmp_path_factory.mktemp("plant") / "plant.sock")
+    with MockProcess("plant", {"socket": path}) as process:
+        yield path
+        assert process.complaints == ""
+
+
+def until(condition, timeout_s=5.0):
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def test_fingers_close_on_the_pipe_and_the_gel_is_pressed_and_all_is_put_back(address):
+    fingers, gel, truth = RemoteFingers(address), RemoteGel(address), RemoteTruth(address)
+    try:
+        fingers.drive(0.0236, 0.15, 60.0)
+        until(lambda: abs(fingers.fingers().aperture_m - 0.0236) < 1e-6)
+        assert fingers.fingers().normal_n > 1
+        state = gel.at(CLOCK.now())
+        assert state.normal_force_n == pytest.approx(fingers.fingers().normal_n, rel=0.05)
+        assert gel.gel.contact_fraction(state, 0.02, 0.015) > 0.1
+        assert gel.at(CLOCK.now() - 10**9) is None
+        assert truth.truth(CLOCK.now(), 1.0).normal_force_n > 1
+        truth.reset()
+        assert truth.truth(CLOCK.now(), 1.0).normal_force_n == 0
+        until(lambda: fingers.fingers().aperture_m == 0.05)
+    finally:
+        for link in (fingers, gel, truth):
+            link.close()
+
+
+def test_the_pipe_follows_the_arm_that_holds_it(address):
+    fingers, arm, scene, truth = RemoteFingers(address), RemoteArm(address), RemoteScene(address), RemoteTruth(address)
+    try:
+        truth.reset()
+        fingers.drive(0.0215, 0.15, 100.0)
+        began = CLOCK.now()
+        while (since := CLOCK.now() - began) < 1_500_000_000:
+            rising = max(0.0, (since - 500_000_000) / 1e9)
+            arm.follow(CLOCK.now(), 0.7 + 0.05 * rising, 0.05 if rising else 0.0)
+            CLOCK.sleep_until(CLOCK.now() + 2_000_000)
+        assert truth.truth(CLOCK.now(), 1.0).object_height_m == pytest.approx(0.05, abs=0.005)
+        assert arm.load().pull_n == pytest.approx(0.3 * 9.81, rel=0.1)
+        seen = scene.scene(CLOCK.now() - 20_000_000)
+        assert seen.object_m == pytest.approx(0.05, abs=0.005)
+        truth.reset()
+    finally:
+        for link in (fingers, arm, scene, truth):
+            link.close()
+
+
+def test_rubbish_throws_out_its_sender_and_nobody_else(address):
+    truth = RemoteTruth(address)
+    try:
+        for rubbish in (b"\x02", b"\x01\x09", b"\x04" + b"x" * 40, b"\xff" * 9):
+            with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as link:
+                link.connect(address)
+                link.sendall(rubbish)
+                time.sleep(0.02)
+        assert truth.truth(CLOCK.now(), 0.5)
+    finally:
+        truth.close()
+
+
+def test_one_plant_an_address_and_nobody_at_none(address, tmp_path):
+    with pytest.raises(ConnectFailed, match="another plant serves at"):
+        MockProcess("plant", {"socket": address}).start()
+    with pytest.raises(ConnectFailed, match=r"nobody at .*start it first"):
+        RemoteTruth(str(tmp_path / "none.sock"))
+
+
+def test_the_plant_knows_no_faults(address, tmp_path):
+    with (
+        MockProcess("plant", {"socket": str(tmp_path / "p.sock")}) as plant,
+        pytest.raises(DeviceError, match="no faults"),
+    ):
+        plant.inject("drop")
+
+
+def test_a_gel_survives_its_packet(address):
+    gel = RemoteGel(address)
+    try:
+        state = gel.at(CLOCK.now())
+        t_ns, again = unpack_gel(pack_gel(5, state))
+        assert t_ns == 5
+        assert (again.deflection_m == state.deflection_m).all()
+        assert (again.slid == state.slid).all()
+        assert again.reach_m == state.reach_m
+    finally:
+        gel.close()
