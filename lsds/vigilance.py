@@ -55,7 +55,7 @@ class Freshness:
             return False
         self._stamp_ns = stamp_ns if last is None else max(last, stamp_ns)
         if last is not None and stamp_ns <= last:
-            self.bad("samples are not stamped later than those before them")
+            self.bad("its newest sample is still the one of before, or stamped no later: has the device gone quiet?")
             return False
         if now_ns - stamp_ns > self._limit_ns:
             self.bad(f"samples come {seconds(now_ns - stamp_ns):.3f} s after they were taken")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import socket
 import urllib.request
@@ -95,10 +96,15 @@ def ask(url, request, silent=False):
     with socket.create_connection((address.hostname, address.port), timeout=5) as connection:
         connection.sendall(request)
         if not silent:
-            connection.shutdown(socket.SHUT_WR)
+            # A server that has already hung up has answered, too.
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_WR)
         answer = b""
         while True:
-            more = connection.recv(4096)
+            try:
+                more = connection.recv(4096)
+            except ConnectionResetError:
+                return answer
             if not more:
                 return answer
             answer += more
