@@ -219,3 +219,13 @@ def test_a_stream_gives_the_same_programs_however_it_is_cut(cuts):
 def test_no_text_brings_the_compiler_down(text):
     with contextlib.suppress(ScriptError):
         compile_script("def f():\n" + text + "\nend\n", waiting())
+
+
+def test_secondary_programs_do_not_pile_up():
+    controller = Controller(UrOptions(), Environment())
+    endless = compile_script("sec forever():\n while True:\n  sync()\n end\nend", waiting())
+    for _ in range(30):
+        controller.start(endless)
+        controller.cycle()
+    assert len(controller.secondaries) == 16
+    assert any("secondary programs" in m.text for m in controller.messages if isinstance(m, RuntimeExceptionMessage))

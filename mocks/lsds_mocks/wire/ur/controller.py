@@ -42,6 +42,7 @@ BOOTED_S = 100.0
 """Controller time at the start: clients wait for one that has just booted."""
 
 UNLOCK_AFTER_S = 5.0
+MOST_SECONDARIES = 16
 PROTECTIVE_STOP, PATH_CHECK, JOINT_RANGE = 209, 204, 153
 HISTORY = 1500
 """Joint positions kept for `get_actual_joint_positions_history`, one a cycle."""
@@ -141,6 +142,9 @@ class Controller:
         library = functions.Library(self)
         program = Program(compiled, library.functions, library.close)
         if compiled.secondary:
+            if len(self.secondaries) >= MOST_SECONDARIES:
+                self.refuse(ScriptError(f"more than {MOST_SECONDARIES} secondary programs at once", 1, 1))
+                return
             self.secondaries.append(program)
             return
         self.stop_program()

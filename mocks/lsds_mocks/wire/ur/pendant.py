@@ -6,6 +6,7 @@ import socket
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lsds.clock import WallClock, nanoseconds
 from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
 from lsds_mocks.wire.ur.script.errors import ScriptError
@@ -18,6 +19,8 @@ FOLDER = "/programs"
 EXTERNAL_CONTROL, WAIT = "external_control.urp", "wait_program.urp"
 _WAIT_SCRIPT = "def wait_program():\n  while True:\n    sleep(0.01)\n  end\nend\n"
 _REQUEST_S = 5.0
+_SCRIPT_S = 10.0
+"""For the first answer, and for the whole script."""
 
 
 class Pendant:
@@ -114,8 +117,13 @@ class Pendant:
                 link.settimeout(_REQUEST_S)
                 link.sendall(b"request_program\n")
                 parts = []
+                clock = WallClock()
+                ends_ns = clock.now() + nanoseconds(_SCRIPT_S)
                 while part := link.recv(1 << 16):
                     parts.append(part)
+                    if clock.now() > ends_ns:
+                        # Who drips for ever must not keep all other scripts waiting.
+                        return ""
                     if part.endswith(b"\n") and not _more(link):
                         break
         except OSError:
