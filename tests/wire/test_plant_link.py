@@ -12,6 +12,7 @@ from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteGel, RemoteSc
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed, DeviceError
 from lsds.mock_process import MockProcess
+from tests.wire.waiting import until
 
 CLOCK = WallClock()
 
@@ -24,18 +25,11 @@ def address(tmp_path_factory):
         assert process.complaints == ""
 
 
-def until(condition, timeout_s=5.0):
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-
-
 def test_fingers_close_on_the_pipe_and_the_gel_is_pressed_and_all_is_put_back(address):
     fingers, gel, truth = RemoteFingers(address), RemoteGel(address), RemoteTruth(address)
     try:
         fingers.drive(0.0236, 0.15, 60.0)
-        until(lambda: abs(fingers.fingers().aperture_m - 0.0236) < 1e-6)
+        assert until(lambda: abs(fingers.fingers().aperture_m - 0.0236) < 1e-6)
         assert fingers.fingers().normal_n > 1
         state = gel.at(CLOCK.now())
         assert state.normal_force_n == pytest.approx(fingers.fingers().normal_n, rel=0.05)
@@ -44,7 +38,7 @@ def test_fingers_close_on_the_pipe_and_the_gel_is_pressed_and_all_is_put_back(ad
         assert truth.truth(CLOCK.now(), 1.0).normal_force_n > 1
         truth.reset()
         assert truth.truth(CLOCK.now(), 1.0).normal_force_n == 0
-        until(lambda: fingers.fingers().aperture_m == 0.05)
+        assert until(lambda: fingers.fingers().aperture_m == 0.05)
     finally:
         for link in (fingers, gel, truth):
             link.close()

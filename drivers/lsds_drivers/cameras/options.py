@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds_drivers.cameras.times import StampPolicy
+
+DotCount = Annotated[int, Field(strict=True, ge=1, le=100)]
+"""Rows or columns of a printed pad."""
 
 
 class StreamOptions(BaseModel):

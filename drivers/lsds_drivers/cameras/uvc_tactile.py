@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
 from lsds.contracts import SensorSpec
 from lsds_drivers.cameras.address import make_source
-from lsds_drivers.cameras.options import StreamOptions
+from lsds_drivers.cameras.options import DotCount, StreamOptions
 from lsds_drivers.cameras.picture import Crop, Flip, Picture, Turn
 from lsds_drivers.cameras.tactile import CameraSensor
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from lsds.contracts import BuildContext
 
 NAME = "uvc-tactile"
-_Count = Annotated[int, Field(strict=True, ge=1, le=100)]
 
 
 class UvcTactileOptions(StreamOptions):
@@ -40,7 +39,7 @@ class UvcTactileOptions(StreamOptions):
     rate_hz: float = Field(default=30.0, gt=0, le=240, description="nominal rate; times are measured in any case")
     mm_per_px: float = Field(default=0.06, gt=0, le=1, description="scale of the result: measure yours")
     # A TOML array is a list, which strict tuples refuse.
-    pad: tuple[_Count, _Count] | None = Field(
+    pad: tuple[DotCount, DotCount] | None = Field(
         default=None, strict=False, description="printed dots, [rows, columns]; absent for a gel without"
     )
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from lsds.contracts import SensorSpec
 from lsds_drivers.cameras.address import make_source
-from lsds_drivers.cameras.options import StreamOptions
+from lsds_drivers.cameras.options import DotCount, StreamOptions
 from lsds_drivers.cameras.picture import Crop, Picture
 from lsds_drivers.cameras.tactile import CameraSensor
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from lsds.contracts import BuildContext
 
 NAME = "gelsight-mini"
-_Count = Annotated[int, Field(strict=True, ge=1, le=100)]
 
 
 class GelSightMiniOptions(StreamOptions):
@@ -31,7 +30,9 @@ class GelSightMiniOptions(StreamOptions):
     rate_hz: float = Field(default=25.0, gt=0, le=240, description="nominal rate; times are measured in any case")
     mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the result; 0.058-0.071 are published")
     # A TOML array is a list, which strict tuples refuse.
-    pad: tuple[_Count, _Count] | None = Field(default=(7, 9), strict=False, description="printed dots, [rows, columns]")
+    pad: tuple[DotCount, DotCount] | None = Field(
+        default=(7, 9), strict=False, description="printed dots, [rows, columns]"
+    )
     dots: bool = Field(default=True, description="false for a gel without dots, whatever pad says")
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import select
 import socket
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
 
 from lsds.clock import seconds
 from lsds.contracts import CellTruth
@@ -31,6 +32,8 @@ from lsds_mocks.link.protocols import Fingers, Load, Scene
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
     from lsds_mocks.gel.state import GelState
+
+T = TypeVar("T")
 
 GREETING_S = 2.0
 ANSWER_S = 0.3
@@ -73,6 +76,22 @@ class PlantSocket:
         except OSError:
             return None
 
+    def first(self) -> bytes:
+        """Return the packet that greets a new client. Raises ConnectFailed where none comes."""
+        packet = self.receive(GREETING_S)
+        if packet is None:
+            raise ConnectFailed("shared plant", f"'{self._address}' says nothing")
+        return packet
+
+    def ask(self, kind: Kind, t_ns: int, unpack: Callable[[bytes], tuple[int, T]]) -> T | None:
+        """Ask for what was at an instant and wait until the physics has passed it; None where no answer comes."""
+        self.send(ASK.pack(kind, t_ns))
+        while (packet := self.receive(ANSWER_S)) is not None:
+            asked_ns, answer = unpack(packet)
+            if asked_ns == t_ns:
+                return answer
+        return None
+
     def close(self) -> None:
         """Close."""
         self._socket.close()
@@ -83,10 +102,7 @@ class RemoteFingers:
 
     def __init__(self, address: str) -> None:
         self._plant = PlantSocket(address, Want.FINGERS)
-        first = self._plant.receive(GREETING_S)
-        if first is None:
-            raise ConnectFailed("shared plant", f"'{address}' says nothing")
-        self._last = unpack_fingers(first)
+        self._last = unpack_fingers(self._plant.first())
 
     def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
         """Go to an aperture."""
@@ -138,20 +154,12 @@ class RemoteGel:
     def __init__(self, address: str) -> None:
         self._plant = PlantSocket(address, Want.NOTHING)
         self._plant.send(bytes([Kind.ASK_OPTIONS]))
-        answer = self._plant.receive(GREETING_S)
-        if answer is None:
-            raise ConnectFailed("shared plant", f"'{address}' says nothing")
-        options = CellOptions.model_validate_json(answer[1:])
+        options = CellOptions.model_validate_json(self._plant.first()[1:])
         self.gel: GelModel = build_plant(options, [0]).gel
 
     def at(self, t_ns: int) -> GelState | None:
         """Ask for the gel at an instant; wait until the physics has passed it."""
-        self._plant.send(ASK.pack(Kind.ASK_GEL, t_ns))
-        while (packet := self._plant.receive(ANSWER_S)) is not None:
-            asked_ns, state = unpack_gel(packet)
-            if asked_ns == t_ns:
-                return state
-        return None
+        return self._plant.ask(Kind.ASK_GEL, t_ns, unpack_gel)
 
     def close(self) -> None:
         """Close."""
@@ -166,12 +174,7 @@ class RemoteScene:
 
     def scene(self, t_ns: int) -> Scene | None:
         """Ask for the scene at an instant; wait until the physics has passed it."""
-        self._plant.send(ASK.pack(Kind.ASK_SCENE, t_ns))
-        while (packet := self._plant.receive(ANSWER_S)) is not None:
-            asked_ns, scene = unpack_scene(packet)
-            if asked_ns == t_ns:
-                return scene
-        return None
+        return self._plant.ask(Kind.ASK_SCENE, t_ns, unpack_scene)
 
     def close(self) -> None:
         """Close."""
@@ -183,10 +186,7 @@ class RemoteTruth:
 
     def __init__(self, address: str) -> None:
         self._plant = PlantSocket(address, Want.TRUTH)
-        first = self._plant.receive(GREETING_S)
-        if first is None:
-            raise ConnectFailed("shared plant", f"'{address}' says nothing")
-        self._last = unpack_truth(first)
+        self._last = unpack_truth(self._plant.first())
 
     def reset(self) -> None:
         """Have the object put back and the fingers opened. Raises ConnectFailed where the plant does not answer."""

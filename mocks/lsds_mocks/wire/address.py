@@ -15,13 +15,22 @@ _ENTRY = 40
 """Bytes of a `struct ifreq` on 64-bit Linux."""
 
 
-def on_loopback(address: str) -> bool:
-    """Return whether an IPv4 address (or "localhost") is one of this machine's loopback interface."""
+def is_loopback(address: str) -> bool:
+    """Return whether an address (or "localhost") is of the range that every machine keeps for itself."""
     try:
-        ip = ipaddress.ip_address("127.0.0.1" if address == "localhost" else address)
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:
+        return address == "localhost"
+
+
+def on_loopback(address: str) -> bool:
+    """Return whether an address (or "localhost") is one of this machine's loopback interface, aliases among them."""
+    if is_loopback(address):
+        return True
+    try:
+        return str(ipaddress.ip_address(address)) in _loopback_aliases()
     except ValueError:
         return False
-    return ip.is_loopback or str(ip) in _loopback_aliases()
 
 
 def require_loopback(mock: str, address: str, option: str = "host") -> None:

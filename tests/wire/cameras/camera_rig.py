@@ -23,6 +23,7 @@ from lsds.errors import DataError, StaleData
 from lsds.plugins import PluginHost
 from lsds.vision.camera import save_camera
 from lsds.vision.rotation import quaternion_of
+from tests.wire.waiting import until
 
 HOST = PluginHost()
 CLOCK = WallClock()
@@ -133,15 +134,6 @@ def open_descriptors():
 
 def wait(seconds):
     CLOCK.sleep_until(CLOCK.now() + nanoseconds(seconds))
-
-
-def until(done, timeout_s):
-    deadline = CLOCK.now() + nanoseconds(timeout_s)
-    while not done():
-        if CLOCK.now() > deadline:
-            return False
-        wait(0.005)
-    return True
 
 
 def outcomes(device, duration_s):

@@ -8,7 +8,7 @@ import os
 import cv2
 import numpy as np
 import pytest
-from camera_rig import CLOCK, HOST, gelsight, outcomes, sensor, served, until
+from camera_rig import CLOCK, HOST, gelsight, outcomes, sensor, served
 from hypothesis import given
 from hypothesis import strategies as st
 from lsds_drivers.cameras import v4l2
@@ -27,6 +27,7 @@ from lsds_mocks.wire.mjpeg.server import BOUNDARY, part
 
 from lsds.contracts import BuildContext
 from lsds.errors import ConnectFailed, DataError, LsdsError
+from tests.wire.waiting import until
 
 MS = 1_000_000
 NOISE = np.random.default_rng(0).integers(60, 190, (240, 320, 3), np.uint8)

@@ -11,17 +11,18 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 import pytest
-from camera_rig import RATE_HZ, age_ms, gelsight, nothing_left, served, time_camera, until, wait
+from camera_rig import RATE_HZ, age_ms, gelsight, nothing_left, served, time_camera, wait
 from hypothesis import given
 from hypothesis import strategies as st
+from lsds_mocks.wire.address import is_loopback
 from lsds_mocks.wire.mjpeg.camera import encode, torn
 from lsds_mocks.wire.mjpeg.options import CameraOptions
 from lsds_mocks.wire.mjpeg.request import wish
-from lsds_mocks.wire.mjpeg.server import is_loopback
 
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed
 from lsds.mock_process import MockProcess
+from tests.wire.waiting import until
 
 CLOCK = WallClock()
 

@@ -6,7 +6,6 @@ import contextlib
 import gc
 import os
 import threading
-import time
 
 from lsds_mocks.link.alone import LoneFingers
 from lsds_mocks.wire.robotiq.machine import RegisterMachine
@@ -17,6 +16,7 @@ from lsds.clock import NS_PER_S, VirtualClock, WallClock
 from lsds.contracts import BuildContext, GripperCommand
 from lsds.mock_process import MockProcess
 from lsds.plugins import PluginHost
+from tests.wire.waiting import until
 
 HOST = PluginHost()
 CLOCK = WallClock()
@@ -100,16 +100,6 @@ def build(driver, options, clock=CLOCK):
 
 def to(aperture_m, speed_m_s=0.15, force_n=30.0, within_s=0.5):
     return GripperCommand(aperture_m, speed_m_s, force_n, CLOCK.now() + round(within_s * NS_PER_S))
-
-
-def until(done, timeout_s=5.0):
-    """Wait for something, generously; whether it came about."""
-    end = time.monotonic() + timeout_s
-    while not done():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.005)
-    return True
 
 
 def descriptors():

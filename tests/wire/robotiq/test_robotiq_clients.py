@@ -12,7 +12,8 @@ import pytest
 from pymodbus import FramerType
 from pyrobotiqgripper.exceptions import GripperFaultError
 
-from tests.wire.robotiq.rig import serving, until
+from tests.wire.robotiq.rig import serving
+from tests.wire.waiting import until
 
 
 @pytest.fixture(scope="module")

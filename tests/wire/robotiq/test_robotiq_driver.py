@@ -17,7 +17,8 @@ from pydantic import ValidationError
 
 from lsds.contracts import Contact, GripperCommand
 from lsds.errors import ConnectFailed, DeviceFault
-from tests.wire.robotiq.rig import CLOCK, HOST, build, nothing_left, options_for, serving, to, until
+from tests.wire.robotiq.rig import CLOCK, HOST, build, nothing_left, options_for, serving, to
+from tests.wire.waiting import until
 
 
 def refusal(driver, **options):

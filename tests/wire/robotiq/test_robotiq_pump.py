@@ -12,7 +12,8 @@ from lsds_drivers.robotiq.registers import Activation, Detection, Status
 
 from lsds.clock import nanoseconds
 from lsds.errors import ConnectFailed, DeviceFault, DeviceTimeout, LifecycleError, ProtocolFault, StaleData
-from tests.wire.robotiq.rig import CLOCK, nothing_left, to, until
+from tests.wire.robotiq.rig import CLOCK, nothing_left, to
+from tests.wire.waiting import until
 
 REST = Status(True, True, Activation.ACTIVE, Detection.ARRIVED, 0, 0, 138, 138, 0)
 

@@ -15,7 +15,8 @@ from pydantic import ValidationError
 
 from lsds.contracts import BuildContext
 from lsds.errors import ConfigError, ConnectFailed, DeviceError
-from tests.wire.robotiq.rig import ANY_PORTS, CLOCK, nothing_left, serving, until
+from tests.wire.robotiq.rig import ANY_PORTS, CLOCK, nothing_left, serving
+from tests.wire.waiting import until
 
 STATUS = bytes.fromhex("09 03 07 D0 00 01 85 CF")
 ANSWER = bytes.fromhex("09 03 02 00 00 59 85")

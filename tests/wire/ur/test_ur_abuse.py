@@ -23,9 +23,8 @@ from lsds_mocks.wire.ur.script.compiler import compile_script
 from lsds_mocks.wire.ur.variables import IN, output_type, packer
 
 from lsds.errors import ConfigError
-from lsds.mock_process import MockProcess
 from lsds.plugins.options import validated
-from tests.wire.ur.arms import Primary, fresh_host
+from tests.wire.ur.arms import Primary
 from tests.wire.ur.rtde_client import Client
 
 EVERY_OUTPUT = [
@@ -154,18 +153,6 @@ def test_a_list_of_lists_is_made_of_copies():
 
 
 # -- on the wire ----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def arm():
-    with MockProcess("ur5e", {"host": fresh_host()}) as process:
-        yield process
-        assert process.complaints == ""
-
-
-@pytest.fixture
-def host(arm):
-    return arm.addresses["rtde"].partition(":")[0]
 
 
 @contextlib.contextmanager

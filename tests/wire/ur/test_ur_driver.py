@@ -24,9 +24,10 @@ from lsds.errors import (
 )
 from lsds.mock_process import MockProcess
 from lsds.testing import Bench, cases
-from tests.wire.robotiq.rig import CLOCK, HOST, nothing_left, until
+from tests.wire.robotiq.rig import CLOCK, HOST, nothing_left
 from tests.wire.ur.arms import Dashboard, fresh_host
 from tests.wire.ur.rtde_client import Client
+from tests.wire.waiting import until
 
 pytest.importorskip("rtde_control")
 

@@ -12,21 +12,8 @@ import pytest
 
 from lsds.errors import ConnectFailed
 from lsds.mock_process import MockProcess
-from tests.wire.ur.arms import Dashboard, Primary, fresh_host
+from tests.wire.ur.arms import Dashboard, Primary
 from tests.wire.ur.rtde_client import Client
-
-
-@pytest.fixture(scope="module")
-def arm():
-    with MockProcess("ur5e", {"host": fresh_host()}) as process:
-        yield process
-        assert process.complaints == ""
-
-
-@pytest.fixture
-def host(arm):
-    return arm.addresses["rtde"].partition(":")[0]
-
 
 # -- RTDE -----------------------------------------------------------------------------------------------------
 

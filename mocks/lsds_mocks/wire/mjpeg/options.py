@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from lsds_mocks.wire.address import is_loopback
 from lsds_mocks.wire.faults import Fault
-from lsds_mocks.wire.mjpeg.server import is_loopback
 
 
 class CameraOptions(BaseModel):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import select
 import socket
 import threading
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S, WallClock, nanoseconds
 from lsds.errors import ConnectFailed
+from lsds_mocks.wire.address import is_loopback
 from lsds_mocks.wire.mjpeg.newest import Newest, Picture
 from lsds_mocks.wire.mjpeg.pace import SEND_BUFFER, Pace
 from lsds_mocks.wire.mjpeg.request import Wish, read_request
@@ -28,14 +28,6 @@ _STATUS: dict[Wish, str] = {
     "bad-method": "405 Method Not Allowed",
     "not-found": "404 Not Found",
 }
-
-
-def is_loopback(host: str) -> bool:
-    """Tell whether a host is this machine's loopback: a mock answers nobody else."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def part(picture: Picture) -> bytes:

@@ -20,7 +20,7 @@ from lsds_mocks.wire.ur.messages import (
 )
 from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
 from lsds_mocks.wire.ur.net import Link
-from lsds_mocks.wire.ur.script.stream import ScriptStream
+from lsds_mocks.wire.ur.upload import ScriptSession
 from lsds_mocks.wire.ur.variables import joint_mode
 
 if TYPE_CHECKING:
@@ -44,11 +44,11 @@ class StateFace:
         self._all_messages = all_messages
         self._links: dict[Link, int] = {}
 
-    def open(self, link: Link) -> StateSession:
+    def open(self, link: Link) -> ScriptSession:
         """Greet a new client with the version; the state follows, not at once: clients begin by not knowing it."""
         link.send(version_message(self._controller))
         self._links[link] = self._controller.step_number + STATE_EVERY // 2
-        return StateSession(self, link, self._scripts)
+        return ScriptSession(self, link, self._scripts)
 
     def forget(self, link: Link) -> None:
         """Let go of a client."""
@@ -69,28 +69,6 @@ class StateFace:
             for link, first in self._links.items():
                 if step >= first:
                     link.send(state, may_drop=True)
-
-
-class StateSession:
-    """One client of a script port."""
-
-    at_once = 1 << 16
-
-    def __init__(self, face: StateFace, link: Link, scripts: Callable[[str], None] | None) -> None:
-        self._face = face
-        self._link = link
-        self._scripts = scripts
-        self._stream = ScriptStream()
-
-    def received(self, data: bytes) -> None:
-        """Take script text."""
-        if self._scripts is not None:
-            for program in self._stream.feed(data):
-                self._scripts(program)
-
-    def closed(self) -> None:
-        """The client is gone."""
-        self._face.forget(self._link)
 
 
 # -- packages -------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.net import Link
-from lsds_mocks.wire.ur.script.stream import ScriptStream
+from lsds_mocks.wire.ur.upload import ScriptSession
 from lsds_mocks.wire.ur.variables import joint_mode
 
 if TYPE_CHECKING:
@@ -25,10 +25,10 @@ class RealtimeFace:
         self._scripts = scripts
         self._links: list[Link] = []
 
-    def open(self, link: Link) -> RealtimeSession:
+    def open(self, link: Link) -> ScriptSession:
         """Take a new client."""
         self._links.append(link)
-        return RealtimeSession(self, link, self._scripts)
+        return ScriptSession(self, link, self._scripts)
 
     def forget(self, link: Link) -> None:
         """Let go of a client."""
@@ -41,28 +41,6 @@ class RealtimeFace:
             data = package(self._controller)
             for link in self._links:
                 link.send(data, may_drop=True)
-
-
-class RealtimeSession:
-    """One client."""
-
-    at_once = 1 << 16
-
-    def __init__(self, face: RealtimeFace, link: Link, scripts: Callable[[str], None] | None) -> None:
-        self._face = face
-        self._link = link
-        self._scripts = scripts
-        self._stream = ScriptStream()
-
-    def received(self, data: bytes) -> None:
-        """Take script text."""
-        if self._scripts is not None:
-            for program in self._stream.feed(data):
-                self._scripts(program)
-
-    def closed(self) -> None:
-        """The client is gone."""
-        self._face.forget(self._link)
 
 
 def package(c: Controller) -> bytes:

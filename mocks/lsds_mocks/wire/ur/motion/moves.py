@@ -175,7 +175,29 @@ class JointMove(PathMove):
         return [a + share * d for a, d in zip(self._start, self._delta, strict=True)]
 
 
-class LineMove(PathMove):
+class ToolMove(PathMove):
+    """A move whose way is the tool's, `pose(share)`; each solution starts from the one before it."""
+
+    def __init__(self, arm: ArmMotion, way: Profile, blend_m: float, before: Before | None, joints: Joints) -> None:
+        super().__init__(arm, way, blend_m, before)
+        self._near = self._first = joints
+        self._keep_within_speed(arm.kinematics.model.joint_speed_rad_s)
+        self._near = joints
+
+    def pose(self, share: float) -> Sequence[float]:
+        """Return the tool's pose a share (0..1) of the way along."""
+        raise NotImplementedError
+
+    def at(self, share: float) -> Joints:
+        """Return the joints a share of the way along. Raises Unreachable."""
+        if share <= 0:
+            self._near = self._first
+            return list(self._first)
+        self._near = self.arm.joints(self.pose(share), self._near)
+        return list(self._near)
+
+
+class LineMove(ToolMove):
     """The tool along a straight line, turning at a constant rate."""
 
     def __init__(
@@ -190,26 +212,17 @@ class LineMove(PathMove):
         before: Before | None = None,
     ) -> None:
         joints = before.end if before is not None else list(arm.q)
-        self._near = joints
-        self._first = joints
         self._start = arm.tcp(joints)
         self._shift, self._turn = difference(self._start, target)
         length = max(norm(self._shift), LEVER_M * norm(self._turn))
-        super().__init__(arm, _way(length, speed, acceleration, time_s), blend_m, before)
-        self._keep_within_speed(arm.kinematics.model.joint_speed_rad_s)
-        self._near = joints
+        super().__init__(arm, _way(length, speed, acceleration, time_s), blend_m, before, joints)
 
-    def at(self, share: float) -> Joints:
-        """Return the joints a share of the way along. Raises Unreachable."""
-        if share <= 0:
-            self._near = self._first
-            return list(self._first)
-        pose = moved(self._start, self._shift, self._turn, share)
-        self._near = self.arm.joints(pose, self._near)
-        return list(self._near)
+    def pose(self, share: float) -> Sequence[float]:
+        """Return the tool's pose a share of the way along."""
+        return moved(self._start, self._shift, self._turn, share)
 
 
-class ArcMove(PathMove):
+class ArcMove(ToolMove):
     """The tool along the circle through its start, a point on the way and the target; it turns at a constant rate."""
 
     def __init__(
@@ -225,28 +238,19 @@ class ArcMove(PathMove):
         keep_orientation: bool = False,
     ) -> None:
         joints = before.end if before is not None else list(arm.q)
-        self._near = joints
-        self._first = joints
         self._start = arm.tcp(joints)
         self._centre, self._u, self._v, self._angle = _circle(self._start[:3], via[:3], target[:3])
         self._radius = norm(self._u)
         _, turn = difference(self._start, target)
         self._turn = (0.0, 0.0, 0.0) if keep_orientation else turn
         length = max(self._radius * self._angle, LEVER_M * norm(self._turn))
-        super().__init__(arm, _way(length, speed, acceleration, 0.0), blend_m, before)
-        self._keep_within_speed(arm.kinematics.model.joint_speed_rad_s)
-        self._near = joints
+        super().__init__(arm, _way(length, speed, acceleration, 0.0), blend_m, before, joints)
 
-    def at(self, share: float) -> Joints:
-        """Return the joints a share of the way along. Raises Unreachable."""
-        if share <= 0:
-            self._near = self._first
-            return list(self._first)
+    def pose(self, share: float) -> Sequence[float]:
+        """Return the tool's pose a share of the way along."""
         c, s = math.cos(share * self._angle), math.sin(share * self._angle)
         point = [m + c * u + s * v for m, u, v in zip(self._centre, self._u, self._v, strict=True)]
-        pose = moved(self._start, (0.0, 0.0, 0.0), self._turn, share)
-        self._near = self.arm.joints([*point, *pose[3:]], self._near)
-        return list(self._near)
+        return [*point, *moved(self._start, (0.0, 0.0, 0.0), self._turn, share)[3:]]
 
 
 def _way(length: float, speed: float, acceleration: float, time_s: float) -> Profile:
