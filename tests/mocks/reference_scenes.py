@@ -28,7 +28,7 @@ def run(name, frames=14):
     """Return the gel and its states, frame 0 after pressing."""
     shape, depth, motion = SCENES[name]
     gel = BrushGel(shape, GelMaterial(), design_m=depth)
-    gel.press(depth, gel.normal_force(depth))
+    gel.press(depth)
     gel.set_friction(np.full(gel.points_m.shape[1], FRICTION))
     states, reactions = [gel.state()], []
     for _ in range(frames):

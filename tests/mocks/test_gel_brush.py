@@ -11,7 +11,7 @@ PIPE = Cylinder(12.5e-3, 20.16e-3)
 
 def pressed(shape=PIPE, depth=0.3e-3, mu=MU, **options):
     gel = BrushGel(shape, **options)
-    gel.press(depth, gel.normal_force(depth))
+    gel.press(depth)
     gel.set_friction(np.full(gel.points_m.shape[1], mu))
     return gel
 
@@ -70,7 +70,7 @@ def test_coulomb_limit_holds_at_every_point_and_in_sum(path):
     gel = pressed()
     for dx, dy, dtheta, depth in path:
         force = gel.normal_force(depth)
-        gel.press(depth, force)
+        gel.press(depth)
         gel.set_friction(np.full(gel.points_m.shape[1], MU))
         reaction = drag(gel, dx, dy, dtheta)
         state = gel.state()
@@ -161,7 +161,7 @@ def test_trials_leave_no_trace_and_history_can_be_put_back():
     gel.trial(3e-4, -2e-3, 0.1)
     assert gel.trial(0.0, 5e-5) == alone
     drag(gel, dy=1e-3)
-    gel.press(0.5e-3, gel.normal_force(0.5e-3))
+    gel.press(0.5e-3)
     gel.restore(kept)
     gel.set_friction(np.full(gel.points_m.shape[1], MU))
     assert gel.trial(0.0, 5e-5) == alone

@@ -24,10 +24,11 @@ def drop(dt_s, force_of, steps, velocity=0.0, height=0.5):
     body = ObjectMotion(height, velocity, supported=False)
     for k in range(steps):
         normal = force_of(k * dt_s)
-        gel.press(depth_at(normal), normal)
+        normal = gel.press(depth_at(normal))
         gel.set_friction(np.full(gel.points_m.shape[1], MU))
-        force = step_object(body, gel, carrier_velocity_m_s=0.0, mass_kg=MASS, dt_s=dt_s, limit_n=MU * normal * 1.01)
-        yield body, gel, force, MU * normal
+        limit = MU * normal * 1.01
+        reaction = step_object(body, gel, carrier_velocity_m_s=0.0, mass_kg=MASS, dt_s=dt_s, limit_n=limit)
+        yield body, gel, reaction.force_y_n, MU * normal
 
 
 def energy(body, gel):
@@ -48,7 +49,7 @@ def test_energy_is_never_created_and_everything_stays_finite(dt_s, normal, veloc
         now = energy(body, gel)
         assert math.isfinite(now)
         assert now <= before + 1e-12
-        assert abs(force) <= limit * (1 + 1e-9)
+        assert abs(force) <= limit * (1 + 1e-9) + 1e-300  # below, numbers are subnormal and products lose digits
         before = now
 
 
@@ -62,8 +63,9 @@ def test_a_grip_that_holds_at_one_step_holds_at_all(dt_s):
 
 @pytest.mark.parametrize(("dt_ms", "tolerance"), [(0.5, 0.005), (2, 0.01), (8, 0.04), (40, 0.2)])
 def test_sliding_under_too_weak_a_grip_converges_to_the_exact_fall(dt_ms, tolerance):
-    dt_s, normal, time = dt_ms * 1e-3, 1.5, 0.2
-    *_, (body, _, force, _) = drop(dt_s, lambda _: normal, round(time / dt_s), velocity=-0.3)
+    dt_s, time = dt_ms * 1e-3, 0.2
+    normal = BrushGel(Cylinder(12.5e-3, 20.16e-3)).press(depth_at(1.5))
+    *_, (body, _, force, _) = drop(dt_s, lambda _: 1.5, round(time / dt_s), velocity=-0.3)
     acceleration = GRAVITY_M_S2 - 2 * MU * normal / MASS
     exact = 0.3 * time + 0.5 * acceleration * time**2
     assert 0.5 - body.height_m == pytest.approx(exact, rel=tolerance)

@@ -8,7 +8,6 @@ POINTS = np.stack([g.ravel() for g in np.meshgrid(np.linspace(-4e-3, 4e-3, 10), 
 
 def friction(amplitude=0.0, chatter=0.0):
     return SurfaceFriction(
-        POINTS,
         Texture(0.15, amplitude, np.random.default_rng(1)),
         static=0.55,
         kinetic=0.45,
@@ -21,8 +20,8 @@ def friction(amplitude=0.0, chatter=0.0):
 def test_stribeck_falls_from_static_to_kinetic():
     plain = friction()
     at_rest, sliding = np.zeros(100, bool), np.ones(100, bool)
-    assert plain.at(0.0, at_rest, 0.05) == pytest.approx(np.full(100, 0.55))
-    values = [plain.at(0.0, sliding, v)[0] for v in (0.0, 0.005, 0.01, 0.02, 0.1)]
+    assert plain.at(POINTS, 0.0, at_rest, 0.05) == pytest.approx(np.full(100, 0.55))
+    values = [plain.at(POINTS, 0.0, sliding, v)[0] for v in (0.0, 0.005, 0.01, 0.02, 0.1)]
     assert values[0] == pytest.approx(0.55)
     assert values[-1] == pytest.approx(0.45)
     assert (np.diff(values) < 0).all()
@@ -53,8 +52,8 @@ def test_texture_and_chatter_have_no_seam():
 def test_chatter_touches_sliding_points_only_and_stays_in_bounds():
     rough = friction(chatter=0.6)
     at_rest, sliding = np.zeros(100, bool), np.ones(100, bool)
-    assert rough.at(0.02, at_rest, 0.05) == pytest.approx(np.full(100, 0.55))
-    values = np.array([rough.at(s, sliding, 0.05)[0] for s in np.arange(0, 0.1, 1e-4)])
+    assert rough.at(POINTS, 0.02, at_rest, 0.05) == pytest.approx(np.full(100, 0.55))
+    values = np.array([rough.at(POINTS, s, sliding, 0.05)[0] for s in np.arange(0, 0.1, 1e-4)])
     assert values.max() <= 0.55
     assert values.min() >= LEAST * 0.45 - 1e-12
     assert values.std() > 0.05

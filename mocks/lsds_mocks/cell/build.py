@@ -19,22 +19,32 @@ from lsds_mocks.plant.vibration import Vibration
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.gel.shapes import Shape
 
 SHARED_KEY = "lsds_mocks.cell"
 
 
+def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelModel:
+    """Make the gel of the tier asked for."""
+    if options.fidelity == "winkler":
+        kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
+        return BrushGel(shape, material, kernel=kernel)
+    # Compiled code, half a second of import: only for those who want it.
+    from lsds_mocks.gel.field.gel import FieldGel
+
+    return FieldGel(shape, material, fine=options.grid, kernel=options.fidelity)
+
+
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     """Make the plant; `seed` draws the object's surface and the arm's tremble."""
-    material = GelMaterial(modulus_pa=options.modulus_mpa * 1e6)
-    reference = GelMaterial()
+    material = GelMaterial(modulus_pa=options.modulus_mpa * 1e6, poisson=options.poisson)
     shape = Cylinder(options.diameter_mm * 0.5e-3, material.height_m)
-    kernel = DEFAULT_KERNEL.scaled(reference.modulus_pa / material.modulus_pa)
-    gel = BrushGel(shape, material, kernel=kernel)
+    gel = build_gel(options, shape, material)
     length = options.length_mm * 1e-3
     texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
     texture = Texture(length, options.texture_amplitude, texture_rng)
     friction = SurfaceFriction(
-        gel.points_m,
         texture,
         static=options.static_friction,
         kinetic=options.kinetic_friction,

@@ -16,7 +16,12 @@ class CellOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     step_ms: float = Field(default=2.0, ge=0.25, le=10, description="step of the physics, on an absolute grid")
-    gel: Literal["brush"] = Field(default="brush", description="tier of the gel model")
+    fidelity: Literal["winkler", "layer", "pad"] = Field(
+        default="winkler", description="tier of the gel model: bristles, elastic layer, finite elastic pad"
+    )
+    grid: Literal[1, 2, 4] = Field(
+        default=2, description="cells of layer and pad per 0.96 mm and direction (1: 0.96 mm, 2: 0.48 mm, 4: 0.24 mm)"
+    )
 
     diameter_mm: float = Field(default=25.0, ge=4, le=45, description="outer diameter of the pipe")
     length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the pipe, standing upright")
@@ -36,6 +41,7 @@ class CellOptions(BaseModel):
         description="relative standard deviation of the whole patch's kinetic friction along the slide",
     )
 
+    poisson: float = Field(default=0.48, ge=0.3, le=0.499, description="Poisson's ratio of the gel (layer and pad)")
     modulus_mpa: float = Field(default=0.2, ge=0.02, le=5, description="Young's modulus of the gel")
     finger_stiffness_n_mm: float = Field(
         default=5.0, gt=0, le=1000, description="normal stiffness of one finger with its gel holder, without the gel"

@@ -16,7 +16,7 @@ import numpy as np
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL, MarkerKernel
 from lsds_mocks.gel.markers import MarkerField
 from lsds_mocks.gel.material import CONTACT_LEVEL, PRESSURE_EXPONENT, GelMaterial
-from lsds_mocks.gel.protocol import Reaction
+from lsds_mocks.gel.protocol import NO_REACTION, Reaction
 from lsds_mocks.gel.state import GelState
 from lsds_mocks.gel.surface import contact_fraction, surface_depth
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 SLIDING = 1.0 - 1e-9
-_NO_REACTION = Reaction(0.0, 0.0, 0.0, 0.0)
+_LEAST_COVERAGE = 0.05
 #: A deflection (m) far below any real one: keeps 0 / 0 out of a bristle at rest.
 _TINY_M = 1e-300
 
@@ -92,12 +92,28 @@ class BrushGel:
             return 0.0
         return self.material.normal_stiffness_n_m3 * self.shape.overlap_volume(indentation_m) * coverage
 
-    def press(self, indentation_m: float, normal_force_n: float, reach_m: tuple[float, float] | None = None) -> None:
+    @property
+    def force_tolerance(self) -> float:
+        """None to speak of: everything is in closed form."""
+        return 1e-12
+
+    def coverage(self, reach_m: tuple[float, float] | None) -> float:
+        """Fraction of the pad's length that an object over a stretch of y covers; next to nothing is nothing."""
+        if reach_m is None:
+            return 1.0
+        share = max(0.0, reach_m[1] - reach_m[0]) / self.material.height_m
+        return share if share >= _LEAST_COVERAGE else 0.0
+
+    def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
         """Share the normal force out over the bristles in contact."""
-        load = (indentation_m, normal_force_n, reach_m)
-        if load == self._loaded:
-            return
-        self._loaded = load
+        if (indentation_m, reach_m) == self._loaded[::2]:
+            return self._loaded[1]
+        normal_force_n = self.normal_force(indentation_m, self.coverage(reach_m))
+        self._load(indentation_m, normal_force_n, reach_m)
+        return normal_force_n
+
+    def _load(self, indentation_m: float, normal_force_n: float, reach_m: tuple[float, float] | None) -> None:
+        self._loaded = (indentation_m, normal_force_n, reach_m)
         edge = CONTACT_LEVEL * max(indentation_m, 1e-12)
         weight = np.maximum(1.0 - self._gap / edge, 0.0) ** PRESSURE_EXPONENT
         self._stiffen(edge, weight > 0)
@@ -131,7 +147,7 @@ class BrushGel:
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Move all tips with the object, draw back those beyond their limit, add up the forces."""
         if not self._touching:
-            return _NO_REACTION
+            return NO_REACTION
         moved, scale = self._try, self._scale
         self._shift[0, 0], self._shift[1, 0] = dx_m, dy_m
         np.add(self._u, self._shift, out=moved)
@@ -148,7 +164,7 @@ class BrushGel:
         if dtheta_rad or fx:
             torque = k * float((self._points[0] * self._try_y - self._points[1] * self._try_x) @ scale)
         self._tried_stuck = int(np.count_nonzero(np.greater_equal(scale, SLIDING, out=self._holds)))
-        return Reaction(k * fx, k * fy, torque, k * self._tried_stuck)
+        return Reaction(k * fx, k * fy, torque, k * self._tried_stuck, self._loaded[1])
 
     def commit(self) -> None:
         """Keep the last trial's drawn-back deflections; without contact the gel springs back at once."""
@@ -188,7 +204,7 @@ class BrushGel:
 
     def restore(self, state: GelState) -> None:
         """Put a history back."""
-        self.press(state.indentation_m, state.normal_force_n, state.reach_m)
+        self._load(state.indentation_m, state.normal_force_n, state.reach_m)
         self._u[:] = state.deflection_m
         self._kept_scale[:] = ~state.slid
         self._stuck = int(np.count_nonzero(self._contact & ~state.slid))

@@ -25,13 +25,20 @@ PRESSURE_EXPONENT = 0.55
 
 @dataclass(frozen=True, slots=True)
 class GelMaterial:
-    """A gel pad: Young's modulus (Pa), Poisson's ratio, thickness and size (m)."""
+    """A gel pad: Young's modulus (Pa), Poisson's ratio, thickness and size (m), and the file of its finite-pad
+    correction (None: the shipped one)."""
 
     modulus_pa: float = 0.2e6
     poisson: float = 0.48
     thickness_m: float = 4.0e-3
     width_m: float = 24.96e-3
     height_m: float = 20.16e-3
+    correction: str | None = None
+
+    @property
+    def shear_modulus_pa(self) -> float:
+        """E / (2 (1 + v))."""
+        return self.modulus_pa / (2 * (1 + self.poisson))
 
     @property
     def normal_stiffness_n_m3(self) -> float:
@@ -40,5 +47,4 @@ class GelMaterial:
 
     def shear_stiffness_n_m3(self, perimeter_per_area_1_m: float) -> float:
         """Shear force per area and deflection under a contact of that perimeter to area ratio."""
-        shear_modulus = self.modulus_pa / (2 * (1 + self.poisson))
-        return shear_modulus * (1 / self.thickness_m + RIM_SHEAR * perimeter_per_area_1_m)
+        return self.shear_modulus_pa * (1 / self.thickness_m + RIM_SHEAR * perimeter_per_area_1_m)

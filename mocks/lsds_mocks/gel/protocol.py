@@ -17,12 +17,16 @@ if TYPE_CHECKING:
 
 class Reaction(NamedTuple):
     """What the object does to the gel after a trial motion: force (N) along x and y, torque (N m) about the pad's
-    centre, and the tangent stiffness (N/m) along y, a lower bound where part of the patch slides."""
+    centre, the tangent stiffness (N/m) along y, a lower bound where part of the patch slides, and the normal force."""
 
     force_x_n: float
     force_y_n: float
     torque_nm: float
     stiffness_y_n_m: float
+    normal_n: float
+
+
+NO_REACTION = Reaction(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class GelModel(Protocol):
@@ -34,16 +38,17 @@ class GelModel(Protocol):
 
     @property
     def points_m(self) -> NDArray[np.float64]:
-        """Where friction is asked for, (2, N)."""
+        """Where friction is asked for, (2, N); another array when they have changed, which `press` may do."""
 
-    def normal_force(self, indentation_m: float, coverage: float = 1.0) -> float:
-        """Normal force (N) at a rigid indentation, with the object over a fraction of the pad's length."""
+    @property
+    def force_tolerance(self) -> float:
+        """Error of forces, as part of the normal force, that the model leaves; asking for less is in vain."""
 
-    def press(self, indentation_m: float, normal_force_n: float, reach_m: tuple[float, float] | None = None) -> None:
-        """Set indentation and normal force; `reach_m` limits the contact to low <= y <= high."""
+    def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
+        """Set a rigid indentation; return the normal force (N). `reach_m` limits the contact to low <= y <= high."""
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
-        """Set the friction coefficient at each point, (N,)."""
+        """Set the friction coefficient at each of `points_m`, (N,)."""
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Return the reaction to a rigid motion of the object since the last commit."""
@@ -65,7 +70,7 @@ class GelModel(Protocol):
 
     @property
     def elastic_energy_j(self) -> float:
-        """Shear energy stored in the gel."""
+        """Energy stored in the gel: of shear, and where the model solves for it, of pressing."""
 
     def state(self) -> GelState:
         """Return a copy of the history."""

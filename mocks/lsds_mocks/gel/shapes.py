@@ -14,6 +14,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds_mocks.gel.field.footprint import Placement
+
 
 class Shape(Protocol):
     """A rigid object's surface where it meets the gel."""
@@ -21,6 +23,13 @@ class Shape(Protocol):
     @property
     def angle_rad(self) -> float:
         """How the shape's own axes are turned against the gel's."""
+
+    @property
+    def roughness_m(self) -> float:
+        """How far the surface may rise between two samples a hat apart, beyond what its outline says."""
+
+    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+        """Tell whether a motion carries the surface along itself, so that the gap stays as it is."""
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap at touch, broadcast over `x_m` and `y_m`."""
@@ -38,13 +47,31 @@ class Shape(Protocol):
         """Perimeter to area ratio (1/m) of the overlap's outline, free ends at the pad's walls not counted."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cylinder:
+class _Smooth:
+    """What holds for a shape without texture."""
+
+    @property
+    def roughness_m(self) -> float:
+        """None."""
+        return 0.0
+
+    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+        """No motion leaves the gap as it is."""
+        return False
+
+
+@dataclass(frozen=True)
+class Cylinder(_Smooth):
     """A cylinder lying on the gel, axis along y turned by `angle_rad`, as long as `length_m`."""
 
     radius_m: float
     length_m: float
     angle_rad: float = 0.0
+
+    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+        """Along its axis."""
+        angle = self.angle_rad + place.angle_rad
+        return dtheta_rad == 0.0 and dx_m * math.cos(angle) + dy_m * math.sin(angle) == 0.0
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap at touch: parabola across the axis."""
@@ -69,8 +96,8 @@ class Cylinder:
         return 1 / self.half_extent(indentation_m)[0]
 
 
-@dataclass(frozen=True, slots=True)
-class Sphere:
+@dataclass(frozen=True)
+class Sphere(_Smooth):
     """A sphere pressed at the pad's centre."""
 
     radius_m: float
@@ -99,8 +126,8 @@ class Sphere:
         return 2 / self.half_extent(indentation_m)[0]
 
 
-@dataclass(frozen=True, slots=True)
-class Punch:
+@dataclass(frozen=True)
+class Punch(_Smooth):
     """A flat rectangular face, `width_m` along x and `height_m` along y."""
 
     width_m: float

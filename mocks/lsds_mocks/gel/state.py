@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GelState:
     """Shear deflection (2, N) in metres and shear force (2, N) in newtons of each point, normal force per point (N,)
-    in newtons, which points slid, indentation (m), total normal force (N) and the stretch of y (m) under the object."""
+    in newtons, which points slid, indentation (m), total normal force (N) and the stretch of y (m) under the object.
+    A model whose points come and go names them by `cells` (N,), and where the object's surface is by `placement` (x and
+    y in metres, turn in radians)."""
 
     deflection_m: NDArray[np.float64]
     shear_n: NDArray[np.float64]
@@ -22,10 +25,15 @@ class GelState:
     indentation_m: float
     normal_force_n: float
     reach_m: tuple[float, float] | None
+    cells: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
+    placement: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def blend(early: GelState, late: GelState, share: float) -> GelState:
     """Return the state a `share` (0..1) of the way between two neighbouring steps, for an exposure between them."""
+    if early.cells is not late.cells and not np.array_equal(early.cells, late.cells):
+        early = _over(late.cells, early)
+    x, y, angle = (a + share * (b - a) for a, b in zip(early.placement, late.placement, strict=True))
     # In this form what did not change comes out unchanged to the last bit, and whoever keeps work by it finds it.
     return GelState(
         early.deflection_m + share * (late.deflection_m - early.deflection_m),
@@ -35,4 +43,15 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
         early.indentation_m + share * (late.indentation_m - early.indentation_m),
         early.normal_force_n + share * (late.normal_force_n - early.normal_force_n),
         late.reach_m,
+        late.cells,
+        (x, y, angle),
     )
+
+
+def _over(cells: NDArray[np.int32], state: GelState) -> GelState:
+    """Return a state's forces over other cells: none where it had none; what lay outside them was about to let go."""
+    _, here, there = np.intersect1d(cells, state.cells, assume_unique=True, return_indices=True)
+    deflection, shear, pressure = np.zeros((2, len(cells))), np.zeros((2, len(cells))), np.zeros(len(cells))
+    deflection[:, here], shear[:, here] = state.deflection_m[:, there], state.shear_n[:, there]
+    pressure[here] = state.pressure_n[there]
+    return replace(state, deflection_m=deflection, shear_n=shear, pressure_n=pressure, cells=cells)

@@ -21,7 +21,7 @@ LEAST = 0.3
 
 
 class SurfaceFriction:
-    """Friction coefficients at a set of gel points.
+    """Friction coefficients at points of the gel; what belongs to a set of points is kept while the set stays.
 
     A point at rest has the static coefficient; one that slid in the last step has
     mu_k (1 + chatter) + (mu_s - mu_k) exp(-(v / v_s)^2) (Stribeck), at most the static one; both times the texture
@@ -30,7 +30,6 @@ class SurfaceFriction:
 
     def __init__(
         self,
-        points_m: NDArray[np.float64],
         texture: Texture,
         *,
         static: float,
@@ -45,21 +44,30 @@ class SurfaceFriction:
         self._texture = texture
         self._chatter = chatter
         self._amplitude = chatter_amplitude
-        self._index = texture.index(points_m[0], points_m[1])
-        self._factor = np.ones(points_m.shape[1])
-        self._out = np.ones(points_m.shape[1])
+        self._points: NDArray[np.float64] | None = None
+        self._index = np.zeros(0, np.intp)
+        self._factor = self._out = np.zeros(0)
         self._crept_on: int | None = None
 
-    def changed(self, travel_m: float, speed_m_s: float) -> bool:
+    def changed(self, points_m: NDArray[np.float64], travel_m: float, speed_m_s: float) -> bool:
         """Tell whether `at` would return anything new: not while the patch creeps over the same row of the texture."""
+        if points_m is not self._points:
+            self._points = points_m
+            self._index = self._texture.index(points_m[0], points_m[1])
+            self._factor, self._out = np.ones(points_m.shape[1]), np.ones(points_m.shape[1])
+            self._crept_on = None
         row = self._texture.row(travel_m)
         creeping = abs(speed_m_s) < CREEP_M_S
         same = creeping and self._crept_on == row
         self._crept_on = row if creeping else None
         return not same
 
-    def at(self, travel_m: float, sliding: NDArray[np.bool_], speed_m_s: float) -> NDArray[np.float64]:
-        """Return coefficients (N,), valid until the next call."""
+    def at(
+        self, points_m: NDArray[np.float64], travel_m: float, sliding: NDArray[np.bool_], speed_m_s: float
+    ) -> NDArray[np.float64]:
+        """Return coefficients (N,) at points (2, N) of the gel, valid until the next call."""
+        if points_m is not self._points:
+            self.changed(points_m, travel_m, speed_m_s)
         moving = self.sliding_coefficient(travel_m, speed_m_s)
         np.multiply(sliding, moving - self.static, out=self._out)
         self._out += self.static

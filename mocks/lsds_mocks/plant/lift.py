@@ -40,8 +40,8 @@ def step_object(
     dt_s: float,
     fingers: int = 2,
     limit_n: float,
-) -> float:
-    """Advance `body` and `gel` by `dt_s`; return the tangential force (N) that one finger's gel feels, along +y.
+) -> Reaction:
+    """Advance `body` and `gel` by `dt_s`; return what one finger's gel feels.
 
     `carrier_velocity_m_s` is the gel's base moving up. The gel's y points down, so the object lagging behind moves
     along +y in it. `limit_n` bounds the friction force of one finger and brackets the solution.
@@ -52,7 +52,7 @@ def step_object(
         if fingers * reaction.force_y_n <= weight:
             gel.commit()
             body.velocity_m_s = 0.0
-            return reaction.force_y_n
+            return reaction
     velocity, reaction = _solve(body, gel, carrier_velocity_m_s, mass_kg, dt_s, fingers, limit_n)
     body.supported = body.height_m + dt_s * velocity <= 0.0
     if body.supported:
@@ -62,7 +62,7 @@ def step_object(
     body.height_m = 0.0 if body.supported else body.height_m + dt_s * velocity
     body.velocity_m_s = 0.0 if body.supported else velocity  # the table takes the impact up without a rebound
     body.force_n, body.stiffness_n_m = reaction.force_y_n, reaction.stiffness_y_n_m
-    return reaction.force_y_n
+    return reaction
 
 
 def _solve(
@@ -81,10 +81,11 @@ def _solve(
     slope = gain * dt_s * body.stiffness_n_m
     # The last step's tangent is almost always still right, and then the first trial is already the solution.
     velocity = min(max((free + gain * body.force_n + slope * carrier_m_s) / (1.0 + slope), low), high)
+    good_enough = max(TOLERANCE_M_S, gain * limit_n * gel.force_tolerance)
     for _ in range(_ITERATIONS):
         reaction = gel.trial(0.0, dt_s * (carrier_m_s - velocity))
         excess = velocity - free - gain * reaction.force_y_n
-        if abs(excess) < TOLERANCE_M_S:
+        if abs(excess) < good_enough:
             break
         if excess > 0:
             high = velocity

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lsds.contracts import CellTruth
 from lsds_mocks.plant.axis import ArmAxis, FingerDrive
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
-from lsds_mocks.plant.squeeze import squeeze
+from lsds_mocks.plant.squeeze import Squeeze
 
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 FINGERS = 2
 OPEN_APERTURE_M = 0.05
-_LEAST_COVERAGE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +56,7 @@ class Plant:
         self.normal_n = 0.0
         self.tangential_n = 0.0
         self.dropped = False
+        self._squeeze = Squeeze(gel, parameters.finger_n_m)
         self._pressed_at: tuple[float, tuple[float, float] | None] = (OPEN_APERTURE_M, None)
 
     def step(self, dt_s: float) -> None:
@@ -68,17 +68,19 @@ class Plant:
         pressed = self._press()
         travelled = self.travel_m
         gel = self.gel
-        if self.normal_n > 0 and (self.friction.changed(travelled, self.relative_m_s) or pressed):
-            gel.set_friction(self.friction.at(travelled, gel.sliding, self.relative_m_s))
-        self.tangential_n = step_object(
+        points = gel.points_m
+        if self.normal_n > 0 and (self.friction.changed(points, travelled, self.relative_m_s) or pressed):
+            gel.set_friction(self.friction.at(points, travelled, gel.sliding, self.relative_m_s))
+        reaction = step_object(
             self.body,
-            self.gel,
+            gel,
             carrier_velocity_m_s=self.arm.velocity_m_s + (self._shake_m - shaken) / dt_s,
             mass_kg=self.parameters.mass_kg,
             dt_s=dt_s,
             fingers=FINGERS,
             limit_n=self.normal_n * 2 * self.friction.static,
         )
+        self.tangential_n, self.normal_n = reaction.force_y_n, reaction.normal_n
         pads_m = self.arm.position_m + self._shake_m
         self.travel_m = pads_m - self.parameters.grip_height_m - self.body.height_m
         self.relative_m_s = (self.travel_m - travelled) / dt_s
@@ -88,19 +90,14 @@ class Plant:
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
 
     def _press(self) -> bool:
-        """Close the gel on the object where the fingers or the object's end have moved; tell whether they have."""
+        """Close the gel on the object where fingers, object's end or force have moved; tell whether they have."""
         reach = self._reach()
+        closure = (self.parameters.diameter_m - self.fingers.aperture_m) / 2
         key = (self.fingers.aperture_m, reach)
-        if key == self._pressed_at:
+        if key == self._pressed_at and not (closure > 0 and self._squeeze.is_off(closure, self.normal_n)):
             return False
         self._pressed_at = key
-        half = self.parameters.pad_height_m / 2
-        coverage = 1.0 if reach is None else max(0.0, reach[1] - reach[0]) / (2 * half)
-        if coverage < _LEAST_COVERAGE:
-            coverage = 0.0
-        closure = (self.parameters.diameter_m - self.fingers.aperture_m) / 2
-        depth, self.normal_n = squeeze(self.gel, closure, self.parameters.finger_n_m, coverage)
-        self.gel.press(depth, self.normal_n, reach)
+        self.normal_n = self._squeeze.close(closure, reach)
         return True
 
     def _reach(self) -> tuple[float, float] | None:

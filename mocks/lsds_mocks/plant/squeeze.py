@@ -7,22 +7,59 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
 
+_ITERATIONS = 80
+_LEAST_M = 1e-13
 
-def squeeze(gel: GelModel, closure_m: float, finger_n_m: float, coverage: float = 1.0) -> tuple[float, float]:
-    """Return indentation (m) and normal force (N) of one finger closed by `closure_m` beyond first touch.
 
-    Solves d + N(d) / k = closure for the gel's own law N(d), which is convex and increasing, so Newton started from
-    the far end falls onto the root without overshooting.
-    """
-    if closure_m <= 0 or coverage <= 0:
-        return 0.0, 0.0
-    depth = closure_m
-    for _ in range(60):
-        force = gel.normal_force(depth, coverage)
-        step = 1e-6 * depth
-        slope = 1.0 + (gel.normal_force(depth + step, coverage) - force) / (step * finger_n_m)
-        change = (depth + force / finger_n_m - closure_m) / slope
-        depth -= change
-        if abs(change) < 1e-13:
-            break
-    return depth, gel.normal_force(depth, coverage)
+class Squeeze:
+    """One finger of stiffness `finger_n_m` on a gel; remembers where it stood, from where the next search starts."""
+
+    def __init__(self, gel: GelModel, finger_n_m: float) -> None:
+        self._gel = gel
+        self._stiffness = finger_n_m
+        self.depth_m = 0.0
+        self.normal_n = 0.0
+        self._slope = 2.0
+
+    def is_off(self, closure_m: float, normal_n: float) -> bool:
+        """Tell whether a normal force that came about by sliding has drifted away from the finger's."""
+        return abs(self._excess(closure_m, normal_n)) > 5 * self._tolerance(normal_n)
+
+    def _excess(self, closure_m: float, normal_n: float) -> float:
+        return self.depth_m + normal_n / self._stiffness - closure_m
+
+    def _tolerance(self, normal_n: float) -> float:
+        return self._gel.force_tolerance * normal_n / self._stiffness + _LEAST_M
+
+    def close(self, closure_m: float, reach_m: tuple[float, float] | None) -> float:
+        """Close by `closure_m` beyond first touch; return the normal force (N).
+
+        Solves d + N(d) / k = closure for the gel's own law N(d), which is increasing, by a secant that keeps to where
+        the sign changes (Illinois).
+        """
+        if closure_m <= 0:
+            self.depth_m = 0.0
+            self.normal_n = self._gel.press(0.0, reach_m)
+            return self.normal_n
+        low, high, below, above = 0.0, closure_m, -closure_m, 0.0
+        depth = self.depth_m if 0 < self.depth_m < closure_m else closure_m / self._slope
+        last = 0
+        for _ in range(_ITERATIONS):
+            self.depth_m = depth
+            self.normal_n = self._gel.press(depth, reach_m)
+            excess = self._excess(closure_m, self.normal_n)
+            if abs(excess) <= self._tolerance(self.normal_n):
+                break
+            if excess > 0:
+                high, above, below = depth, excess, below / 2 if last > 0 else below
+            else:
+                low, below, above = depth, excess, above / 2 if last < 0 else above
+            last = 1 if excess > 0 else -1
+            if high - low <= self._gel.force_tolerance * closure_m:
+                break
+            if above > 0:
+                self._slope = (above - below) / (high - low)
+                depth = low - below / self._slope
+            else:
+                depth = min(depth - excess / self._slope, closure_m)
+        return self.normal_n

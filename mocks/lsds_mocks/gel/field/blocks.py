@@ -1,0 +1,163 @@
+"""Gather the dense compliance of the cells in contact from the layer's table and the pad's correction.
+
+`compliance[i, a, b, j]` is what traction a (0 x, 1 y, 2 pressure) in cell i does to displacement b of cell j; it is
+symmetric under (i, a) <-> (j, b), and a cell's three columns lie side by side, as the sweep reads them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def hats_of(
+    row: float, column: float, rows: int, columns: int, node: NDArray[np.int64], weight: NDArray[np.float64]
+) -> None:
+    """Write the four hats around a place, given in hat intervals from the pad's corner, and their values there."""
+    r, c = min(max(int(row), 0), rows - 1), min(max(int(column), 0), columns - 1)
+    y, x = min(max(row - r, 0.0), 1.0), min(max(column - c, 0.0), 1.0)
+    first = r * (columns + 1) + c
+    node[0], weight[0] = first, (1 - y) * (1 - x)
+    node[1], weight[1] = first + 1, (1 - y) * x
+    node[2], weight[2] = first + columns + 1, y * (1 - x)
+    node[3], weight[3] = first + columns + 2, y * x
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def gather(
+    compliance: NDArray[np.float32],
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    known: int,
+    count: int,
+    table: NDArray[np.float32],
+) -> None:
+    """Fill the rows and columns `known` to `count` from the table."""
+    ny, nx = table.shape[2], table.shape[3]
+    for i in range(known, count):
+        for j in range(i + 1):
+            dr, dc = (rows[j] - rows[i]) % ny, (columns[j] - columns[i]) % nx
+            for a in range(3):
+                for b in range(3):
+                    value = table[b, a, dr, dc]
+                    compliance[i, a, b, j] = value
+                    compliance[j, b, a, i] = value
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def correct(
+    compliance: NDArray[np.float32],
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    known: int,
+    count: int,
+    correction: NDArray[np.float32],
+    fine: int,
+    hat_rows: int,
+    hat_columns: int,
+) -> None:
+    """Add the pad's correction, (3, nodes, 3, nodes) in metres per newton times the cell's area, to new rows and columns."""
+    nodes = (hat_rows + 1) * (hat_columns + 1)
+    node, weight = np.zeros((count, 4), np.int64), np.zeros((count, 4))
+    used = np.zeros(nodes, np.bool_)
+    for i in range(count):
+        hats_of((rows[i] + 0.5) / fine, (columns[i] + 0.5) / fine, hat_rows, hat_columns, node[i], weight[i])
+        for h in range(4):
+            used[node[i, h]] = True
+    needed = np.nonzero(used)[0]
+    place = np.zeros(nodes, np.int64)
+    for k in range(needed.size):
+        place[needed[k]] = k
+    at_node = np.zeros((3, 3, needed.size), np.float32)
+    for i in range(known, count):
+        at_node[:] = 0.0
+        for h in range(4):
+            w = np.float32(weight[i, h])
+            for a in range(3):
+                source = correction[a, node[i, h]]
+                for b in range(3):
+                    for k in range(needed.size):
+                        at_node[a, b, k] += w * source[b, needed[k]]
+        for j in range(i + 1):
+            k0, k1, k2, k3 = place[node[j, 0]], place[node[j, 1]], place[node[j, 2]], place[node[j, 3]]
+            w0, w1 = np.float32(weight[j, 0]), np.float32(weight[j, 1])
+            w2, w3 = np.float32(weight[j, 2]), np.float32(weight[j, 3])
+            for a in range(3):
+                for b in range(3):
+                    s = at_node[a, b]
+                    value = compliance[i, a, b, j] + w0 * s[k0] + w1 * s[k1] + w2 * s[k2] + w3 * s[k3]
+                    compliance[i, a, b, j] = value
+                    compliance[j, b, a, i] = value
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def point_rows(
+    out: NDArray[np.float32],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    table: NDArray[np.float32],
+    correction: NDArray[np.float32],
+    fine: int,
+    point_fine: int,
+    hat_rows: int,
+    hat_columns: int,
+) -> None:
+    """Write (N, 3, 2 M): what tractions in cells do to points `x`, `y` (M,), in hat intervals from the pad's corner.
+
+    `correction` (3, nodes, 3, nodes) is times the cell's area; of size 0 where there is none.
+    """
+    ny, nx = table.shape[2], table.shape[3]
+    points = x.size
+    node, weight = np.zeros(4, np.int64), np.zeros(4)
+    at_node = np.zeros((3, 2, (hat_rows + 1) * (hat_columns + 1)), np.float32)
+    p_node, p_weight = np.zeros((points, 4), np.int64), np.zeros((points, 4))
+    for m in range(points):
+        hats_of(y[m], x[m], hat_rows, hat_columns, p_node[m], p_weight[m])
+    for i in range(rows.size):
+        cy, cx = (rows[i] + 0.5) / fine, (columns[i] + 0.5) / fine
+        if correction.size:
+            hats_of(cy, cx, hat_rows, hat_columns, node, weight)
+            at_node[:] = 0.0
+            for h in range(4):
+                w = np.float32(weight[h])
+                for a in range(3):
+                    for b in range(2):
+                        at_node[a, b] += w * correction[a, node[h], b]
+        for m in range(points):
+            oy, ox = (y[m] - cy) * point_fine, (x[m] - cx) * point_fine
+            r, c = int(np.floor(oy)), int(np.floor(ox))
+            fy, fx = np.float32(oy - r), np.float32(ox - c)
+            r0, r1, c0, c1 = r % ny, (r + 1) % ny, c % nx, (c + 1) % nx
+            one = np.float32(1.0)
+            for a in range(3):
+                for b in range(2):
+                    t = table[b, a]
+                    value = (one - fy) * ((one - fx) * t[r0, c0] + fx * t[r0, c1])
+                    value += fy * ((one - fx) * t[r1, c0] + fx * t[r1, c1])
+                    if correction.size:
+                        for h in range(4):
+                            value += np.float32(p_weight[m, h]) * at_node[a, b, p_node[m, h]]
+                    out[i, a, b * points + m] = value
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def displace(
+    out: NDArray[np.float32], rows: NDArray[np.float32], which: NDArray[np.int64], traction: NDArray[np.float32]
+) -> None:
+    """Add up what cells `which` of `rows` (., 3, 2 M) do under `traction` (3, N) into `out` (2 M,)."""
+    out[:] = 0.0
+    for i in range(which.size):
+        row = rows[which[i]]
+        tx, ty, p = traction[0, i], traction[1, i], traction[2, i]
+        if tx == 0.0 and ty == 0.0 and p == 0.0:
+            continue
+        for m in range(out.size):
+            out[m] += tx * row[0, m] + ty * row[1, m] + p * row[2, m]

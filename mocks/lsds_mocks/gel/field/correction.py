@@ -1,0 +1,181 @@
+"""What the walls of a finite pad, and the layer's repetition, change: a dense correction on the hats, from a file.
+
+The periodic layer knows no walls. The correction is the compliance between hats of a 3-D finite-element model of the
+pad less that of the periodic layer; it is smooth, so bilinear hats carry it. `lsds_mocks.gel.make_pad` computes it.
+
+In the file, everything is in units of thickness and Young's modulus, so it serves every pad of the same proportions. The
+pad's two mirror planes split the matrix into four classes of parity, each a quarter of the pad; a class is kept as the
+upper triangle of a symmetric matrix in half precision (0.05 % of each entry), low and high bytes apart, compressed.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.errors import DataError
+from lsds_mocks.gel.field.grid import HatGrid, hat_grid
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.material import GelMaterial
+
+FORMAT = "lsds pad correction 1"
+PARITIES = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+"""Of motion along y and depth under a reflection of x, and of motion along x and depth under one of y."""
+_SHIPPED = "pad_24.96x20.16x4.00.npz"
+_SAME = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectionFile:
+    """Corrections for several Poisson ratios: `classes` (ratios, 4, m (m + 1) / 2), and where they come from."""
+
+    hats: HatGrid
+    poisson: NDArray[np.float64]
+    classes: NDArray[np.float32]
+    provenance: dict[str, Any]
+
+
+def signs(hats: HatGrid, parity: tuple[int, int]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return, for each degree of freedom (3 nodes,) of the pad, its number in the quarter and its share there.
+
+    The share is zero where a motion that is odd under a reflection meets the mirror.
+    """
+    columns, rows = hats.columns + 1, hats.rows + 1
+    i, j = np.arange(columns) - hats.columns / 2, np.arange(rows) - hats.rows / 2
+    quarter_x, quarter_y = np.floor(np.abs(i)).astype(int), np.floor(np.abs(j)).astype(int)
+    wide, high = hats.columns // 2 + 1, hats.rows // 2 + 1
+    number, share = [], []
+    for d in range(3):
+        across = _share(i, parity[0] * (-1 if d == 0 else 1))
+        along = _share(j, parity[1] * (-1 if d == 1 else 1))
+        share.append((along[:, None] * across[None, :]).ravel())
+        number.append((d * high * wide + quarter_y[:, None] * wide + quarter_x[None, :]).ravel())
+    return np.concatenate(number), np.concatenate(share)
+
+
+def _share(place: NDArray[np.float64], parity: int) -> NDArray[np.float64]:
+    return np.where(place > 0, 0.5, np.where(place < 0, 0.5 * parity, 0.5 * (1 + parity)))
+
+
+def pack(hats: HatGrid, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the classes (4, m (m + 1) / 2) of a matrix (3 nodes, 3 nodes) that has the pad's symmetry."""
+    packed = []
+    for parity in PARITIES:
+        number, share = signs(hats, parity)
+        size = int(number.max()) + 1
+        fold = np.zeros((size, len(number)))
+        fold[number, np.arange(len(number))] = share
+        weight = (fold * fold).sum(axis=1)
+        fold *= np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0)[:, None]
+        packed.append((0.25 * fold @ matrix @ fold.T)[np.triu_indices(size)])
+    return np.array(packed)
+
+
+def unpack(hats: HatGrid, classes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the matrix (3, nodes, 3, nodes) of its classes."""
+    size = 3 * hats.nodes
+    matrix = np.zeros((size, size), np.float32)
+    for parity, triangle in zip(PARITIES, classes, strict=True):
+        number, share = signs(hats, parity)
+        quarter = int(number.max()) + 1
+        square = np.zeros((quarter, quarter), np.float32)
+        square[np.triu_indices(quarter)] = triangle
+        square += np.triu(square, 1).T
+        scaled = (2 * share).astype(np.float32)
+        part = square[number][:, number]
+        part *= scaled[:, None]
+        part *= scaled
+        matrix += part
+    return matrix.reshape(3, hats.nodes, 3, hats.nodes)
+
+
+def write(path: Path, content: CorrectionFile) -> None:
+    """Write a file. Raises OSError where it cannot."""
+    scale = np.abs(content.classes).max(axis=2)
+    half = (content.classes / scale[..., None]).astype(np.float16).view(np.uint16)
+    head = {"format": FORMAT, "hats": [*_key(content.hats)], "provenance": content.provenance}
+    np.savez_compressed(
+        path,
+        head=np.frombuffer(json.dumps(head).encode(), np.uint8),
+        poisson=content.poisson,
+        scale=scale,
+        low=(half & 255).astype(np.uint8),
+        high=(half >> 8).astype(np.uint8),
+    )
+
+
+@lru_cache(maxsize=2)
+def read(path: str | None) -> CorrectionFile:
+    """Read a file, or the one that is shipped. Raises DataError where it is not one."""
+    if path is None:
+        name = resources.files("lsds_mocks.gel") / "data" / _SHIPPED
+        with resources.as_file(name) as shipped:
+            return _read(shipped)
+    return _read(Path(path))
+
+
+def _read(path: Path) -> CorrectionFile:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            head = json.loads(bytes(file["head"]))
+            if head["format"] != FORMAT:
+                raise DataError(f"{path}: its format is '{head['format']}', not '{FORMAT}'; make it anew")
+            columns, rows, px, py, dx, dy = head["hats"]
+            hats = HatGrid(int(columns), int(rows), int(px), int(py), float(dx), float(dy))
+            half = (file["low"].astype(np.uint16) | (file["high"].astype(np.uint16) << 8)).view(np.float16)
+            classes = half.astype(np.float32) * file["scale"].astype(np.float32)[..., None]
+            return CorrectionFile(hats, file["poisson"].astype(float), classes, head["provenance"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise DataError(
+            f"{path}: not a pad correction: {error}; make one with python -m lsds_mocks.gel.make_pad"
+        ) from error
+
+
+def _key(hats: HatGrid) -> tuple[float, ...]:
+    return (hats.columns, hats.rows, hats.period_x, hats.period_y, hats.pitch_x, hats.pitch_y)
+
+
+@lru_cache(maxsize=4)
+def pad_correction(material: GelMaterial) -> NDArray[np.float32]:
+    """Return the correction (3, nodes, 3, nodes) in metres per newton.
+
+    Raises DataError where the file is for a pad of other proportions, or has no ratios around the material's.
+    """
+    file = read(material.correction)
+    hats = hat_grid(material)
+    if not np.allclose(_key(hats), _key(file.hats), rtol=_SAME):
+        name = material.correction or "the shipped pad correction"
+        raise DataError(
+            f"{name} is for a pad of {_size(file.hats)} thicknesses, this one has {_size(hats)}; "
+            "make one with python -m lsds_mocks.gel.make_pad, and name it with pad_correction"
+        )
+    low, high = float(file.poisson.min()), float(file.poisson.max())
+    if not low <= material.poisson <= high:
+        raise DataError(
+            f"the pad correction covers Poisson ratios of {low:g} to {high:g}, not {material.poisson:g}; "
+            "make one with python -m lsds_mocks.gel.make_pad --poisson"
+        )
+    weights = interpolation(file.poisson, material.poisson).astype(np.float32)
+    classes = np.tensordot(weights, file.classes, axes=1)
+    return unpack(hats, classes) / np.float32(material.modulus_pa * material.thickness_m)
+
+
+def _size(hats: HatGrid) -> str:
+    return f"{hats.columns * hats.pitch_x:.3f} x {hats.rows * hats.pitch_y:.3f}"
+
+
+def interpolation(nodes: NDArray[np.float64], poisson: float) -> NDArray[np.float64]:
+    """Return Lagrange's weights of the known ratios: a polynomial in sqrt(1 - 2 v), the inverse of the length over which
+    pressure spreads in a nearly incompressible layer."""
+    s, at = np.sqrt(1 - 2 * nodes), np.sqrt(1 - 2 * poisson)
+    others = [np.delete(s, i) for i in range(len(s))]
+    return np.array([np.prod((at - o) / (own - o)) for own, o in zip(s, others, strict=True)])

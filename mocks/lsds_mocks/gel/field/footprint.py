@@ -1,0 +1,83 @@
+"""Where an object stands over the cells: its gap and slope, as means over each cell, wherever it has been moved to."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.field.grid import CellGrid
+    from lsds_mocks.gel.shapes import Shape
+
+_SAMPLES = 8
+"""Intervals per hat at which the object's surface is looked up: 0.12 mm."""
+FAR_M = 0.5e-3
+"""Gaps are cut off here, so that the far side of an edge does not drown the near one in a cell's mean."""
+
+
+class Placement(NamedTuple):
+    """Where the object's own origin is on the pad (m), and how far it has turned from x to y (rad)."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    angle_rad: float = 0.0
+
+    def moved(self, dx_m: float, dy_m: float, dtheta_rad: float) -> Placement:
+        """Return the placement after a rigid motion about the pad's centre."""
+        if dtheta_rad == 0.0:
+            return Placement(self.x_m + dx_m, self.y_m + dy_m, self.angle_rad)
+        cos, sin = math.cos(dtheta_rad), math.sin(dtheta_rad)
+        x, y = cos * self.x_m - sin * self.y_m, sin * self.x_m + cos * self.y_m
+        return Placement(x + dx_m, y + dy_m, self.angle_rad + dtheta_rad)
+
+
+ORIGIN = Placement()
+
+
+def gap_at(
+    shape: Shape, place: Placement, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the gap between the flat gel and a shape put at a place, at points of the pad."""
+    x, y = x_m - place.x_m, y_m - place.y_m
+    if place.angle_rad:
+        cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
+        x, y = cos * x + sin * y, cos * y - sin * x
+    return np.asarray(np.minimum(shape.gap(x, y), FAR_M))
+
+
+class Footprint:
+    """Cell means of gap (n,) and slope of the gap along x and y (2, n), for one shape on one grid."""
+
+    def __init__(self, shape: Shape, grid: CellGrid) -> None:
+        self.shape = shape
+        self._grid = grid
+        steps = max(1, _SAMPLES // grid.fine)
+        self._offset = np.arange(steps + 1) / steps - 0.5
+        ends = np.ones(steps + 1)
+        ends[[0, -1]] = 0.5
+        self._weight = ends / steps
+
+    def over(self, cells: NDArray[np.int32], place: Placement) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return gap and slope over numbered cells. The slope's mean is exact: the gap's rise from edge to edge."""
+        x, y = self._grid.centres_m(cells)
+        dx, dy = self._grid.dx_m, self._grid.dy_m
+        gap = gap_at(
+            self.shape,
+            place,
+            x[:, None, None] + (self._offset * dx)[None, None, :],
+            y[:, None, None] + (self._offset * dy)[None, :, None],
+        )
+        gap = np.broadcast_to(gap, (len(cells), len(self._weight), len(self._weight)))
+        along, across = gap @ self._weight, self._weight @ gap
+        slope = np.stack([(across[:, -1] - across[:, 0]) / dx, (along[:, -1] - along[:, 0]) / dy])
+        return along @ self._weight, slope
+
+    def near(self, place: Placement, reach_m: float) -> NDArray[np.int32]:
+        """Return the cells over whose middle the gap is below `reach_m`."""
+        gap = gap_at(self.shape, place, self._grid.x_m[None, :], self._grid.y_m[:, None])
+        gap = np.broadcast_to(gap, (self._grid.rows, self._grid.columns))
+        return np.flatnonzero(gap < reach_m + self.shape.roughness_m).astype(np.int32)

@@ -1,0 +1,334 @@
+"""Gel tiers 'half-space', 'layer' and 'pad': contact of an elastic pad with friction, on a grid of cells.
+
+History lives in anchors: where on the gel a cell that sticks is held, as a displacement. A trial carries the anchors of
+all cells along with the object and solves for tractions; a commit leaves the anchors of sticking cells where they were
+carried, and lets those of sliding and free cells go where the surface went. So a gel that creeps by less than the
+solver resolves loses nothing over many steps, and a step that is repeated changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.gel.field.footprint import ORIGIN, Footprint, Placement
+from lsds_mocks.gel.field.increment import Increment
+from lsds_mocks.gel.field.operator import Kernel, operator
+from lsds_mocks.gel.field.patch import Patch
+from lsds_mocks.gel.field.view import FieldView
+from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.protocol import NO_REACTION, Reaction
+from lsds_mocks.gel.state import GelState
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.shapes import Shape
+
+TOLERANCE = 0.02
+"""Traction that is still let change when a solution is taken for one, as part of the greatest pressure."""
+SWEEPS = 200
+_BESIDE = 1.15
+"""Cells are looked after where the gap is below this many indentations: beside the contact the surface bulges."""
+_DEAD = 1.5
+"""A patch is cleared of cells that touch no more when it is this many times as large as it need be."""
+_REFRESH = 64
+"""Increments after which displacements, added up in single precision, are computed afresh."""
+_FORCE = 0.05
+"""Error of the total force that the tolerance on single tractions leaves, as part of it."""
+_CLOSE = 0.3
+"""An increment's end, from which others start, is solved to this part of the tolerance."""
+_SLIDES = 0.1
+"""A cell is called sliding when it falls back behind the object by this part of a step."""
+
+
+class FieldGel:
+    """A `GelModel` on `fine` x `fine` cells per hat interval (0.96 mm on the default pad).
+
+    `follows`: the object's surface moves over the gel with it, as it must; the reference solutions keep it in place.
+    """
+
+    def __init__(
+        self,
+        shape: Shape,
+        material: GelMaterial | None = None,
+        *,
+        fine: int = 2,
+        kernel: Kernel = "pad",
+        tolerance: float = TOLERANCE,
+        follows: bool = True,
+    ) -> None:
+        self.shape = shape
+        self.material = material or GelMaterial()
+        self.operator = operator(self.material, fine, kernel)
+        self.grid = self.operator.grid
+        self.tolerance = tolerance
+        self.unconverged = 0
+        self.sweeps = 0
+        self.place = ORIGIN
+        self._follows = follows
+        self._view = FieldView(self.operator, shape)
+        self._footprint = Footprint(shape, self.grid)
+        self._patch = Patch(self.operator)
+        self._indentation = 0.0
+        self._reach: tuple[float, float] | None = None
+        self._looked_at: object = None
+        self._increments = 0
+        self._since = self._last = Increment()
+        self._tried = (0.0, 0.0, 0.0)
+        self._first = self._fresh = True
+        self._pressed = 0.0
+        self._mean_friction = 0.0
+        self._resize(np.zeros(0, np.int64), 0)
+
+    # Arrays over the patch: kept by `_resize` when cells come and go.
+    _traction: NDArray[np.float32]
+    _w: NDArray[np.float32]
+    _old_traction: NDArray[np.float32]
+    _old_w: NDArray[np.float32]
+    _older_traction: NDArray[np.float32]
+    _older_w: NDArray[np.float32]
+    _anchor: NDArray[np.float64]
+    _carried: NDArray[np.float64]
+    _target: NDArray[np.float32]
+    _friction: NDArray[np.float32]
+    _slid: NDArray[np.bool_]
+    _now_sliding: NDArray[np.bool_]
+    _slip: NDArray[np.float64]
+
+    def _resize(self, kept: NDArray[np.int64], count: int) -> None:
+        """Keep the columns `kept` of all arrays, and append columns of nothing up to `count`."""
+        for name, rows, kind in (
+            ("_traction", 3, np.float32),
+            ("_w", 3, np.float32),
+            ("_old_traction", 3, np.float32),
+            ("_old_w", 3, np.float32),
+            ("_older_traction", 3, np.float32),
+            ("_older_w", 3, np.float32),
+            ("_anchor", 2, np.float64),
+            ("_carried", 2, np.float64),
+            ("_target", 3, np.float32),
+            ("_friction", 0, np.float32),
+            ("_slid", 0, np.bool_),
+            ("_now_sliding", 0, np.bool_),
+            ("_slip", 0, np.float64),
+        ):
+            shape = (rows, count) if rows else (count,)
+            new = np.full(shape, kind is np.bool_, kind)
+            if len(kept):
+                new[..., : len(kept)] = getattr(self, name)[..., kept]
+            setattr(self, name, new)
+        self._friction[len(kept) :] = self._mean_friction
+        self._points = self.grid.centres_m(self._patch.cells)
+
+    @property
+    def force_tolerance(self) -> float:
+        """What the sweeps leave."""
+        return _FORCE * self.tolerance
+
+    @property
+    def points_m(self) -> NDArray[np.float64]:
+        """Centres of the cells that are looked after, (2, N); another array whenever they change."""
+        return self._points
+
+    def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
+        """Set how deep the object stands, and over which stretch of y; return the normal force (N) at rest."""
+        self._indentation, self._reach = indentation_m, reach_m
+        self._look_after(self.place)
+        return self.trial(0.0, 0.0).normal_n
+
+    def _look_after(self, place: Placement) -> None:
+        """Take in the cells that the object now comes near to; from time to time let those go that it has left."""
+        key = (self._indentation, self._reach, place)
+        if key == self._looked_at:
+            return
+        self._looked_at = key
+        near = self._footprint.near(place, _BESIDE * self._indentation) if self._indentation > 0 else self._patch.cells[:0]
+        patch = self._patch
+        new = np.setdiff1d(near, patch.cells, assume_unique=True)
+        if patch.size > 16 + _DEAD * len(near):
+            kept = np.isin(patch.cells, near) | (self._old_traction[2] > 0) | (self._traction[2] > 0)
+            patch.keep(kept)
+            self._resize(np.flatnonzero(kept), patch.size)
+        if len(new):
+            known = patch.size
+            patch.add(new)
+            self._resize(np.arange(known), patch.size)
+            for traction, w in (
+                (self._traction, self._w),
+                (self._old_traction, self._old_w),
+                (self._older_traction, self._older_w),
+            ):
+                patch.respond(traction, w, known)
+            self._anchor[:, known:] = self._old_w[:2, known:]
+        self._stand(place)
+
+    def _stand(self, place: Placement) -> None:
+        """Find the object's surface over the patch."""
+        gap, self._slope = self._footprint.over(self._patch.cells, place)
+        if self._reach is not None:
+            y = self._points[1]
+            gap = np.where((y >= self._reach[0]) & (y <= self._reach[1]), gap, self._indentation + 1.0)
+        self._target[2] = self._indentation - gap
+
+    def set_friction(self, friction: NDArray[np.float64]) -> None:
+        """Set the friction coefficient of each cell."""
+        self._friction[:] = friction
+        self._mean_friction = float(self._friction.mean()) if len(self._friction) else 0.0
+
+    def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
+        """Carry the anchors with the object and solve."""
+        if self._first and self._since.turns_with(dx_m, dy_m, dtheta_rad):
+            self._end_increment()
+        self._first = False
+        whole = self._since.and_then(dx_m, dy_m, dtheta_rad)
+        moved = dx_m != 0.0 or dy_m != 0.0 or dtheta_rad != 0.0
+        if moved and self._follows and not self.shape.slides_along(self.place, dx_m, dy_m, dtheta_rad):
+            self._look_after(self.place.moved(dx_m, dy_m, dtheta_rad))
+        self._tried = (dx_m, dy_m, dtheta_rad)
+        if not self._patch.size:
+            return NO_REACTION
+        x, y = self._points
+        np.add(self._anchor[0], whole.dx_m - whole.dtheta_rad * y, out=self._carried[0])
+        np.add(self._anchor[1], whole.dy_m + whole.dtheta_rad * x, out=self._carried[1])
+        self._target[:2] = self._carried
+        if self._fresh:
+            self._fresh = False
+            self._guess(whole)
+        self._relax(self.tolerance)
+        return self._reaction()
+
+    def _relax(self, tolerance: float) -> None:
+        done = self._patch.relax(self._traction, self._w, self._target, self._friction, self._slid, tolerance, SWEEPS)
+        self.sweeps += done if done > 0 else SWEEPS
+        self.unconverged += done < 0
+
+    def _guess(self, motion: Increment) -> None:
+        """Start from where the last increment's change, as far as this motion repeats it, would lead."""
+        share = motion.share_of(self._last)
+        if share > 0:
+            self._traction += np.float32(share) * (self._old_traction - self._older_traction)
+            self._w += np.float32(share) * (self._old_w - self._older_w)
+
+    def _reaction(self) -> Reaction:
+        area = self.grid.cell_m2
+        tx, ty, p = self._traction
+        x, y = self._points
+        fx, fy, normal = float(tx.sum()) * area, float(ty.sum()) * area, float(p.sum()) * area
+        torque = float(x @ ty - y @ tx) * area
+        stuck = float(np.count_nonzero(~self._slid)) * area
+        stiffness = stuck * self.material.shear_modulus_pa / self.material.thickness_m
+        return Reaction(fx, fy, torque, stiffness, normal)
+
+    def commit(self) -> None:
+        """Make the last trial real; end the increment where it has grown long, or turns."""
+        self._since = self._since.and_then(*self._tried)
+        self._first = True
+        if self._follows:
+            self.place = self.place.moved(*self._tried)
+        self._notice_sliding()
+        if self._since.is_over(self._indentation - self._pressed):
+            self._end_increment()
+
+    def _notice_sliding(self) -> None:
+        """A cell slides now if it slid in this increment, and its slip has grown with the last step."""
+        slip = np.hypot(self._carried[0] - self._w[0], self._carried[1] - self._w[1])
+        step = math.hypot(self._tried[0], self._tried[1]) + abs(self._tried[2]) * self.material.thickness_m
+        np.logical_and(self._slid, slip - self._slip > _SLIDES * step, out=self._now_sliding)
+        self._slip = slip
+
+    def _end_increment(self) -> None:
+        """Move the anchors of cells that slid, and begin anew from here."""
+        if self._patch.size:
+            self._relax(_CLOSE * self.tolerance)
+        self._anchor = np.where(self._slid, self._w[:2], self._carried)
+        self._older_traction, self._old_traction = self._old_traction, self._older_traction
+        self._older_w, self._old_w = self._old_w, self._older_w
+        self._last = Increment(*self._since[:3], self._indentation - self._pressed)
+        self._increments += 1
+        if self._increments % _REFRESH == 0:
+            self._patch.respond(self._traction, self._w)
+            self._last = Increment()
+        np.copyto(self._old_traction, self._traction)
+        np.copyto(self._old_w, self._w)
+        self._pressed = self._indentation
+        self._since = Increment()
+        self._slip = np.zeros(self._patch.size)
+        self._fresh = True
+
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which cells slid in the last committed step."""
+        return self._now_sliding
+
+    @property
+    def _touching(self) -> NDArray[np.bool_]:
+        return np.asarray(self._traction[2] > 0)
+
+    @property
+    def stick_ratio(self) -> float:
+        """Share of the cells in contact that did not slide."""
+        touching = self._touching
+        count = int(np.count_nonzero(touching))
+        return int(np.count_nonzero(touching & ~self._now_sliding)) / count if count else 1.0
+
+    @property
+    def fully_sliding(self) -> bool:
+        """Whether every cell in contact slid in the last committed step."""
+        touching = self._touching
+        return bool(touching.any()) and not bool((touching & ~self._now_sliding).any())
+
+    @property
+    def elastic_energy_j(self) -> float:
+        """Half traction times displacement, pressing included."""
+        return 0.5 * self.grid.cell_m2 * float(np.vdot(self._traction.astype(np.float64), self._w))
+
+    def state(self) -> GelState:
+        """Return a copy of where the gel stands."""
+        area = np.float64(self.grid.cell_m2)
+        force = self._traction * area
+        return GelState(
+            self._carried.copy(),
+            force[:2],
+            force[2],
+            self._now_sliding.copy(),
+            self._indentation,
+            float(force[2].sum()),
+            self._reach,
+            self._patch.cells,
+            tuple(self.place),
+        )
+
+    def restore(self, state: GelState) -> None:
+        """Put a state back, as the beginning of an increment."""
+        self._patch.keep(np.zeros(self._patch.size, bool))
+        self._resize(np.zeros(0, np.int64), 0)
+        self._patch.add(state.cells)
+        self._resize(np.zeros(0, np.int64), self._patch.size)
+        self._traction[:] = np.concatenate([state.shear_n, state.pressure_n[None]]) / self.grid.cell_m2
+        self._patch.respond(self._traction, self._w)
+        np.copyto(self._old_traction, self._traction)
+        np.copyto(self._old_w, self._w)
+        self._anchor[:] = self._carried[:] = state.deflection_m
+        self._now_sliding[:] = self._slid[:] = state.slid
+        self.place = Placement(*state.placement)
+        self._indentation = self._pressed = state.indentation_m
+        self._reach = state.reach_m
+        self._looked_at = None
+        self._since = self._last = Increment()
+        self._tried = (0.0, 0.0, 0.0)
+        self._first = self._fresh = True
+
+    def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """See `lsds_mocks.gel.field.view`."""
+        return self._view.marker_displacement(state, xy_m)
+
+    def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
+        """See `lsds_mocks.gel.field.view`."""
+        return self._view.depth(state, x_m, y_m)
+
+    def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
+        """See `lsds_mocks.gel.field.view`."""
+        return self._view.contact_fraction(state, width_m, height_m)

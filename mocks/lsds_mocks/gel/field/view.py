@@ -1,0 +1,133 @@
+"""What a state of the gel looks like: where dots go, how deep the surface lies, how much of it is touched."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.gel.field.blocks import displace, point_rows
+from lsds_mocks.gel.field.footprint import Placement, gap_at
+from lsds_mocks.gel.field.tables import POINT_FINE, cell_symbol
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.field.operator import Operator
+    from lsds_mocks.gel.shapes import Shape
+    from lsds_mocks.gel.state import GelState
+
+
+class FieldView:
+    """Looks at states of one operator's grid; keeps what it worked out for each cell."""
+
+    def __init__(self, operator: Operator, shape: Shape) -> None:
+        self._operator = operator
+        self._shape = shape
+        self._xy: NDArray[np.float64] | None = None
+        self._out = np.zeros(0, np.float32)
+        self._slot = np.zeros(0, np.int64)
+        self._rows = np.zeros((0, 3, 0), np.float32)
+        self._used = 0
+
+    def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (M, 2) metres for points (M, 2) of the undeformed surface."""
+        if self._xy is not xy_m:
+            self._xy = xy_m
+            self._out = np.zeros(2 * len(xy_m), np.float32)
+            self._slot = np.full(self._operator.grid.size, -1, np.int64)
+            self._rows = np.zeros((64, 3, 2 * len(xy_m)), np.float32)
+            self._used = 0
+        self._learn(state.cells)
+        traction = _traction(state, self._operator.grid.cell_m2)
+        displace(self._out, self._rows, self._slot[state.cells], traction)
+        return np.asarray(self._out.reshape(2, -1).T, np.float64)
+
+    def _learn(self, cells: NDArray[np.int32]) -> None:
+        new = cells[self._slot[cells] < 0]
+        if not len(new) or self._xy is None:
+            return
+        known, self._used = self._used, self._used + len(new)
+        if self._used > len(self._rows):
+            more = np.zeros((self._used * 5 // 4, *self._rows.shape[1:]), np.float32)
+            more[:known] = self._rows[:known]
+            self._rows = more
+        grid, hats = self._operator.grid, self._operator.grid.hats
+        material = grid.material
+        x = (self._xy[:, 0] / material.width_m + 0.5) * hats.columns
+        y = (self._xy[:, 1] / material.height_m + 0.5) * hats.rows
+        rows, columns = (new // grid.columns).astype(np.int32), (new % grid.columns).astype(np.int32)
+        operator = self._operator
+        point_rows(
+            self._rows[known : self._used], x, y, rows, columns, operator.points, operator.correction,
+            grid.fine, POINT_FINE, hats.rows, hats.columns,
+        )  # fmt: skip
+        self._slot[new] = np.arange(known, self._used)
+
+    def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return (H, W) metres below the flat surface: the object's own surface where it is deepest, else the gel's."""
+        gel = surface(self._operator, state)
+        grid = self._operator.grid
+        gel = _between(grid.y_m, y_m) @ gel @ _between(grid.x_m, x_m).T
+        if state.indentation_m > 0:
+            place = Placement(*state.placement)
+            stands = state.indentation_m - gap_at(self._shape, place, x_m[None, :], y_m[:, None])
+            if state.reach_m is not None:
+                under = (y_m >= state.reach_m[0]) & (y_m <= state.reach_m[1])
+                stands = np.where(under[:, None], stands, -1.0)
+            gel = np.maximum(gel, stands)
+        return np.asarray(gel, np.float32)
+
+    def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
+        """Return the fraction of a centred window that the object touches."""
+        grid = self._operator.grid
+        touching = state.cells[state.pressure_n > 0]
+        across = _overlap(grid.x_m, grid.dx_m, width_m)[touching % grid.columns]
+        along = _overlap(grid.y_m, grid.dy_m, height_m)[touching // grid.columns]
+        return float(across @ along) / (width_m * height_m)
+
+
+def _traction(state: GelState, area_m2: float) -> NDArray[np.float32]:
+    return np.concatenate([state.shear_n, state.pressure_n[None]]).astype(np.float32) / np.float32(area_m2)
+
+
+def surface(operator: Operator, state: GelState) -> NDArray[np.float64]:
+    """Return the depth of all cells (rows, columns) in metres; above the flat gel it is negative."""
+    grid = operator.grid
+    full = np.zeros((3, grid.size), np.float32)
+    full[:, state.cells] = _traction(state, grid.cell_m2)
+    full = full.reshape(3, grid.rows, grid.columns)
+    ny, nx = operator.cells.shape[2:]
+    waves = np.fft.rfft2(full, s=(ny, nx))
+    depth = np.fft.irfft2((_depth_symbol(operator) * waves).sum(axis=0), s=(ny, nx))[: grid.rows, : grid.columns]
+    if operator.correction.size:
+        down, across = _hats(grid.rows, grid.fine), _hats(grid.columns, grid.fine)
+        at_hats = (down.T @ full @ across).reshape(3, -1)
+        lift = np.einsum("bn,bnk->k", at_hats, operator.correction[:, :, 2], optimize=True)
+        depth = depth + down @ lift.reshape(grid.hats.rows + 1, -1) @ across.T
+    return np.asarray(depth)
+
+
+@lru_cache(maxsize=4)
+def _depth_symbol(operator: Operator) -> NDArray[np.complex64]:
+    return np.asarray(np.fft.rfft2(operator.cells[2]), np.complex64)
+
+
+@lru_cache(maxsize=16)
+def _hats(cells: int, fine: int) -> NDArray[np.float32]:
+    """Return (cells, hats): the mean of each hat over each cell, along one axis."""
+    place = (np.arange(cells) + 0.5) / fine
+    return np.asarray(np.maximum(1 - np.abs(place[:, None] - np.arange(cells // fine + 1)), 0), np.float32)
+
+
+def _between(knots: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (A, K): weights of linear interpolation, constant beyond the ends."""
+    place = np.clip((at - knots[0]) / (knots[1] - knots[0]), 0, len(knots) - 1)
+    return np.asarray(np.maximum(1 - np.abs(place[:, None] - np.arange(len(knots))), 0))
+
+
+def _overlap(centre: NDArray[np.float64], size: float, window: float) -> NDArray[np.float64]:
+    """Return how much (m) of each interval lies in a centred window."""
+    low, high = np.maximum(centre - size / 2, -window / 2), np.minimum(centre + size / 2, window / 2)
+    return np.asarray(np.maximum(high - low, 0))
