@@ -40,14 +40,18 @@ def gather(
 ) -> None:
     """Fill the rows and columns `known` to `count` from the table."""
     ny, nx = table.shape[2], table.shape[3]
-    for i in range(known, count):
-        for j in range(i + 1):
-            dr, dc = (rows[j] - rows[i]) % ny, (columns[j] - columns[i]) % nx
-            for a in range(3):
-                for b in range(3):
-                    value = table[b, a, dr, dc]
-                    compliance[i, a, b, j] = value
-                    compliance[j, b, a, i] = value
+    flat = table.reshape(3, 3, ny * nx)
+    at = np.zeros(count, np.int64)
+    for i in range(count):
+        first = known if i < known else 0
+        for j in range(first, count):
+            dr, dc = rows[j] - rows[i], columns[j] - columns[i]
+            at[j] = (dr + ny if dr < 0 else dr) * nx + (dc + nx if dc < 0 else dc)
+        for a in range(3):
+            for b in range(3):
+                t, out = flat[b, a], compliance[i, a, b]
+                for j in range(first, count):
+                    out[j] = t[at[j]]
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
@@ -71,29 +75,39 @@ def correct(
         for h in range(4):
             used[node[i, h]] = True
     needed = np.nonzero(used)[0]
-    place = np.zeros(nodes, np.int64)
+    number = np.zeros(nodes, np.int64)
     for k in range(needed.size):
-        place[needed[k]] = k
-    at_node = np.zeros((3, 3, needed.size), np.float32)
-    for i in range(known, count):
-        at_node[:] = 0.0
+        number[needed[k]] = k
+    place, share = np.zeros((count, 4), np.int64), weight.astype(np.float32)
+    for i in range(count):
         for h in range(4):
-            w = np.float32(weight[i, h])
-            for a in range(3):
-                source = correction[a, node[i, h]]
-                for b in range(3):
-                    for k in range(needed.size):
-                        at_node[a, b, k] += w * source[b, needed[k]]
-        for j in range(i + 1):
-            k0, k1, k2, k3 = place[node[j, 0]], place[node[j, 1]], place[node[j, 2]], place[node[j, 3]]
-            w0, w1 = np.float32(weight[j, 0]), np.float32(weight[j, 1])
-            w2, w3 = np.float32(weight[j, 2]), np.float32(weight[j, 3])
-            for a in range(3):
-                for b in range(3):
-                    s = at_node[a, b]
-                    value = compliance[i, a, b, j] + w0 * s[k0] + w1 * s[k1] + w2 * s[k2] + w3 * s[k3]
-                    compliance[i, a, b, j] = value
-                    compliance[j, b, a, i] = value
+            place[i, h] = number[node[i, h]]
+    part = np.empty((3, needed.size, 3, needed.size), np.float32)
+    for a in range(3):
+        for k in range(needed.size):
+            for b in range(3):
+                for m in range(needed.size):
+                    part[a, k, b, m] = correction[a, needed[k], b, needed[m]]
+    at_node = np.zeros((3, 3, needed.size), np.float32)
+    for i in range(count):
+        first = known if i < known else 0
+        for a in range(3):
+            s0, s1, s2, s3 = part[a, place[i, 0]], part[a, place[i, 1]], part[a, place[i, 2]], part[a, place[i, 3]]
+            for b in range(3):
+                for k in range(needed.size):
+                    at_node[a, b, k] = (
+                        share[i, 0] * s0[b, k] + share[i, 1] * s1[b, k] + share[i, 2] * s2[b, k] + share[i, 3] * s3[b, k]
+                    )
+        for a in range(3):
+            for b in range(3):
+                s, out = at_node[a, b], compliance[i, a, b]
+                for j in range(first, count):
+                    out[j] += (
+                        share[j, 0] * s[place[j, 0]]
+                        + share[j, 1] * s[place[j, 1]]
+                        + share[j, 2] * s[place[j, 2]]
+                        + share[j, 3] * s[place[j, 3]]
+                    )
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]

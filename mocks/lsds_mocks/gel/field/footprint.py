@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 _SAMPLES = 8
 """Intervals per hat at which the object's surface is looked up: 0.12 mm."""
-FAR_M = 0.5e-3
-"""Gaps are cut off here, so that the far side of an edge does not drown the near one in a cell's mean."""
 
 
 class Placement(NamedTuple):
@@ -46,7 +44,7 @@ def gap_at(
     if place.angle_rad:
         cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
         x, y = cos * x + sin * y, cos * y - sin * x
-    return np.asarray(np.minimum(shape.gap(x, y), FAR_M))
+    return np.asarray(shape.gap(x, y))
 
 
 class Footprint:
