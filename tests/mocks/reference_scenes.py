@@ -13,13 +13,13 @@ from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.kernel import basis
 from lsds_mocks.gel.markers import tip_weights
 from lsds_mocks.gel.material import GelMaterial
-from lsds_mocks.gel.shapes import Cylinder, Punch, Sphere
+from lsds_mocks.gel.shapes import Cylinder, Box, Sphere
 
 FRICTION = 0.6
 SCENES = {
     "sphere": (Sphere(12e-3), 0.4e-3, (0.05e-3, 0.0, 0.0)),
     "pipe": (Cylinder(12.5e-3, 20.16e-3 / np.cos(0.35), 0.35), 0.3e-3, (0.04e-3, 0.06e-3, 0.0)),
-    "block": (Punch(10e-3, 10e-3), 0.15e-3, (0.04e-3, 0.0, 0.0)),
+    "block": (Box(10e-3, 10e-3), 0.15e-3, (0.04e-3, 0.0, 0.0)),
     "torsion": (Sphere(12e-3), 0.4e-3, (0.0, 0.0, 0.03)),
 }
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lsds_mocks.gel.brush import BrushGel
-from lsds_mocks.gel.shapes import Cylinder, Punch, Sphere
+from lsds_mocks.gel.shapes import Cylinder, Box, Sphere
 
 MU = 0.6
 PIPE = Cylinder(12.5e-3, 20.16e-3)
@@ -28,7 +28,7 @@ def drag(gel, dx=0.0, dy=0.0, dtheta=0.0, steps=1):
     [
         (Sphere(12e-3), 0.4e-3, 0.681, 0.03),
         (Cylinder(12.5e-3, 20.16e-3 / np.cos(0.35), 0.35), 0.3e-3, 2.678, 0.03),
-        (Punch(10e-3, 10e-3), 0.15e-3, 1.978, 0.15),
+        (Box(10e-3, 10e-3), 0.15e-3, 1.978, 0.15),
     ],
 )
 def test_normal_force_agrees_with_the_finite_pad_reference(shape, depth, force, tolerance):
@@ -40,7 +40,7 @@ def test_normal_force_agrees_with_the_finite_pad_reference(shape, depth, force, 
     [
         (Sphere(12e-3), 0.4e-3, 1.26e3, 0.1),
         (Cylinder(12.5e-3, 20.16e-3 / np.cos(0.35), 0.35), 0.3e-3, 3.58e3, 0.1),
-        (Punch(10e-3, 10e-3), 0.15e-3, 3.2e3, 0.15),
+        (Box(10e-3, 10e-3), 0.15e-3, 3.2e3, 0.15),
     ],
 )
 def test_shear_stiffness_agrees_with_the_finite_pad_reference(shape, depth, stiffness, tolerance):

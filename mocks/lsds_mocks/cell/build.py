@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import zlib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +14,9 @@ from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL
 from lsds_mocks.gel.material import GelMaterial
-from lsds_mocks.gel.shapes import Cylinder
+from lsds_mocks.objects.build import build_shape
+from lsds_mocks.objects.catalogue import ObjectSpec
+from lsds_mocks.objects.height_map import height_map
 from lsds_mocks.plant.friction import SurfaceFriction
 from lsds_mocks.plant.plant import Plant, PlantParameters
 from lsds_mocks.plant.texture import Chatter, Texture
@@ -23,6 +28,16 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 SHARED_KEY = "lsds_mocks.cell"
+
+
+def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
+    """Make the object's surface; its relief is the object's own, the same in every run."""
+    if options.height_map:
+        return height_map(
+            Path(options.height_map), mm_per_px=options.height_map_mm_per_px, range_mm=options.height_map_range_mm
+        )
+    figures = {field.name: getattr(options, field.name) for field in dataclasses.fields(ObjectSpec)}
+    return build_shape(ObjectSpec(**figures), material.height_m, np.random.default_rng(zlib.crc32(options.object.encode())))
 
 
 def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelModel:
@@ -39,8 +54,7 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     """Make the plant; `seed` draws the object's surface and the arm's tremble."""
     material = GelMaterial(modulus_pa=options.modulus_mpa * 1e6, poisson=options.poisson)
-    shape = Cylinder(options.diameter_mm * 0.5e-3, material.height_m)
-    gel = build_gel(options, shape, material)
+    gel = build_gel(options, build_surface(options, material), material)
     length = options.length_mm * 1e-3
     texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
     texture = Texture(length, options.texture_amplitude, texture_rng)
@@ -57,7 +71,7 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         length_m=length,
         mass_kg=options.mass_kg,
         grip_height_m=options.grip_height_mm * 1e-3,
-        finger_n_m=options.finger_stiffness_n_mm * 1e3,
+        finger_n_m=1e3 / (1 / options.finger_stiffness_n_mm + 1 / options.stiffness_n_mm),
         drop_slip_m=options.drop_slip_mm * 1e-3,
         pad_height_m=material.height_m,
     )

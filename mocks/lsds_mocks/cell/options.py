@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+import dataclasses
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from lsds_mocks.objects.catalogue import CATALOGUE, ObjectName, ShapeName, TextureName
 
 
 class CellOptions(BaseModel):
@@ -23,9 +26,25 @@ class CellOptions(BaseModel):
         default=2, description="cells of layer and pad per 0.96 mm and direction (1: 0.96 mm, 2: 0.48 mm, 4: 0.24 mm)"
     )
 
-    diameter_mm: float = Field(default=25.0, ge=4, le=45, description="outer diameter of the pipe")
-    length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the pipe, standing upright")
-    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the pipe and what is in it")
+    object: ObjectName = Field(
+        default="pvc-pipe", description="an object of the catalogue; what is set beside it changes that object"
+    )
+    shape: ShapeName = Field(default="cylinder", description="shape of the surface that the pads meet")
+    diameter_mm: float = Field(default=25.0, ge=4, le=45, description="thickness of the object between the pads")
+    width_mm: float = Field(default=60.0, ge=1, le=1000, description="width of a box's face")
+    edge_mm: float = Field(default=1.0, ge=0.1, le=50, description="radius of an edge, or of a box's rounded edges")
+    turned_deg: float = Field(default=0.0, ge=-90, le=90, description="angle between object and pad")
+    texture: TextureName = Field(default="smooth", description="relief of the surface (winkler feels outlines only)")
+    texture_size_mm: float = Field(default=1.0, ge=0.3, le=24, description="size of pores, bumps or threads")
+    texture_depth_mm: float = Field(default=0.0, ge=0, le=5, description="depth of the relief")
+    height_map: str = Field(default="", description="file of heights in place of shape and texture: .npy (m) or image")
+    height_map_mm_per_px: float = Field(default=0.1, gt=0, le=10, description="distance of the height map's samples")
+    height_map_range_mm: float = Field(default=1.0, gt=0, le=50, description="height of white in an image of heights")
+    length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the object, standing upright")
+    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the object and what is in it")
+    stiffness_n_mm: float = Field(
+        default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of it"
+    )
     grip_height_mm: float = Field(default=50.0, ge=0, le=1000, description="pad centre above the table at the start")
 
     static_friction: float = Field(default=0.55, ge=0.02, le=3, description="friction coefficient at rest")
@@ -51,6 +70,17 @@ class CellOptions(BaseModel):
         default=60.0, gt=0, le=1000, description="slip through the fingers that counts as dropped"
     )
     history_s: float = Field(default=0.0, ge=0, le=3600, description="seconds of per-step truth to keep for study")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_object(cls, data: Any) -> Any:
+        """Fill in what the catalogue says of the object, where nothing else is said."""
+        spec = CATALOGUE.get(data.get("object", "")) if isinstance(data, dict) else None
+        if spec is None:
+            return data
+        known = dataclasses.asdict(spec)
+        known["grip_height_mm"] = min(cls.model_fields["grip_height_mm"].default, known["length_mm"] / 2)
+        return known | data
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -24,9 +25,8 @@ class Shape(Protocol):
     def angle_rad(self) -> float:
         """How the shape's own axes are turned against the gel's."""
 
-    @property
-    def roughness_m(self) -> float:
-        """How far the surface may rise between two samples a hat apart, beyond what its outline says."""
+    def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gap of the shape without its texture, which only makes it larger."""
 
     def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
         """Tell whether a motion carries the surface along itself, so that the gap stays as it is."""
@@ -47,21 +47,65 @@ class Shape(Protocol):
         """Perimeter to area ratio (1/m) of the overlap's outline, free ends at the pad's walls not counted."""
 
 
-class _Smooth:
-    """What holds for a shape without texture."""
+@dataclass(frozen=True)
+class Surface:
+    """What can be told of any shape from its gap alone; shapes that know better say so themselves."""
 
     @property
-    def roughness_m(self) -> float:
-        """None."""
+    def angle_rad(self) -> float:
+        """Not turned."""
         return 0.0
+
+    def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gap of the shape: no texture."""
+        return self.gap(x_m, y_m)
 
     def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
         """No motion leaves the gap as it is."""
         return False
 
+    def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gap at touch."""
+        raise NotImplementedError
+
+    def overlap_volume(self, indentation_m: float) -> float:
+        """Sum over a lattice as large as a pad."""
+        return float(np.maximum(indentation_m - self._lattice, 0).sum()) * _LATTICE_M**2
+
+    def half_extent(self, indentation_m: float) -> tuple[float, float]:
+        """Farthest points of the overlap from the middle."""
+        under = self._lattice < indentation_m
+        if not under.any():
+            return _LATTICE_M, _LATTICE_M
+        return (
+            float(np.abs(_ACROSS[under.any(axis=0)]).max()) + _LATTICE_M / 2,
+            float(np.abs(_ALONG[under.any(axis=1)]).max()) + _LATTICE_M / 2,
+        )
+
+    def area(self, indentation_m: float) -> float:
+        """Count of lattice points."""
+        return max(1, int((self._lattice < indentation_m).sum())) * _LATTICE_M**2
+
+    def perimeter_per_area(self, indentation_m: float) -> float:
+        """Count of lattice edges between under and not under; pi/4 for the steps that a slanted outline takes."""
+        under = self._lattice < indentation_m
+        edges = int((under[1:] != under[:-1]).sum() + (under[:, 1:] != under[:, :-1]).sum())
+        return math.pi / 4 * edges * _LATTICE_M / self.area(indentation_m)
+
+    @cached_property
+    def _lattice(self) -> NDArray[np.float64]:
+        gap = self.gap(_ACROSS[None, :], _ALONG[:, None])
+        return np.broadcast_to(gap, (len(_ALONG), len(_ACROSS)))
+
+
+_LATTICE_M = 0.24e-3
+_PAD_M = (24.96e-3, 20.16e-3)
+_ACROSS = (np.arange(104) - 51.5) * _LATTICE_M
+_ALONG = (np.arange(84) - 41.5) * _LATTICE_M
+
 
 @dataclass(frozen=True)
-class Cylinder(_Smooth):
+class Cylinder(Surface):
     """A cylinder lying on the gel, axis along y turned by `angle_rad`, as long as `length_m`."""
 
     radius_m: float
@@ -97,7 +141,7 @@ class Cylinder(_Smooth):
 
 
 @dataclass(frozen=True)
-class Sphere(_Smooth):
+class Sphere(Surface):
     """A sphere pressed at the pad's centre."""
 
     radius_m: float
@@ -127,30 +171,55 @@ class Sphere(_Smooth):
 
 
 @dataclass(frozen=True)
-class Punch(_Smooth):
-    """A flat rectangular face, `width_m` along x and `height_m` along y."""
+class Flat(Surface):
+    """A face without an end."""
+
+    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+        """However it moves."""
+        return True
+
+    def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """None, anywhere."""
+        return np.zeros(np.broadcast_shapes(np.shape(x_m), np.shape(y_m)))
+
+
+@dataclass(frozen=True)
+class Box(Surface):
+    """A flat rectangular face, `width_m` along x and `height_m` along y over all, its edges rounded by `edge_m`."""
 
     width_m: float
     height_m: float
+    edge_m: float = 0.5e-3
     angle_rad: float = 0.0
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Zero under the face, out of reach beside it."""
-        inside = (np.abs(x_m) <= self.width_m / 2) & (np.abs(y_m) <= self.height_m / 2)
-        return np.where(inside, 0.0, 1.0)
+        """Zero under the face, a quarter circle at its edges, a wall beyond."""
+        cos, sin = math.cos(self.angle_rad), math.sin(self.angle_rad)
+        u, v = x_m * cos + y_m * sin, y_m * cos - x_m * sin
+        r = self.edge_m
+        across = np.maximum(np.abs(u) - (self.width_m / 2 - r), 0.0)
+        along = np.maximum(np.abs(v) - (self.height_m / 2 - r), 0.0)
+        away = np.hypot(across, along)
+        return np.where(away < r, r - np.sqrt(np.maximum(r * r - away * away, 0.0)), r + _WALL * (away - r))
 
     def overlap_volume(self, indentation_m: float) -> float:
         """Area times indentation."""
-        return self.width_m * self.height_m * indentation_m
+        return self.area(indentation_m) * indentation_m
 
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
-        """Half the face."""
-        return self.width_m / 2, self.height_m / 2
+        """Half the face, as far as there is a pad."""
+        return min(self.width_m, _PAD_M[0]) / 2, min(self.height_m, _PAD_M[1]) / 2
 
     def area(self, indentation_m: float) -> float:
         """The face's."""
-        return self.width_m * self.height_m
+        half_x, half_y = self.half_extent(indentation_m)
+        return 4 * half_x * half_y
 
     def perimeter_per_area(self, indentation_m: float) -> float:
         """All four sides over the face."""
-        return 2 * (self.width_m + self.height_m) / (self.width_m * self.height_m)
+        half_x, half_y = self.half_extent(indentation_m)
+        return (half_x + half_y) / (half_x * half_y)
+
+
+_WALL = 20.0
+"""Slope of a wall: steep, but a cell's mean gap stays a number."""

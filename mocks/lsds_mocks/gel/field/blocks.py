@@ -66,7 +66,7 @@ def correct(
     hat_rows: int,
     hat_columns: int,
 ) -> None:
-    """Add the pad's correction, (3, nodes, 3, nodes) in metres per newton times the cell's area, to new rows and columns."""
+    """Add the pad's correction, (3, nodes, 3, nodes) in metres per pascal in a cell, to new rows and columns."""
     nodes = (hat_rows + 1) * (hat_columns + 1)
     node, weight = np.zeros((count, 4), np.int64), np.zeros((count, 4))
     used = np.zeros(nodes, np.bool_)
@@ -96,7 +96,10 @@ def correct(
             for b in range(3):
                 for k in range(needed.size):
                     at_node[a, b, k] = (
-                        share[i, 0] * s0[b, k] + share[i, 1] * s1[b, k] + share[i, 2] * s2[b, k] + share[i, 3] * s3[b, k]
+                        share[i, 0] * s0[b, k]
+                        + share[i, 1] * s1[b, k]
+                        + share[i, 2] * s2[b, k]
+                        + share[i, 3] * s3[b, k]
                     )
         for a in range(3):
             for b in range(3):

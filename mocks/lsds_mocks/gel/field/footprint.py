@@ -32,19 +32,24 @@ class Placement(NamedTuple):
         x, y = cos * self.x_m - sin * self.y_m, sin * self.x_m + cos * self.y_m
         return Placement(x + dx_m, y + dy_m, self.angle_rad + dtheta_rad)
 
+    def distance_m(self, other: Placement) -> float:
+        """Return how far (m) the two are apart, turning counted at the rim of a pad."""
+        return math.hypot(self.x_m - other.x_m, self.y_m - other.y_m) + _RIM_M * abs(self.angle_rad - other.angle_rad)
 
+
+_RIM_M = 10e-3
 ORIGIN = Placement()
 
 
-def gap_at(
-    shape: Shape, place: Placement, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the gap between the flat gel and a shape put at a place, at points of the pad."""
+def own_coordinates(
+    place: Placement, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return points of the pad as seen from an object put at a place."""
     x, y = x_m - place.x_m, y_m - place.y_m
     if place.angle_rad:
         cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
         x, y = cos * x + sin * y, cos * y - sin * x
-    return np.asarray(shape.gap(x, y))
+    return x, y
 
 
 class Footprint:
@@ -63,19 +68,18 @@ class Footprint:
         """Return gap and slope over numbered cells. The slope's mean is exact: the gap's rise from edge to edge."""
         x, y = self._grid.centres_m(cells)
         dx, dy = self._grid.dx_m, self._grid.dy_m
-        gap = gap_at(
-            self.shape,
+        at = own_coordinates(
             place,
             x[:, None, None] + (self._offset * dx)[None, None, :],
             y[:, None, None] + (self._offset * dy)[None, :, None],
         )
-        gap = np.broadcast_to(gap, (len(cells), len(self._weight), len(self._weight)))
+        gap = np.broadcast_to(self.shape.gap(*at), (len(cells), len(self._weight), len(self._weight)))
         along, across = gap @ self._weight, self._weight @ gap
         slope = np.stack([(across[:, -1] - across[:, 0]) / dx, (along[:, -1] - along[:, 0]) / dy])
         return along @ self._weight, slope
 
     def near(self, place: Placement, reach_m: float) -> NDArray[np.int32]:
-        """Return the cells over whose middle the gap is below `reach_m`."""
-        gap = gap_at(self.shape, place, self._grid.x_m[None, :], self._grid.y_m[:, None])
-        gap = np.broadcast_to(gap, (self._grid.rows, self._grid.columns))
-        return np.flatnonzero(gap < reach_m + self.shape.roughness_m).astype(np.int32)
+        """Return the cells over whose middle the gap, texture aside, is below `reach_m`."""
+        at = own_coordinates(place, self._grid.x_m[None, :], self._grid.y_m[:, None])
+        gap = np.broadcast_to(self.shape.least_gap(*at), (self._grid.rows, self._grid.columns))
+        return np.flatnonzero(gap < reach_m).astype(np.int32)

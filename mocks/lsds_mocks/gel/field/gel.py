@@ -34,6 +34,8 @@ _BESIDE = 1.15
 """Cells are looked after where the gap is below this many indentations: beside the contact the surface bulges."""
 _DEAD = 1.5
 """A patch is cleared of cells that touch no more when it is this many times as large as it need be."""
+_LOOK_M = 2e-6
+"""The object's surface over the cells is looked up anew when it has moved so far."""
 _REFRESH = 64
 """Increments after which displacements, added up in single precision, are computed afresh."""
 _FORCE = 0.05
@@ -74,13 +76,15 @@ class FieldGel:
         self._patch = Patch(self.operator)
         self._indentation = 0.0
         self._reach: tuple[float, float] | None = None
-        self._looked_at: object = None
+        self._looked_at: tuple[float, tuple[float, float] | None] | None = None
+        self._looked_from: Placement | None = None
         self._increments = 0
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
         self._first = self._fresh = True
         self._pressed = 0.0
         self._mean_friction = 0.0
+        self._gap, self._slope = np.zeros(0), np.zeros((2, 0), np.float32)
         self._resize(np.zeros(0, np.int64), 0)
 
     # Arrays over the patch: kept by `_resize` when cells come and go.
@@ -137,18 +141,23 @@ class FieldGel:
         """Set how deep the object stands, and over which stretch of y; return the normal force (N) at rest."""
         self._indentation, self._reach = indentation_m, reach_m
         self._look_after(self.place)
-        return self.trial(0.0, 0.0).normal_n
+        return self._solve(0.0, 0.0, 0.0).normal_n
 
     def _look_after(self, place: Placement) -> None:
         """Take in the cells that the object now comes near to; from time to time let those go that it has left."""
-        key = (self._indentation, self._reach, place)
-        if key == self._looked_at:
+        moved = self._looked_from is None or place.distance_m(self._looked_from) > _LOOK_M
+        if not moved and (self._indentation, self._reach) == self._looked_at:
             return
-        self._looked_at = key
-        near = self._footprint.near(place, _BESIDE * self._indentation) if self._indentation > 0 else self._patch.cells[:0]
+        if moved:
+            self._looked_from = place
+        self._looked_at = (self._indentation, self._reach)
+        near = self._patch.cells[:0]
+        if self._indentation > 0:
+            near = self._footprint.near(self._looked_from or place, _BESIDE * self._indentation)
         patch = self._patch
         new = np.setdiff1d(near, patch.cells, assume_unique=True)
-        if patch.size > 16 + _DEAD * len(near):
+        left = patch.size > 16 + _DEAD * len(near)
+        if left:
             kept = np.isin(patch.cells, near) | (self._old_traction[2] > 0) | (self._traction[2] > 0)
             patch.keep(kept)
             self._resize(np.flatnonzero(kept), patch.size)
@@ -163,15 +172,18 @@ class FieldGel:
             ):
                 patch.respond(traction, w, known)
             self._anchor[:, known:] = self._old_w[:2, known:]
-        self._stand(place)
-
-    def _stand(self, place: Placement) -> None:
-        """Find the object's surface over the patch."""
-        gap, self._slope = self._footprint.over(self._patch.cells, place)
+        if moved or left or len(new):
+            self._stand(self._looked_from or place)
+        gap = self._gap
         if self._reach is not None:
             y = self._points[1]
             gap = np.where((y >= self._reach[0]) & (y <= self._reach[1]), gap, self._indentation + 1.0)
         self._target[2] = self._indentation - gap
+
+    def _stand(self, place: Placement) -> None:
+        """Find the object's surface over the patch."""
+        self._gap, slope = self._footprint.over(self._patch.cells, place)
+        self._slope = slope.astype(np.float32)
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the friction coefficient of each cell."""
@@ -183,6 +195,9 @@ class FieldGel:
         if self._first and self._since.turns_with(dx_m, dy_m, dtheta_rad):
             self._end_increment()
         self._first = False
+        return self._solve(dx_m, dy_m, dtheta_rad)
+
+    def _solve(self, dx_m: float, dy_m: float, dtheta_rad: float) -> Reaction:
         whole = self._since.and_then(dx_m, dy_m, dtheta_rad)
         moved = dx_m != 0.0 or dy_m != 0.0 or dtheta_rad != 0.0
         if moved and self._follows and not self.shape.slides_along(self.place, dx_m, dy_m, dtheta_rad):
@@ -216,6 +231,9 @@ class FieldGel:
         area = self.grid.cell_m2
         tx, ty, p = self._traction
         x, y = self._points
+        if self._follows:
+            # Pressure on a slope pushes sideways: what an object feels that is moved over its own dent.
+            tx, ty = tx + p * self._slope[0], ty + p * self._slope[1]
         fx, fy, normal = float(tx.sum()) * area, float(ty.sum()) * area, float(p.sum()) * area
         torque = float(x @ ty - y @ tx) * area
         stuck = float(np.count_nonzero(~self._slid)) * area
@@ -282,8 +300,13 @@ class FieldGel:
 
     @property
     def elastic_energy_j(self) -> float:
-        """Half traction times displacement, pressing included."""
-        return 0.5 * self.grid.cell_m2 * float(np.vdot(self._traction.astype(np.float64), self._w))
+        """Half traction times displacement, pressing included, and friction's work that the increment may give back.
+
+        A step adds to it no more than the object's work, up to the solver's tolerance.
+        """
+        traction = self._traction.astype(np.float64)
+        slip = np.where(self._slid, self._carried - self._w[:2], 0.0)
+        return self.grid.cell_m2 * float(0.5 * np.vdot(traction, self._w) + np.vdot(traction[:2], slip))
 
     def state(self) -> GelState:
         """Return a copy of where the gel stands."""
@@ -316,10 +339,11 @@ class FieldGel:
         self.place = Placement(*state.placement)
         self._indentation = self._pressed = state.indentation_m
         self._reach = state.reach_m
-        self._looked_at = None
+        self._looked_at, self._looked_from = None, None
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
         self._first = self._fresh = True
+        self._stand(self.place)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `lsds_mocks.gel.field.view`."""

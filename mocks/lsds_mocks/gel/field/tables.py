@@ -1,7 +1,7 @@
 """Periodic tables of the bonded layer: what one loaded cell does to another cell, and to a point of the surface.
 
-A cell's traction is constant, so its transform is a sinc; a cell's displacement is a mean, another sinc. Waves too short
-for a table's spacing fold back onto its own; adding them up makes it the table of true rectangles.
+A cell's traction is constant, so its transform is a sinc; a cell's displacement is a mean, another sinc. Waves too
+short for a table's spacing fold back onto its own; adding them up makes it the table of true rectangles.
 The symbol is in `lsds_mocks.gel.field.symbol`.
 """
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.blocks import displace, point_rows
-from lsds_mocks.gel.field.footprint import Placement, gap_at
-from lsds_mocks.gel.field.tables import POINT_FINE, cell_symbol
+from lsds_mocks.gel.field.footprint import Placement, own_coordinates
+from lsds_mocks.gel.field.tables import POINT_FINE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,7 +72,7 @@ class FieldView:
         gel = _between(grid.y_m, y_m) @ gel @ _between(grid.x_m, x_m).T
         if state.indentation_m > 0:
             place = Placement(*state.placement)
-            stands = state.indentation_m - gap_at(self._shape, place, x_m[None, :], y_m[:, None])
+            stands = state.indentation_m - self._shape.gap(*own_coordinates(place, x_m[None, :], y_m[:, None]))
             if state.reach_m is not None:
                 under = (y_m >= state.reach_m[0]) & (y_m <= state.reach_m[1])
                 stands = np.where(under[:, None], stands, -1.0)

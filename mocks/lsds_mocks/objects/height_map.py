@@ -1,0 +1,49 @@
+"""A surface from a file: heights measured on a real object, or drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from lsds.errors import DataError
+from lsds_mocks.gel.shapes import Flat
+from lsds_mocks.objects.relief import Relief
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
+    """Read heights (rows, columns) in metres: `.npy` in metres, or a grey image, black 0 and white `range_mm` high.
+
+    Raises DataError where the file cannot be read, is not a map, or holds values that are no numbers.
+    """
+    if path.suffix == ".npy":
+        try:
+            heights = np.load(path, allow_pickle=False)
+        except (OSError, ValueError, EOFError) as error:
+            raise DataError(f"{path}: not a NumPy array: {error}") from error
+    else:
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
+        if image is None:
+            raise DataError(f"{path}: no height map: give a .npy of metres or a grey image")
+        if image.ndim != 2:
+            raise DataError(f"{path}: a height map is a grey image, this one has {image.shape[2]} channels")
+        heights = image / float(np.iinfo(image.dtype).max) * range_mm * 1e-3
+    heights = np.asarray(heights)
+    if heights.ndim != 2 or min(heights.shape) < 2:
+        raise DataError(
+            f"{path}: a height map has two axes of at least 2 samples, not shape {heights.shape}"
+        )
+    if not (np.issubdtype(heights.dtype, np.number) and np.isrealobj(heights) and np.isfinite(heights).all()):
+        raise DataError(f"{path}: heights must be finite real numbers")
+    return heights.astype(np.float64)
+
+
+def height_map(path: Path, *, mm_per_px: float, range_mm: float = 1.0) -> Relief:
+    """Return a flat face with the heights of a file, row 0 at the smallest y; it repeats beyond its borders."""
+    heights = read_heights(path, range_mm)
+    return Relief(Flat(), (heights.max() - heights).astype(np.float32), mm_per_px * 1e-3)
