@@ -223,3 +223,24 @@ class Box(Surface):
 
 _WALL = 20.0
 """Slope of a wall: steep, but a cell's mean gap stays a number."""
+
+
+@dataclass(frozen=True)
+class Moved(Surface):
+    """Another shape, its origin elsewhere on the pad."""
+
+    base: Shape
+    x_m: float
+    y_m: float
+
+    def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The other's gap, there."""
+        return self.base.gap(x_m - self.x_m, y_m - self.y_m)
+
+    def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The other's least gap, there."""
+        return self.base.least_gap(x_m - self.x_m, y_m - self.y_m)
+
+    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+        """When the other would."""
+        return self.base.slides_along(place, dx_m, dy_m, dtheta_rad)

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 _SKIP = 0.1
 """Part of the tolerance below which a change is not worth making."""
+_FULL = 30
+_DAMPED = 0.4
+"""Cells that after so many sweeps still push each other to and fro, as under high friction at a free wall, where shear
+raises the pressure that carries it, go a part of the way at a time."""
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
@@ -72,6 +76,7 @@ def relax(
         small = np.float32(tolerance) * greatest
         skip = np.float32(_SKIP) * small
         change = np.float32(0.0)
+        share = np.float32(1.0) if done <= _FULL else np.float32(_DAMPED)
         for i in range(count):
             p = traction[2, i]
             new_p = max(np.float32(0.0), p - (w[2, i] - target[2, i]) / diagonal[i, 0])
@@ -87,6 +92,11 @@ def relax(
             if size > limit:
                 x *= limit / size
                 y *= limit / size
+            if done > _FULL:
+                new_p = p + share * dp
+                dp = new_p - p
+                x = traction[0, i] + share * (x - traction[0, i])
+                y = traction[1, i] + share * (y - traction[1, i])
             dx, dy = x - traction[0, i], y - traction[1, i]
             step = max(abs(dp), max(abs(dx), abs(dy)))
             # Two things are never put off: letting go altogether, and coming back under a limit that has fallen.

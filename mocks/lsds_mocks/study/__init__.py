@@ -1,0 +1,1 @@
+"""Studies of the simulated cell: what each model costs, and how far it is off."""
