@@ -37,7 +37,9 @@ def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
             Path(options.height_map), mm_per_px=options.height_map_mm_per_px, range_mm=options.height_map_range_mm
         )
     figures = {field.name: getattr(options, field.name) for field in dataclasses.fields(ObjectSpec)}
-    return build_shape(ObjectSpec(**figures), material.height_m, np.random.default_rng(zlib.crc32(options.object.encode())))
+    return build_shape(
+        ObjectSpec(**figures), material.height_m, np.random.default_rng(zlib.crc32(options.object.encode()))
+    )
 
 
 def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelModel:
@@ -74,6 +76,8 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         finger_n_m=1e3 / (1 / options.finger_stiffness_n_mm + 1 / options.stiffness_n_mm),
         drop_slip_m=options.drop_slip_mm * 1e-3,
         pad_height_m=material.height_m,
+        centre_x_m=options.centre_x_mm * 1e-3,
+        theta=1.0 if options.integrator == "backward-euler" else 0.5,
     )
     return Plant(parameters, gel, friction, Vibration(options.vibration_um * 1e-6, shake_rng))
 

@@ -19,6 +19,9 @@ class CellOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     step_ms: float = Field(default=2.0, ge=0.25, le=10, description="step of the physics, on an absolute grid")
+    integrator: Literal["backward-euler", "midpoint"] = Field(
+        default="backward-euler", description="midpoint keeps the ringing that backward Euler damps"
+    )
     fidelity: Literal["winkler", "layer", "pad"] = Field(
         default="winkler", description="tier of the gel model: bristles, elastic layer, finite elastic pad"
     )
@@ -42,8 +45,9 @@ class CellOptions(BaseModel):
     height_map_range_mm: float = Field(default=1.0, gt=0, le=50, description="height of white in an image of heights")
     length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the object, standing upright")
     mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the object and what is in it")
-    stiffness_n_mm: float = Field(
-        default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of it"
+    stiffness_n_mm: float = Field(default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of it")
+    centre_x_mm: float = Field(
+        default=0.0, ge=-100, le=100, description="centre of mass to the right of the pads; not 0: the object can turn"
     )
     grip_height_mm: float = Field(default=50.0, ge=0, le=1000, description="pad centre above the table at the start")
 

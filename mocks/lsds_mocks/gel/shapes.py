@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds_mocks.gel.field.footprint import Placement
+    from lsds_mocks.gel.placement import Placement
 
 
 class Shape(Protocol):

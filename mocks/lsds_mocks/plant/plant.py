@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lsds.contracts import CellTruth
+from lsds_mocks.gel.placement import ORIGIN
 from lsds_mocks.plant.axis import ArmAxis, FingerDrive
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
+from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
 from lsds_mocks.plant.squeeze import Squeeze
 
 if TYPE_CHECKING:
-    from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.gel.protocol import GelModel, Reaction
     from lsds_mocks.plant.friction import SurfaceFriction
     from lsds_mocks.plant.vibration import Vibration
 
@@ -22,7 +25,8 @@ OPEN_APERTURE_M = 0.05
 @dataclass(frozen=True, slots=True)
 class PlantParameters:
     """The object (diameter, length, mass), where the pads meet it at the start (height of their centre above the
-    table), one finger's normal stiffness, the slip that counts as dropped, and the pad's height."""
+    table), one finger's normal stiffness, the slip that counts as dropped, the pad's height, how far to the right of
+    the pads the centre of mass is, and where in a step forces are taken (1: at its end, 1/2: in its middle)."""
 
     diameter_m: float
     length_m: float
@@ -31,6 +35,8 @@ class PlantParameters:
     finger_n_m: float
     drop_slip_m: float
     pad_height_m: float
+    centre_x_m: float = 0.0
+    theta: float = 1.0
 
 
 class Plant:
@@ -48,7 +54,10 @@ class Plant:
         self._shake_m = 0.0
         self.arm = ArmAxis(parameters.grip_height_m)
         self.fingers = FingerDrive(OPEN_APERTURE_M, OPEN_APERTURE_M)
-        self.body = ObjectMotion()
+        # An object held in line with its centre of mass does not turn: one unknown instead of three.
+        self.body = PlanarMotion() if parameters.centre_x_m else ObjectMotion()
+        self.slip_x_m_s = 0.0
+        self.slip_rate_rad_s = 0.0
         self.travel_m = 0.0
         self.relative_m_s = 0.0
         self.slip_m_s = 0.0
@@ -71,23 +80,39 @@ class Plant:
         points = gel.points_m
         if self.normal_n > 0 and (self.friction.changed(points, travelled, self.relative_m_s) or pressed):
             gel.set_friction(self.friction.at(points, travelled, gel.sliding, self.relative_m_s))
-        reaction = step_object(
-            self.body,
-            gel,
-            carrier_velocity_m_s=self.arm.velocity_m_s + (self._shake_m - shaken) / dt_s,
-            mass_kg=self.parameters.mass_kg,
-            dt_s=dt_s,
-            fingers=FINGERS,
-            limit_n=self.normal_n * 2 * self.friction.static,
-        )
-        self.tangential_n, self.normal_n = reaction.force_y_n, reaction.normal_n
-        pads_m = self.arm.position_m + self._shake_m
-        self.travel_m = pads_m - self.parameters.grip_height_m - self.body.height_m
+        before = self.body.place if isinstance(self.body, PlanarMotion) else ORIGIN
+        reaction = self._move(self.arm.velocity_m_s + (self._shake_m - shaken) / dt_s, dt_s)
+        self.tangential_n = math.hypot(reaction.force_x_n, reaction.force_y_n)
+        self.normal_n = reaction.normal_n
+        if isinstance(self.body, PlanarMotion):
+            self.travel_m = self.body.place.y_m
+        else:
+            self.travel_m = self.arm.position_m + self._shake_m - self.parameters.grip_height_m - self.body.height_m
         self.relative_m_s = (self.travel_m - travelled) / dt_s
-        self.slip_m_s = self.relative_m_s if self.normal_n > 0 and self.gel.fully_sliding else 0.0
-        self.slip_distance_m += abs(self.slip_m_s) * dt_s
+        slips = self.normal_n > 0 and gel.fully_sliding
+        self.slip_m_s = self.relative_m_s if slips else 0.0
+        if isinstance(self.body, PlanarMotion):
+            self.slip_x_m_s = (self.body.place.x_m - before.x_m) / dt_s if slips else 0.0
+            self.slip_rate_rad_s = (self.body.place.angle_rad - before.angle_rad) / dt_s if slips else 0.0
+        self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
+
+    def _move(self, carrier_velocity_m_s: float, dt_s: float) -> Reaction:
+        """Move the object, held by the gel whose base goes up at a velocity."""
+        own = self.parameters
+        limit = self.normal_n * 2 * self.friction.static
+        if not isinstance(self.body, PlanarMotion):
+            return step_object(
+                self.body, self.gel, carrier_velocity_m_s=carrier_velocity_m_s, mass_kg=own.mass_kg, dt_s=dt_s,
+                fingers=FINGERS, limit_n=limit, theta=own.theta,
+            )  # fmt: skip
+        inertia = own.mass_kg * (own.length_m**2 + own.diameter_m**2) / 12
+        body = Body(own.mass_kg, inertia, (own.centre_x_m, own.grip_height_m - own.length_m / 2))
+        return step_planar(
+            self.body, self.gel, body, carrier_velocity_m_s=carrier_velocity_m_s, dt_s=dt_s, fingers=FINGERS,
+            limit_n=limit, theta=own.theta,
+        )  # fmt: skip
 
     def _press(self) -> bool:
         """Close the gel on the object where fingers, object's end or force have moved; tell whether they have."""
@@ -126,13 +151,13 @@ class Plant:
         """Return the truth, stamped `t_ns`."""
         return CellTruth(
             t_ns=t_ns,
-            slip_velocity_m_s=(0.0, self.slip_m_s),
+            slip_velocity_m_s=(self.slip_x_m_s, self.slip_m_s),
             relative_velocity_m_s=(0.0, self.relative_m_s),
-            slip_angular_rad_s=0.0,
+            slip_angular_rad_s=self.slip_rate_rad_s,
             slip_distance_m=self.slip_distance_m,
             stick_ratio=self.gel.stick_ratio,
             normal_force_n=self.normal_n,
-            tangential_force_n=abs(self.tangential_n),
+            tangential_force_n=self.tangential_n,
             required_normal_force_n=self.required_normal_n,
             aperture_m=self.fingers.aperture_m,
             object_height_m=self.body.height_m,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,34 +11,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.gel.field.grid import CellGrid
+    from lsds_mocks.gel.placement import Placement
     from lsds_mocks.gel.shapes import Shape
 
 _SAMPLES = 8
 """Intervals per hat at which the object's surface is looked up: 0.12 mm."""
-
-
-class Placement(NamedTuple):
-    """Where the object's own origin is on the pad (m), and how far it has turned from x to y (rad)."""
-
-    x_m: float = 0.0
-    y_m: float = 0.0
-    angle_rad: float = 0.0
-
-    def moved(self, dx_m: float, dy_m: float, dtheta_rad: float) -> Placement:
-        """Return the placement after a rigid motion about the pad's centre."""
-        if dtheta_rad == 0.0:
-            return Placement(self.x_m + dx_m, self.y_m + dy_m, self.angle_rad)
-        cos, sin = math.cos(dtheta_rad), math.sin(dtheta_rad)
-        x, y = cos * self.x_m - sin * self.y_m, sin * self.x_m + cos * self.y_m
-        return Placement(x + dx_m, y + dy_m, self.angle_rad + dtheta_rad)
-
-    def distance_m(self, other: Placement) -> float:
-        """Return how far (m) the two are apart, turning counted at the rim of a pad."""
-        return math.hypot(self.x_m - other.x_m, self.y_m - other.y_m) + _RIM_M * abs(self.angle_rad - other.angle_rad)
-
-
-_RIM_M = 10e-3
-ORIGIN = Placement()
 
 
 def own_coordinates(

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds_mocks.gel.field.footprint import ORIGIN, Footprint, Placement
+from lsds_mocks.gel.field.footprint import Footprint
 from lsds_mocks.gel.field.increment import Increment
 from lsds_mocks.gel.field.operator import Kernel, operator
 from lsds_mocks.gel.field.patch import Patch
 from lsds_mocks.gel.field.view import FieldView
 from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.placement import ORIGIN, Placement
 from lsds_mocks.gel.protocol import NO_REACTION, Reaction
 from lsds_mocks.gel.state import GelState
 
@@ -41,7 +42,7 @@ _REFRESH = 64
 _FORCE = 0.05
 """Error of the total force that the tolerance on single tractions leaves, as part of it."""
 _CLOSE = 0.3
-"""An increment's end, from which others start, is solved to this part of the tolerance."""
+"""The end of an increment of many steps, each of which may have been put off, is solved to this part of the tolerance."""
 _SLIDES = 0.1
 """A cell is called sliding when it falls back behind the object by this part of a step."""
 
@@ -79,6 +80,7 @@ class FieldGel:
         self._looked_at: tuple[float, tuple[float, float] | None] | None = None
         self._looked_from: Placement | None = None
         self._increments = 0
+        self._steps = 0
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
         self._first = self._fresh = True
@@ -244,6 +246,7 @@ class FieldGel:
         """Make the last trial real; end the increment where it has grown long, or turns."""
         self._since = self._since.and_then(*self._tried)
         self._first = True
+        self._steps += 1
         if self._follows:
             self.place = self.place.moved(*self._tried)
         self._notice_sliding()
@@ -259,8 +262,9 @@ class FieldGel:
 
     def _end_increment(self) -> None:
         """Move the anchors of cells that slid, and begin anew from here."""
-        if self._patch.size:
+        if self._patch.size and self._steps > 1:
             self._relax(_CLOSE * self.tolerance)
+        self._steps = 0
         self._anchor = np.where(self._slid, self._w[:2], self._carried)
         self._older_traction, self._old_traction = self._old_traction, self._older_traction
         self._older_w, self._old_w = self._old_w, self._older_w

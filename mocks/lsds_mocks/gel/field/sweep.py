@@ -19,7 +19,7 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_SKIP = 0.1
+_SKIP = 0.03
 """Part of the tolerance below which a change is not worth making."""
 _FULL = 30
 _DAMPED = 0.4

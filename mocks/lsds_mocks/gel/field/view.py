@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.blocks import displace, point_rows
-from lsds_mocks.gel.field.footprint import Placement, own_coordinates
+from lsds_mocks.gel.field.footprint import own_coordinates
 from lsds_mocks.gel.field.tables import POINT_FINE
+from lsds_mocks.gel.placement import Placement
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -1,0 +1,159 @@
+"""The object's motion in the plane of the pads: up and down, sideways, and turning about where it is held.
+
+Implicit, like `lsds_mocks.plant.lift`, with three unknowns: the velocity of the centre of mass and the rate of turning
+at the point theta of the step solve M (q - q_n) = theta dt (weight - fingers J^T R), R being the gel's reaction to the
+motion that q carries out. A quasi-Newton iteration learns the gel's stiffness from its own trials and hands it on to
+the next step; where it does not settle it is stiffened, which slows it down and makes it contract.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.gel.placement import ORIGIN, Placement
+from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.protocol import GelModel, Reaction
+
+_ITERATIONS = 40
+_STIFFEN_AFTER = 10
+_TOLERANCE = 1e-9
+_ARM_M = 5e-3
+"""A patch's stiffness against turning, where nothing is known yet, is its stiffness times this arm squared."""
+
+
+@dataclass(slots=True)
+class PlanarMotion(ObjectMotion):
+    """Beside height and vertical velocity of the centre of mass: its sideways velocity, the rate of turning (x to y),
+    and where the object's point that was first between the pads has got to, as seen from there."""
+
+    velocity_x_m_s: float = 0.0
+    rate_rad_s: float = 0.0
+    place: Placement = ORIGIN
+    stiffness: NDArray[np.float64] = field(default_factory=lambda: np.zeros((3, 3)))
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Mass (kg), moment of inertia about the centre of mass (kg m^2), and where that is, seen from the pads' centre
+    at the start (m, x right, y down)."""
+
+    mass_kg: float
+    inertia_kg_m2: float
+    centre_m: tuple[float, float]
+
+    def centre_at(self, place: Placement) -> tuple[float, float]:
+        """Return where the centre of mass is once the object has moved."""
+        cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
+        x, y = self.centre_m
+        return place.x_m + cos * x - sin * y, place.y_m + sin * x + cos * y
+
+
+def step_planar(
+    motion: PlanarMotion,
+    gel: GelModel,
+    body: Body,
+    *,
+    carrier_velocity_m_s: float,
+    dt_s: float,
+    fingers: int,
+    limit_n: float,
+    theta: float = 1.0,
+) -> Reaction:
+    """Advance `motion` and `gel` by `dt_s`; return what one finger's gel feels.
+
+    `theta` 1 is backward Euler, 1/2 the midpoint rule.
+    """
+    weight = body.mass_kg * GRAVITY_M_S2
+    if motion.supported:
+        # The table's friction keeps it from turning and from going sideways.
+        reaction = gel.trial(0.0, dt_s * carrier_velocity_m_s)
+        if fingers * reaction.force_y_n <= weight:
+            gel.commit()
+            motion.place = motion.place.moved(0.0, dt_s * carrier_velocity_m_s, 0.0)
+            motion.velocity_m_s = motion.velocity_x_m_s = motion.rate_rad_s = 0.0
+            return reaction
+    x, y = body.centre_at(motion.place)
+    jacobian = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
+    mass = np.array([body.mass_kg, body.mass_kg, body.inertia_kg_m2])
+    start = np.array([motion.velocity_x_m_s, -motion.velocity_m_s, motion.rate_rad_s])
+    carried = np.array([0.0, carrier_velocity_m_s, 0.0])
+    middle = _solve(motion, gel, jacobian, mass, start, carried, theta * dt_s, fingers, weight, limit_n)
+    rises = -float(middle[1])
+    motion.supported = motion.height_m + dt_s * rises <= 0.0
+    if motion.supported:
+        middle[1] = motion.height_m / dt_s
+    moved = (dt_s * (jacobian @ middle + carried)).tolist()
+    reaction = gel.trial(*moved)
+    gel.commit()
+    motion.place = motion.place.moved(*moved)
+    end = start + (middle - start) / theta
+    motion.height_m = 0.0 if motion.supported else motion.height_m + dt_s * rises
+    motion.velocity_m_s = 0.0 if motion.supported else -float(end[1])
+    motion.velocity_x_m_s, motion.rate_rad_s = float(end[0]), float(end[2])
+    return reaction
+
+
+def _solve(
+    motion: PlanarMotion,
+    gel: GelModel,
+    jacobian: NDArray[np.float64],
+    mass: NDArray[np.float64],
+    start: NDArray[np.float64],
+    carried: NDArray[np.float64],
+    h: float,
+    fingers: int,
+    weight: float,
+    limit_n: float,
+) -> NDArray[np.float64]:
+    """Return the velocities at the step's point theta, `h` after its beginning."""
+    load = np.array([0.0, weight, 0.0])
+    good_enough = max(_TOLERANCE, gel.force_tolerance) * (limit_n + weight) * fingers
+    stiffness = motion.stiffness
+    scale = np.array([1.0, 1.0, _ARM_M])
+    guess = start
+    last: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    for iteration in range(_ITERATIONS):
+        moved = h * (jacobian @ guess + carried)
+        answer = gel.trial(*moved.tolist())
+        force = np.array([answer.force_x_n, answer.force_y_n, answer.torque_nm])
+        if last is None and not stiffness.any():
+            stiffness = answer.stiffness_y_n_m * np.diag([1.0, 1.0, _ARM_M**2])
+        elif last is not None:
+            stiffness = _learn(stiffness, moved - last[0], force - last[1], scale)
+        last = (moved, force)
+        excess = mass * (guess - start) / h - load + fingers * jacobian.T @ force
+        if np.abs(excess / scale).max() <= good_enough:
+            break
+        if iteration % _STIFFEN_AFTER == _STIFFEN_AFTER - 1:
+            stiffness = 3 * stiffness + 0.1 * np.diag(mass / scale**2 / h**2) * scale**2
+        tangent = np.diag(mass / h) + fingers * h * jacobian.T @ stiffness @ jacobian
+        guess = guess - np.linalg.solve(tangent, excess)
+    motion.stiffness = stiffness
+    return np.array(guess)
+
+
+def _learn(
+    stiffness: NDArray[np.float64], moved: NDArray[np.float64], force: NDArray[np.float64], scale: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the stiffness that also explains the last two trials (Powell's symmetric Broyden update), never negative.
+
+    Turning is counted as motion of an arm, so that metres and radians weigh alike.
+    """
+    d, f = moved * scale, force / scale
+    size = float(d @ d)
+    if size < 1e-24:
+        return stiffness
+    own = stiffness / np.outer(scale, scale)
+    miss = f - own @ d
+    own = own + (np.outer(miss, d) + np.outer(d, miss)) / size - float(miss @ d) / size**2 * np.outer(d, d)
+    values, vectors = np.linalg.eigh(own)
+    own = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return np.asarray(own * np.outer(scale, scale))
