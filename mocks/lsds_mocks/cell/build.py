@@ -48,6 +48,10 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
         return BrushGel(shape, material, kernel=kernel)
     # Compiled code, half a second of import: only for those who want it.
+    if options.fidelity == "auto":
+        from lsds_mocks.gel.auto.gel import AutoGel
+
+        return AutoGel(shape, material, tolerance_m=options.tolerance_um * 1e-6)
     from lsds_mocks.gel.field.gel import FieldGel
 
     return FieldGel(shape, material, fine=options.grid, kernel=options.fidelity)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class GelState:
     """Shear deflection (2, N) in metres and shear force (2, N) in newtons of each point, normal force per point (N,)
     in newtons, which points slid, indentation (m), total normal force (N) and the stretch of y (m) under the object.
-    A model whose points come and go names them by `cells` (N,), and where the object's surface is by `placement` (x and
-    y in metres, turn in radians)."""
+    A model whose points come and go names them by `cells` (N,) of a grid `fine`, and where the object's surface is by
+    `placement` (x and y in metres, turn in radians)."""
 
     deflection_m: NDArray[np.float64]
     shear_n: NDArray[np.float64]
@@ -25,12 +25,15 @@ class GelState:
     indentation_m: float
     normal_force_n: float
     reach_m: tuple[float, float] | None
+    fine: int = 0
     cells: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
     placement: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def blend(early: GelState, late: GelState, share: float) -> GelState:
     """Return the state a `share` (0..1) of the way between two neighbouring steps, for an exposure between them."""
+    if early.fine != late.fine:
+        return late
     if early.cells is not late.cells and not np.array_equal(early.cells, late.cells):
         early = _over(late.cells, early)
     x, y, angle = (a + share * (b - a) for a, b in zip(early.placement, late.placement, strict=True))
@@ -43,6 +46,7 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
         early.indentation_m + share * (late.indentation_m - early.indentation_m),
         early.normal_force_n + share * (late.normal_force_n - early.normal_force_n),
         late.reach_m,
+        late.fine,
         late.cells,
         (x, y, angle),
     )

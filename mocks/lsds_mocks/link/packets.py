@@ -49,7 +49,9 @@ _FINGERS = struct.Struct("<Bq2d2?d")
 _LOAD = struct.Struct("<Bqd")
 _SCENE = struct.Struct("<Bq?2d")
 _TRUTH = struct.Struct("<Bq12d2?")
-_GEL = struct.Struct("<BqI?4d")
+_GEL = struct.Struct("<Bqi?4dB3d")
+_NO_GEL = -1
+"""In place of the number of points, which is 0 where nothing touches."""
 
 
 def pack_fingers(f: Fingers) -> bytes:
@@ -102,24 +104,31 @@ def unpack_truth(data: bytes) -> CellTruth:
 def pack_gel(t_ns: int, state: GelState | None) -> bytes:
     """Return the answer for an instant."""
     if state is None:
-        return _GEL.pack(Kind.GEL, t_ns, 0, False, 0.0, 0.0, 0.0, 0.0)
+        return _GEL.pack(Kind.GEL, t_ns, _NO_GEL, False, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
     points = state.pressure_n.shape[0]
     reach = state.reach_m
     low, high = (0.0, 0.0) if reach is None else reach
     head = _GEL.pack(
-        Kind.GEL, t_ns, points, reach is not None, state.indentation_m, state.normal_force_n, low, high
+        Kind.GEL, t_ns, points, reach is not None, state.indentation_m, state.normal_force_n, low, high, state.fine,
+        *state.placement,
     )  # fmt: skip
     arrays = (state.deflection_m, state.shear_n, state.pressure_n)
-    return head + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays) + state.slid.tobytes()
+    cells = state.cells if len(state.cells) else np.zeros(points)
+    numbers = b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays)
+    return head + numbers + state.slid.tobytes() + np.ascontiguousarray(cells, "<i4").tobytes()
 
 
 def unpack_gel(data: bytes) -> tuple[int, GelState | None]:
     """Return the instant asked for, and the gel's state or None."""
-    _, t_ns, points, has_reach, depth, force, low, high = _GEL.unpack_from(data)
-    if points == 0:
+    _, t_ns, points, has_reach, depth, force, low, high, fine, *place = _GEL.unpack_from(data)
+    if points == _NO_GEL:
         return t_ns, None
     numbers = np.frombuffer(data, "<f8", 5 * points, _GEL.size)
     slid = np.frombuffer(data, np.bool_, points, _GEL.size + 40 * points)
     deflection, shear = numbers[: 2 * points].reshape(2, points), numbers[2 * points : 4 * points].reshape(2, points)
     reach = (low, high) if has_reach else None
-    return t_ns, GelState(deflection, shear, numbers[4 * points :], slid, depth, force, reach)
+    cells = np.frombuffer(data, "<i4", points, _GEL.size + 41 * points).copy() if fine else np.zeros(0, np.int32)
+    x, y, angle = place
+    return t_ns, GelState(
+        deflection, shear, numbers[4 * points :], slid, depth, force, reach, fine, cells, (x, y, angle)
+    )

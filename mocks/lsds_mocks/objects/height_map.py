@@ -35,9 +35,7 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
         heights = image / float(np.iinfo(image.dtype).max) * range_mm * 1e-3
     heights = np.asarray(heights)
     if heights.ndim != 2 or min(heights.shape) < 2:
-        raise DataError(
-            f"{path}: a height map has two axes of at least 2 samples, not shape {heights.shape}"
-        )
+        raise DataError(f"{path}: a height map has two axes of at least 2 samples, not shape {heights.shape}")
     if not (np.issubdtype(heights.dtype, np.number) and np.isrealobj(heights) and np.isfinite(heights).all()):
         raise DataError(f"{path}: heights must be finite real numbers")
     return heights.astype(np.float64)

@@ -114,6 +114,28 @@ def correct(
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def point_correction(
+    out: NDArray[np.float32],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    correction: NDArray[np.float32],
+    hat_rows: int,
+    hat_columns: int,
+) -> None:
+    """Write (3, nodes, 2 M): the correction from hats to points `x`, `y` (M,), in hat intervals from the corner."""
+    node, weight = np.zeros(4, np.int64), np.zeros(4)
+    for m in range(x.size):
+        hats_of(y[m], x[m], hat_rows, hat_columns, node, weight)
+        for a in range(3):
+            for n in range(correction.shape[1]):
+                for b in range(2):
+                    value = np.float32(0.0)
+                    for h in range(4):
+                        value += np.float32(weight[h]) * correction[a, n, b, node[h]]
+                    out[a, n, b * x.size + m] = value
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
 def point_rows(
     out: NDArray[np.float32],
     x: NDArray[np.float64],
@@ -121,7 +143,7 @@ def point_rows(
     rows: NDArray[np.int32],
     columns: NDArray[np.int32],
     table: NDArray[np.float32],
-    correction: NDArray[np.float32],
+    from_hats: NDArray[np.float32],
     fine: int,
     point_fine: int,
     hat_rows: int,
@@ -129,40 +151,33 @@ def point_rows(
 ) -> None:
     """Write (N, 3, 2 M): what tractions in cells do to points `x`, `y` (M,), in hat intervals from the pad's corner.
 
-    `correction` (3, nodes, 3, nodes) is times the cell's area; of size 0 where there is none.
+    `from_hats` is `point_correction`'s answer, of size 0 where there is none.
     """
     ny, nx = table.shape[2], table.shape[3]
     points = x.size
     node, weight = np.zeros(4, np.int64), np.zeros(4)
-    at_node = np.zeros((3, 2, (hat_rows + 1) * (hat_columns + 1)), np.float32)
-    p_node, p_weight = np.zeros((points, 4), np.int64), np.zeros((points, 4))
-    for m in range(points):
-        hats_of(y[m], x[m], hat_rows, hat_columns, p_node[m], p_weight[m])
+    one = np.float32(1.0)
     for i in range(rows.size):
         cy, cx = (rows[i] + 0.5) / fine, (columns[i] + 0.5) / fine
-        if correction.size:
-            hats_of(cy, cx, hat_rows, hat_columns, node, weight)
-            at_node[:] = 0.0
-            for h in range(4):
-                w = np.float32(weight[h])
-                for a in range(3):
-                    for b in range(2):
-                        at_node[a, b] += w * correction[a, node[h], b]
         for m in range(points):
             oy, ox = (y[m] - cy) * point_fine, (x[m] - cx) * point_fine
             r, c = int(np.floor(oy)), int(np.floor(ox))
             fy, fx = np.float32(oy - r), np.float32(ox - c)
             r0, r1, c0, c1 = r % ny, (r + 1) % ny, c % nx, (c + 1) % nx
-            one = np.float32(1.0)
             for a in range(3):
                 for b in range(2):
                     t = table[b, a]
                     value = (one - fy) * ((one - fx) * t[r0, c0] + fx * t[r0, c1])
                     value += fy * ((one - fx) * t[r1, c0] + fx * t[r1, c1])
-                    if correction.size:
-                        for h in range(4):
-                            value += np.float32(p_weight[m, h]) * at_node[a, b, p_node[m, h]]
                     out[i, a, b * points + m] = value
+        if from_hats.size:
+            hats_of(cy, cx, hat_rows, hat_columns, node, weight)
+            for h in range(4):
+                w = np.float32(weight[h])
+                for a in range(3):
+                    source, own = from_hats[a, node[h]], out[i, a]
+                    for k in range(2 * points):
+                        own[k] += w * source[k]
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]

@@ -55,8 +55,8 @@ class Footprint:
         slope = np.stack([(across[:, -1] - across[:, 0]) / dx, (along[:, -1] - along[:, 0]) / dy])
         return along @ self._weight, slope
 
-    def near(self, place: Placement, reach_m: float) -> NDArray[np.int32]:
-        """Return the cells over whose middle the gap, texture aside, is below `reach_m`."""
+    def near(self, place: Placement, reach_m: float) -> NDArray[np.bool_]:
+        """Return (cells,): whether the gap over the cell's middle, texture aside, is below `reach_m`."""
         at = own_coordinates(place, self._grid.x_m[None, :], self._grid.y_m[:, None])
         gap = np.broadcast_to(self.shape.least_gap(*at), (self._grid.rows, self._grid.columns))
-        return np.flatnonzero(gap < reach_m).astype(np.int32)
+        return np.asarray(gap < reach_m).ravel()

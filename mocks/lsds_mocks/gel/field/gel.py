@@ -70,9 +70,11 @@ class FieldGel:
         self.tolerance = tolerance
         self.unconverged = 0
         self.sweeps = 0
+        self.work = 0.0
         self.place = ORIGIN
         self._follows = follows
         self._view = FieldView(self.operator, shape)
+        self._now_view: FieldView | None = None
         self._footprint = Footprint(shape, self.grid)
         self._patch = Patch(self.operator)
         self._indentation = 0.0
@@ -135,6 +137,21 @@ class FieldGel:
         return _FORCE * self.tolerance
 
     @property
+    def cells(self) -> NDArray[np.int32]:
+        """Numbers (N,) of the cells that are looked after."""
+        return self._patch.cells
+
+    @property
+    def wall_distance_m(self) -> float | None:
+        """Least distance of the contact from a wall of the pad; None without contact, 0 or less where it reaches one."""
+        x, y = np.abs(self._points[:, self._touching])
+        if not x.size:
+            return None
+        to_x = self.material.width_m / 2 - float(x.max()) - self.grid.dx_m / 2
+        to_y = self.material.height_m / 2 - float(y.max()) - self.grid.dy_m / 2
+        return min(to_x, to_y)
+
+    @property
     def points_m(self) -> NDArray[np.float64]:
         """Centres of the cells that are looked after, (2, N); another array whenever they change."""
         return self._points
@@ -153,14 +170,14 @@ class FieldGel:
         if moved:
             self._looked_from = place
         self._looked_at = (self._indentation, self._reach)
-        near = self._patch.cells[:0]
-        if self._indentation > 0:
-            near = self._footprint.near(self._looked_from or place, _BESIDE * self._indentation)
+        near = self._footprint.near(self._looked_from or place, _BESIDE * self._indentation)
         patch = self._patch
-        new = np.setdiff1d(near, patch.cells, assume_unique=True)
-        left = patch.size > 16 + _DEAD * len(near)
+        known_cells = np.zeros(self.grid.size, np.bool_)
+        known_cells[patch.cells] = True
+        new = np.flatnonzero(near & ~known_cells).astype(np.int32)
+        left = patch.size > 16 + _DEAD * np.count_nonzero(near)
         if left:
-            kept = np.isin(patch.cells, near) | (self._old_traction[2] > 0) | (self._traction[2] > 0)
+            kept = near[patch.cells] | (self._old_traction[2] > 0) | (self._traction[2] > 0)
             patch.keep(kept)
             self._resize(np.flatnonzero(kept), patch.size)
         if len(new):
@@ -219,7 +236,9 @@ class FieldGel:
 
     def _relax(self, tolerance: float) -> None:
         done = self._patch.relax(self._traction, self._w, self._target, self._friction, self._slid, tolerance, SWEEPS)
-        self.sweeps += done if done > 0 else SWEEPS
+        swept = done if done > 0 else SWEEPS
+        self.sweeps += swept
+        self.work += 9.0 * swept * self._patch.size**2
         self.unconverged += done < 0
 
     def _guess(self, motion: Increment) -> None:
@@ -280,6 +299,13 @@ class FieldGel:
         self._slip = np.zeros(self._patch.size)
         self._fresh = True
 
+    def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return displacements (M, 2) of points (M, 2) as the gel stands; keeps matrices for one set of points."""
+        view = self._view if self._view.knows(xy_m) else self._now_view
+        if view is None:
+            view = self._now_view = FieldView(self.operator, self.shape)
+        return view.displacement(self._patch.cells, self._traction, xy_m)
+
     @property
     def sliding(self) -> NDArray[np.bool_]:
         """Which cells slid in the last committed step."""
@@ -324,6 +350,7 @@ class FieldGel:
             self._indentation,
             float(force[2].sum()),
             self._reach,
+            self.grid.fine,
             self._patch.cells,
             tuple(self.place),
         )

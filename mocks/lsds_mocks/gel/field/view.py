@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds_mocks.gel.field.blocks import displace, point_rows
+from lsds_mocks.gel.field.blocks import displace, point_correction, point_rows
 from lsds_mocks.gel.field.footprint import own_coordinates
 from lsds_mocks.gel.field.tables import POINT_FINE
 from lsds_mocks.gel.placement import Placement
@@ -31,18 +31,29 @@ class FieldView:
         self._slot = np.zeros(0, np.int64)
         self._rows = np.zeros((0, 3, 0), np.float32)
         self._used = 0
+        self._from_hats = np.zeros((3, 0, 0), np.float32)
+
+    def knows(self, xy_m: NDArray[np.float64]) -> bool:
+        """Tell whether these are the points that it keeps matrices for."""
+        return self._xy is xy_m
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (M, 2) metres for points (M, 2) of the undeformed surface."""
+        return self.displacement(state.cells, _traction(state, self._operator.grid.cell_m2), xy_m)
+
+    def displacement(
+        self, cells: NDArray[np.int32], traction: NDArray[np.float32], xy_m: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return (M, 2) metres for points (M, 2), under traction (3, N) in pascal on cells (N,)."""
         if self._xy is not xy_m:
             self._xy = xy_m
             self._out = np.zeros(2 * len(xy_m), np.float32)
             self._slot = np.full(self._operator.grid.size, -1, np.int64)
             self._rows = np.zeros((64, 3, 2 * len(xy_m)), np.float32)
             self._used = 0
-        self._learn(state.cells)
-        traction = _traction(state, self._operator.grid.cell_m2)
-        displace(self._out, self._rows, self._slot[state.cells], traction)
+            self._from_hats = _point_correction(self._operator, xy_m.tobytes())
+        self._learn(cells)
+        displace(self._out, self._rows, self._slot[cells], traction)
         return np.asarray(self._out.reshape(2, -1).T, np.float64)
 
     def _learn(self, cells: NDArray[np.int32]) -> None:
@@ -54,14 +65,12 @@ class FieldView:
             more = np.zeros((self._used * 5 // 4, *self._rows.shape[1:]), np.float32)
             more[:known] = self._rows[:known]
             self._rows = more
-        grid, hats = self._operator.grid, self._operator.grid.hats
-        material = grid.material
-        x = (self._xy[:, 0] / material.width_m + 0.5) * hats.columns
-        y = (self._xy[:, 1] / material.height_m + 0.5) * hats.rows
-        rows, columns = (new // grid.columns).astype(np.int32), (new % grid.columns).astype(np.int32)
         operator = self._operator
+        grid, hats = operator.grid, operator.grid.hats
+        x, y = _in_hats(operator, self._xy)
+        rows, columns = (new // grid.columns).astype(np.int32), (new % grid.columns).astype(np.int32)
         point_rows(
-            self._rows[known : self._used], x, y, rows, columns, operator.points, operator.correction,
+            self._rows[known : self._used], x, y, rows, columns, operator.points, self._from_hats,
             grid.fine, POINT_FINE, hats.rows, hats.columns,
         )  # fmt: skip
         self._slot[new] = np.arange(known, self._used)
@@ -87,6 +96,25 @@ class FieldView:
         across = _overlap(grid.x_m, grid.dx_m, width_m)[touching % grid.columns]
         along = _overlap(grid.y_m, grid.dy_m, height_m)[touching // grid.columns]
         return float(across @ along) / (width_m * height_m)
+
+
+def _in_hats(operator: Operator, xy_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return x and y of points in hat intervals from the pad's corner."""
+    hats, material = operator.grid.hats, operator.grid.material
+    x = (xy_m[:, 0] / material.width_m + 0.5) * hats.columns
+    y = (xy_m[:, 1] / material.height_m + 0.5) * hats.rows
+    return x, y
+
+
+@lru_cache(maxsize=8)
+def _point_correction(operator: Operator, xy: bytes) -> NDArray[np.float32]:
+    """Return the correction from hats to points (3, nodes, 2 M), of size 0 where there is none."""
+    if not operator.correction.size:
+        return np.zeros((3, 0, 0), np.float32)
+    x, y = _in_hats(operator, np.frombuffer(xy).reshape(-1, 2))
+    out = np.zeros((3, operator.correction.shape[1], 2 * len(x)), np.float32)
+    point_correction(out, x, y, operator.correction, operator.grid.hats.rows, operator.grid.hats.columns)
+    return out
 
 
 def _traction(state: GelState, area_m2: float) -> NDArray[np.float32]:

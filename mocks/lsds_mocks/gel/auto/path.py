@@ -1,0 +1,105 @@
+"""What has been done to a gel, in legs long enough to be retraced cheaply on another grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from lsds_mocks.gel.field.increment import ARM_M
+from lsds_mocks.gel.placement import ORIGIN, Placement
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.field.grid import CellGrid
+
+LEG_M = 0.2e-3
+"""Longest leg: a straight stretch of 0.3 mm taken at once costs less than a micrometre."""
+PRESS_M = 0.05e-3
+"""A leg of pressing is shorter: pressed at once, a gel is up to 9 um off."""
+MEMORY_M = 2e-3
+"""Friction forgets what lies farther back than this: the surface has slid over it."""
+_STRAIGHT = math.cos(math.radians(20))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Friction:
+    """Coefficients (N,) over cells (N,) of a grid."""
+
+    grid: CellGrid
+    cells: NDArray[np.int32]
+    values: NDArray[np.float64]
+
+
+class Leg(NamedTuple):
+    """A straight stretch: motion (m, rad), where indentation (m) and reach ended up, the friction of that time."""
+
+    dx_m: float
+    dy_m: float
+    dtheta_rad: float
+    indentation_m: float
+    reach_m: tuple[float, float] | None
+    friction: Friction | None
+
+    @property
+    def length_m(self) -> float:
+        """How far it leads, turning counted at the arm that increments count it at."""
+        return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
+
+    def leads_on(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+        """Tell whether a step goes on in its direction."""
+        own = self.length_m
+        step = math.sqrt(dx_m**2 + dy_m**2 + (ARM_M * dtheta_rad) ** 2)
+        along = self.dx_m * dx_m + self.dy_m * dy_m + ARM_M**2 * self.dtheta_rad * dtheta_rad
+        return along >= _STRAIGHT * own * step
+
+
+@dataclass(slots=True)
+class Path:
+    """Closed legs since `start`, of which the first `dropped` are forgotten, and the open one."""
+
+    start: Placement = ORIGIN
+    legs: list[Leg] = field(default_factory=list)
+    dropped: int = 0
+    open: Leg | None = None
+    pressed_m: float = 0.0
+    kept_m: float = 0.0
+
+    @property
+    def count(self) -> int:
+        """Legs closed so far, the forgotten included."""
+        return self.dropped + len(self.legs)
+
+    def add(
+        self,
+        step: tuple[float, float, float],
+        indentation_m: float,
+        reach_m: tuple[float, float] | None,
+        friction: Friction | None,
+    ) -> bool:
+        """Append a step; tell whether it turned a corner."""
+        turned = self.open is not None and not self.open.leads_on(*step)
+        if turned:
+            self.close()
+        before = self.open or Leg(0.0, 0.0, 0.0, self.pressed_m, reach_m, None)
+        x, y, turn = before.dx_m + step[0], before.dy_m + step[1], before.dtheta_rad + step[2]
+        self.open = Leg(x, y, turn, indentation_m, reach_m, friction)
+        if self.open.length_m >= LEG_M or abs(indentation_m - self.pressed_m) >= PRESS_M or before.reach_m != reach_m:
+            self.close()
+        return turned
+
+    def close(self) -> None:
+        """End the open leg here."""
+        if self.open is None:
+            return
+        leg, self.open = self.open, None
+        self.legs.append(leg)
+        self.pressed_m = leg.indentation_m
+        self.kept_m += leg.length_m
+        while self.kept_m - self.legs[0].length_m > MEMORY_M:
+            first = self.legs.pop(0)
+            self.dropped += 1
+            self.kept_m -= first.length_m
+            self.start = self.start.moved(first.dx_m, first.dy_m, first.dtheta_rad)

@@ -1,0 +1,57 @@
+"""What the choosing gel has chosen, why, at what cost, and what it cannot promise."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+STRAIN_DOUBTFUL = 0.1
+STRAIN_INVALID = 0.2
+"""Indentation over thickness from where small strain is off by some micrometres, and by more than it is worth."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A change of grid: how far (m) the object had moved by then, the cell's side (m), the estimate (m) it was made on."""
+
+    at_m: float
+    pitch_m: float
+    estimate_m: float | None
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class FidelityReport:
+    """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes; None before the first. Work
+    is counted in multiplications of the sweeps; `audit_share` is the part of it that the auditing grid took."""
+
+    tolerance_m: float
+    pitch_m: float
+    estimate_m: float | None
+    audits: int
+    choices: tuple[Choice, ...]
+    work: float
+    audit_share: float
+    strain: float
+    wall_distance_m: float | None
+    unconverged: int
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What an audit of the grid cannot see, or has seen and cannot mend."""
+        found = []
+        if self.strain > STRAIN_INVALID:
+            found.append(f"indentation is {self.strain:.0%} of the thickness: small strain is not valid beyond 20 %")
+        elif self.strain > STRAIN_DOUBTFUL:
+            found.append(f"indentation is {self.strain:.0%} of the thickness: small strain is off by 2-10 um beyond 10 %")
+        if self.estimate_m is not None and self.estimate_m > self.tolerance_m:
+            found.append("the finest grid that can keep up does not meet the tolerance")
+        if self.wall_distance_m is not None and self.wall_distance_m <= 0:
+            found.append("the contact reaches a wall of the pad, where the shape of its edge counts, which is not modelled")
+        if self.unconverged:
+            found.append(f"{self.unconverged} solutions were stopped before they had settled")
+        return tuple(found)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything as plain values."""
+        return {**asdict(self), "warnings": list(self.warnings)}
