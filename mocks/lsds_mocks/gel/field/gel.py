@@ -343,7 +343,7 @@ class FieldGel:
         area = np.float64(self.grid.cell_m2)
         force = self._traction * area
         return GelState(
-            self._carried.copy(),
+            np.where(self._slid, self._w[:2], self._carried),
             force[:2],
             force[2],
             self._now_sliding.copy(),
