@@ -23,6 +23,7 @@ def chart() -> None:
     Examples:
       lsds chart frame --plot frame.png --csv frame.csv
       lsds chart scheduler
+      lsds chart gel
     """
 
 
@@ -101,6 +102,71 @@ def scheduler(repeats: int, json_file: str | None) -> None:
         ]
         click.echo(table(rows, ("scheduler", "ms for 60 s, median", "best", "us a dispatch")))
         click.echo(f"budget: {scheduler_cost.BUDGET_NS / 1e6:.0f} ms")
+
+
+@chart.command()
+@click.option("--scene", "scenes", multiple=True, metavar="NAME", help="Measure this scene only; repeatable.")
+@click.option("--reference", type=click.Path(exists=True, file_okay=False), help="Folder of reference solutions.")
+@click.option("--random", type=click.IntRange(min=0, max=1000), default=12, show_default=True,
+              help="Random scenes for the choosing gel.")  # fmt: skip
+@click.option("--seed", type=click.IntRange(min=0), default=1000, show_default=True, help="Of the first random scene.")
+@click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs; the fastest counts.")
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("gel.png"), show_default=True)
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
+@json_option
+def gel(
+    scenes: tuple[str, ...], reference: str | None, random: int, seed: int, repeats: int, plot: Path,
+    csv_file: str | None, json_file: str | None,
+) -> None:  # fmt: skip
+    """Chart every model of the simulated gel, on every scene: the dots' error against the time a frame takes.
+
+    Without --reference the finest grid stands in for the truth. Grids of the choosing model are tried on random
+    scenes, and their cost, audits included, compared with the cheapest grid that would have met the tolerance.
+
+    \b
+    Examples:
+      lsds chart gel
+      lsds chart gel --scene sphere --scene pipe --random 0 --csv gel.csv
+      lsds chart gel --reference contact_reference --json gel.json
+    """
+    options = {
+        "scenes": list(scenes), "reference": reference or "", "random": random, "seed": seed, "repeats": repeats,
+    }  # fmt: skip
+    _study("gel", options, seed, plot, csv_file, json_file)
+
+
+def _study(
+    name: str, options: dict[str, object], seed: int, plot: Path, csv_file: str | None, json_file: str | None
+) -> None:
+    """Run a study that a plugin offers; show, write and draw what it found."""
+    one_thread()
+    from lsds.clock import WallClock
+    from lsds.contracts import BuildContext, Study
+    from lsds.plugins.host import PluginHost
+
+    built: Study = PluginHost().build("study", name, options, BuildContext(WallClock(), seed))
+    with click.progressbar(length=1000, label="measuring", file=sys.stderr) as bar:
+        result = built.run(lambda done, whole: bar.update(1000 * done // whole - bar.pos))
+    if json_file is not None:
+        rows = [dict(row) for row in result.rows]
+        write_json({"title": result.title, "rows": rows, "notes": list(result.notes), **result.details}, json_file)
+    if json_file != "-":
+        shown = [tuple(_shown(row.get(key), form) for key, _, form in result.columns) for row in result.rows]
+        click.echo(f"{result.title}\n\n" + table(shown, tuple(heading for _, heading, _ in result.columns)))
+        click.echo("".join(f"\n{note}" for note in result.notes))
+    if csv_file is not None:
+        write_text(_csv([dict(row) for row in result.rows]), csv_file)
+    try:
+        result.draw(plot)
+    except (OSError, ValueError) as error:
+        raise DataError(f"{plot}: the chart cannot be written: {error}") from error
+    click.echo(f"chart: {plot}", err=json_file == "-")
+
+
+def _shown(value: object, form: str) -> str:
+    if value is None:
+        return "-"
+    return format(value, form) if form else str(value)
 
 
 def _csv(rows: list[dict[str, object]]) -> str:

@@ -11,6 +11,7 @@ from lsds.contracts.devices import (
     PoseSource,
     TactileSensor,
 )
+from lsds.contracts.study import Study, StudyResult
 from lsds.contracts.values import (
     ArmCommand,
     ArmSpec,
@@ -78,6 +79,8 @@ __all__ = [
     "Quaternion",
     "SensorSpec",
     "SlipEstimate",
+    "Study",
+    "StudyResult",
     "TactileSensor",
     "TrackFlag",
     "Tracker",

@@ -23,6 +23,7 @@ Kind = Literal[
     "estimator",
     "controller",
     "wire_mock",
+    "study",
 ]
 CONFIG_KINDS: tuple[Kind, ...] = (
     "sensor",
@@ -37,8 +38,9 @@ CONFIG_KINDS: tuple[Kind, ...] = (
 )
 """Kinds that have a section in a rig's config."""
 
-KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock")
-"""All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it."""
+KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock", "study")
+"""All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it. A `study` measures speed
+against accuracy; `lsds chart` runs it."""
 
 T = TypeVar("T")
 

@@ -107,4 +107,11 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.wire.cameras.truth_camera:TruthCameraOptions",
             summary="ArUco markers on gripper and object at 60 Hz: MJPEG on HTTP, or a RealSense recording",
         ),
+        BackendSpec(
+            "study",
+            "gel",
+            "lsds_mocks.study.gel_study:GelStudy",
+            "lsds_mocks.study.gel_options:GelStudyOptions",
+            summary="speed against accuracy of the simulated gel's models",
+        ),
     ]

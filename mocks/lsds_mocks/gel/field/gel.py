@@ -17,6 +17,7 @@ from lsds_mocks.gel.field.footprint import Footprint
 from lsds_mocks.gel.field.increment import Increment
 from lsds_mocks.gel.field.operator import Kernel, operator
 from lsds_mocks.gel.field.patch import Patch
+from lsds_mocks.gel.field.steps import add_up, carry, notice_sliding, settle
 from lsds_mocks.gel.field.view import FieldView
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.placement import ORIGIN, Placement
@@ -43,7 +44,7 @@ _FORCE = 0.05
 """Error of the total force that the tolerance on single tractions leaves, as part of it."""
 _CLOSE = 0.3
 """The end of an increment of many steps, each of which may have been put off, is solved to this part of the tolerance."""
-_SLIDES = 0.1
+_SLIDES = 0.03
 """A cell is called sliding when it falls back behind the object by this part of a step."""
 
 
@@ -224,10 +225,9 @@ class FieldGel:
         self._tried = (dx_m, dy_m, dtheta_rad)
         if not self._patch.size:
             return NO_REACTION
-        x, y = self._points
-        np.add(self._anchor[0], whole.dx_m - whole.dtheta_rad * y, out=self._carried[0])
-        np.add(self._anchor[1], whole.dy_m + whole.dtheta_rad * x, out=self._carried[1])
-        self._target[:2] = self._carried
+        carry(
+            self._anchor, self._points, whole.dx_m, whole.dy_m, whole.dtheta_rad, self._carried, self._target
+        )
         if self._fresh:
             self._fresh = False
             self._guess(whole)
@@ -250,16 +250,9 @@ class FieldGel:
 
     def _reaction(self) -> Reaction:
         area = self.grid.cell_m2
-        tx, ty, p = self._traction
-        x, y = self._points
-        if self._follows:
-            # Pressure on a slope pushes sideways: what an object feels that is moved over its own dent.
-            tx, ty = tx + p * self._slope[0], ty + p * self._slope[1]
-        fx, fy, normal = float(tx.sum()) * area, float(ty.sum()) * area, float(p.sum()) * area
-        torque = float(x @ ty - y @ tx) * area
-        stuck = float(np.count_nonzero(~self._slid)) * area
+        fx, fy, torque, normal, stuck = add_up(self._traction, self._points, self._slope, self._slid, self._follows)
         stiffness = stuck * self.material.shear_modulus_pa / self.material.thickness_m
-        return Reaction(fx, fy, torque, stiffness, normal)
+        return Reaction(fx * area, fy * area, torque * area, stiffness * area, normal * area)
 
     def commit(self) -> None:
         """Make the last trial real; end the increment where it has grown long, or turns."""
@@ -274,17 +267,14 @@ class FieldGel:
 
     def _notice_sliding(self) -> None:
         """A cell slides now if it slid in this increment, and its slip has grown with the last step."""
-        slip = np.hypot(self._carried[0] - self._w[0], self._carried[1] - self._w[1])
         step = math.hypot(self._tried[0], self._tried[1]) + abs(self._tried[2]) * self.material.thickness_m
-        np.logical_and(self._slid, slip - self._slip > _SLIDES * step, out=self._now_sliding)
-        self._slip = slip
+        notice_sliding(self._carried, self._w, self._slid, _SLIDES * step, self._slip, self._now_sliding)
 
     def _end_increment(self) -> None:
         """Move the anchors of cells that slid, and begin anew from here."""
         if self._patch.size and self._steps > 1:
             self._relax(_CLOSE * self.tolerance)
         self._steps = 0
-        self._anchor = np.where(self._slid, self._w[:2], self._carried)
         self._older_traction, self._old_traction = self._old_traction, self._older_traction
         self._older_w, self._old_w = self._old_w, self._older_w
         self._last = Increment(*self._since[:3], self._indentation - self._pressed)
@@ -292,11 +282,12 @@ class FieldGel:
         if self._increments % _REFRESH == 0:
             self._patch.respond(self._traction, self._w)
             self._last = Increment()
-        np.copyto(self._old_traction, self._traction)
-        np.copyto(self._old_w, self._w)
+        settle(
+            self._anchor, self._carried, self._slid, self._traction, self._w, self._old_traction, self._old_w,
+            self._slip,
+        )  # fmt: skip
         self._pressed = self._indentation
         self._since = Increment()
-        self._slip = np.zeros(self._patch.size)
         self._fresh = True
 
     def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
