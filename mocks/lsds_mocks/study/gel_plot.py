@@ -53,15 +53,15 @@ def _scene(ax: Axes, scene: str, rows: list[dict[str, Value]]) -> None:
         x, y = float(row["us_p50"] or 0), float(row["rms_um"] or 0)
         ax.plot(x, y, style, color=colour, ms=9 if style == "*" else 6)
         if row["pitch_mm"] or style == "*":
-            ax.annotate(
-                str(row["model"]).split(" ", 1)[1], (x, y), xytext=(5, 3), textcoords="offset points", fontsize=7,
-                color=colour,
-            )  # fmt: skip
+            side = {"xytext": (-4, -10), "ha": "right"} if style == "*" else {"xytext": (5, 4)}
+            label = str(row["model"]).split(" ", 1)[1]
+            ax.annotate(label, (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
     pads = sorted((float(r["us_p50"] or 0), float(r["rms_um"] or 0)) for r in rows if str(r["model"]).startswith("pad"))
     ax.plot(*zip(*pads, strict=True), "-", color=STYLES["pad"][1], lw=1, alpha=0.6) if pads else None
     ax.axhspan(1e-2, FLOOR_UM, color="0.92", zorder=0)
     ax.set_xscale("log")
     ax.set_yscale("log")
+    ax.set_xlim(20, 2e5)
     ax.set_ylim(0.1, 600)
     ax.set_title(f"{scene} (against {rows[0]['truth']})", fontsize=9)
     ax.set_xlabel("us a frame, median", fontsize=8)

@@ -31,18 +31,21 @@ DEFAULT_TOLERANCE_M = 5e-6
 _COARSER = 1.15
 _FINER = 0.32
 """Error of a grid over its difference to the next finer, and to the next coarser one: upper quantiles of many scenes."""
+_EVER = 0.25
+"""Part of the dots' motion that the coarsest grid's error has been at most: below the tolerance, there is no question."""
 _RAISE = 1.0
 _LOWER = 0.5
+_NO_WORSE = 1.2
 _PATIENCE = 3
-"""Go finer where the estimate exceeds this part of the tolerance; coarser where that grid's would be below this part for
-so many audits in a row."""
+"""Go finer where the estimate exceeds this part of the tolerance; coarser where that grid's would be below this part
+for so many audits in a row. Audits get rarer where the estimate is below that part, too, or no worse than it has been."""
 _NEAR_M = 0.1e-3
 _FAR_M = 0.8e-3
 """Distances between audits: where they count, and where they have long found little."""
 _PRESSED = 0.15
 _SOON_M = 0.02e-3
 """A change of the indentation by this part calls for an audit after this distance."""
-MOST_CELLS = 1000
+MOST_CELLS = 2500
 """Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
 _FINEST_START = ((0.8e-6, 4), (2.5e-6, 2))
 
@@ -85,6 +88,7 @@ class AutoGel:
         self._wait_m = _NEAR_M
         self._audited_at_m = 0.0
         self._calm = 0
+        self._worst = 0.0
         self._estimate: float | None = None
         self._audits = 0
         self._work = 0.0
@@ -127,14 +131,12 @@ class AutoGel:
         if self._indentation <= 0:
             self._let_go()
             return
-        before = self._path.open.length_m if self._path.open else 0.0
+        before = self._path.gone_m
         turned = self._path.add(self._step, self._indentation, self._reach, self._friction)
-        after = self._path.open.length_m if self._path.open else before
-        gone = max(after - before, 0.0) if not turned else after
-        self._gone_m += gone
-        self._to_next_m -= gone
+        self._gone_m += self._path.gone_m - before
+        self._to_next_m -= self._path.gone_m - before
         if turned:
-            self._wait_m = _NEAR_M
+            self._wait_m, self._worst = _NEAR_M, 0.0
             self._to_next_m = min(self._to_next_m, _NEAR_M)
         if abs(self._indentation - self._audited_at_m) > _PRESSED * self._indentation:
             self._to_next_m = min(self._to_next_m, _SOON_M)
@@ -151,16 +153,21 @@ class AutoGel:
 
     def _audit(self) -> None:
         """Retrace the path on the other grid of the pair, estimate this one's error, change grid where it is time to."""
+        own = self._dots_of(self._main)
+        if self._main.operator.kernel == "pad" and _EVER * _rms(own) < self.tolerance_m:
+            self._to_next_m = _NEAR_M
+            return
         if self._auditor is None:
             self._auditor, self._retraced = self._new(self._beside()), 0
         auditor = self._auditor
         self._retrace(auditor)
         self._audits += 1
         self._audited_at_m = self._indentation
-        difference = _rms(self._dots_of(self._main) - self._dots_of(auditor))
+        difference = _rms(own - self._dots_of(auditor))
         finer = auditor.grid.pitch_m < self._main.grid.pitch_m or auditor.operator.kernel != self._main.operator.kernel
         self._estimate = (_COARSER if finer else _FINER) * difference
-        small = self._estimate < _LOWER * self.tolerance_m
+        small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
+        self._worst = max(self._worst, self._estimate)
         self._wait_m = min(2 * self._wait_m, _FAR_M) if small else _NEAR_M
         self._to_next_m = self._wait_m
         if self._estimate > _RAISE * self.tolerance_m:
@@ -201,7 +208,7 @@ class AutoGel:
             self._auditor = None
         self._views[self._main.grid.fine] = self._main
         self._retraced = self._path.count
-        self._calm, self._wait_m, self._to_next_m = 0, _NEAR_M, _NEAR_M
+        self._calm, self._wait_m, self._to_next_m, self._worst = 0, _NEAR_M, _NEAR_M, 0.0
         self._choices.append(Choice(self._gone_m, self._main.grid.pitch_m, self._estimate, why))
 
     def _retrace(self, gel: FieldGel) -> None:
@@ -305,7 +312,7 @@ def _rms(difference: NDArray[np.float64]) -> float:
 def _over(friction: Friction, gel: FieldGel) -> NDArray[np.float64]:
     """Return friction at the cells of another grid: of the cell around it, or the mean of the cells within."""
     own, other = friction.grid, gel.grid
-    mean = float(friction.values.mean()) if friction.values.size else 0.0
+    mean = friction.mean
     if not friction.values.size or float(np.ptp(friction.values)) == 0.0:
         return np.full(gel.cells.size, mean)
     full = np.full((own.rows, own.columns), mean)

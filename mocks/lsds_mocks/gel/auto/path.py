@@ -22,6 +22,10 @@ PRESS_M = 0.05e-3
 MEMORY_M = 2e-3
 """Friction forgets what lies farther back than this: the surface has slid over it."""
 _STRAIGHT = math.cos(math.radians(20))
+_WIGGLE_M = 2e-6
+"""A leg goes on through a tremble: it ends when its steps have led off its course by this much in all."""
+_OTHER = 0.04
+"""A leg ends when friction has changed by this part: what is retraced is retraced with one friction a leg."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +35,11 @@ class Friction:
     grid: CellGrid
     cells: NDArray[np.int32]
     values: NDArray[np.float64]
+
+    @property
+    def mean(self) -> float:
+        """Plain mean of the coefficients; 0 where there are none."""
+        return float(self.values.mean()) if self.values.size else 0.0
 
 
 class Leg(NamedTuple):
@@ -66,6 +75,9 @@ class Path:
     open: Leg | None = None
     pressed_m: float = 0.0
     kept_m: float = 0.0
+    gone_m: float = 0.0
+    off_course_m: float = 0.0
+    first_friction: float = 0.0
 
     @property
     def count(self) -> int:
@@ -80,13 +92,24 @@ class Path:
         friction: Friction | None,
     ) -> bool:
         """Append a step; tell whether it turned a corner."""
-        turned = self.open is not None and not self.open.leads_on(*step)
-        if turned:
+        turned = False
+        if self.open is not None and not self.open.leads_on(*step):
+            self.off_course_m += math.sqrt(step[0] ** 2 + step[1] ** 2 + (ARM_M * step[2]) ** 2)
+            turned = self.off_course_m > _WIGGLE_M and self.open.length_m > _WIGGLE_M
+            if turned:
+                self.close()
+        mean = friction.mean if friction is not None else 0.0
+        if abs(mean - self.first_friction) > _OTHER * self.first_friction:
             self.close()
+        if self.open is None:
+            self.first_friction = mean
         before = self.open or Leg(0.0, 0.0, 0.0, self.pressed_m, reach_m, None)
         x, y, turn = before.dx_m + step[0], before.dy_m + step[1], before.dtheta_rad + step[2]
         self.open = Leg(x, y, turn, indentation_m, reach_m, friction)
-        if self.open.length_m >= LEG_M or abs(indentation_m - self.pressed_m) >= PRESS_M or before.reach_m != reach_m:
+        length = self.open.length_m
+        self.gone_m += max(length - before.length_m, 0.0) if length > _WIGGLE_M else 0.0
+        pressed = abs(indentation_m - self.pressed_m) >= PRESS_M or before.reach_m != reach_m
+        if length >= LEG_M or pressed:
             self.close()
         return turned
 
@@ -95,6 +118,7 @@ class Path:
         if self.open is None:
             return
         leg, self.open = self.open, None
+        self.off_course_m = 0.0
         self.legs.append(leg)
         self.pressed_m = leg.indentation_m
         self.kept_m += leg.length_m
