@@ -8,6 +8,7 @@ from typing import Any
 STRAIN_DOUBTFUL = 0.1
 STRAIN_INVALID = 0.2
 """Indentation over thickness from where small strain is off by some micrometres, and by more than it is worth."""
+_AT_WALL_M = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,7 @@ class FidelityReport:
             found.append(f"indentation is {self.strain:.0%} of the thickness: small strain is off by 2-10 um beyond 10 %")
         if self.estimate_m is not None and self.estimate_m > self.tolerance_m:
             found.append("the finest grid that can keep up does not meet the tolerance")
-        if self.wall_distance_m is not None and self.wall_distance_m <= 0:
+        if self.wall_distance_m is not None and self.wall_distance_m <= _AT_WALL_M:
             found.append("the contact reaches a wall of the pad, where the shape of its edge counts, which is not modelled")
         if self.unconverged:
             found.append(f"{self.unconverged} solutions were stopped before they had settled")

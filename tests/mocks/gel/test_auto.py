@@ -1,0 +1,176 @@
+"""The gel that chooses its grid meets its tolerance on scenes it was not tuned on, and finds wrong grids out."""
+
+import json
+
+import numpy as np
+import pytest
+from lsds_mocks.gel.auto.gel import DOTS_M, AutoGel
+from lsds_mocks.gel.auto.path import LEG_M, Friction, Path
+from lsds_mocks.gel.field.gel import FieldGel
+from lsds_mocks.gel.field.grid import CellGrid
+from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
+from lsds_mocks.study.run_scene import lead, rms_m
+from lsds_mocks.study.scenes import random_scene, reference_scenes
+
+HELD_OUT = 50_000
+"""First seed of scenes that were never looked at while estimates and thresholds were chosen."""
+
+
+def truth(scene):
+    return lead(FieldGel(scene.shape, scene.material, fine=4, follows=scene.follows), scene, DOTS_M).dots_m
+
+
+def errors(tolerance_m, seeds):
+    for seed in seeds:
+        scene = random_scene(seed)
+        gel = AutoGel(scene.shape, scene.material, tolerance_m=tolerance_m)
+        yield rms_m(lead(gel, scene, DOTS_M), truth(scene))[0], gel.report()
+
+
+def small(count):
+    """Seeds of held-out scenes whose finest grid is quick enough for a test."""
+    seeds = (HELD_OUT + k for k in range(1000))
+    return [s for s in seeds if random_scene(s).name.startswith("sphere")][:count]
+
+
+def test_meets_its_tolerance_on_held_out_scenes():
+    met = [error <= 10e-6 for error, _ in errors(10e-6, small(6))]
+    assert all(met)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance_m", [2e-6, 5e-6, 10e-6, 20e-6])
+def test_meets_its_tolerance_in_95_of_100_held_out_scenes(tolerance_m):
+    met = [error <= tolerance_m for error, _ in errors(tolerance_m, range(HELD_OUT, HELD_OUT + 100))]
+    assert all(met)5
+
+
+def test_takes_the_coarse_grid_where_it_will_do_and_a_finer_where_not():
+    scene = reference_scenes()["sphere"]
+    loose = AutoGel(scene.shape, tolerance_m=20e-6, follows=False)
+    lead(loose, scene, DOTS_M)
+    assert loose.report().pitch_m == pytest.approx(0.96e-3)
+    tight = AutoGel(scene.shape, tolerance_m=1e-6, follows=False)
+    trace = lead(tight, scene, DOTS_M)
+    assert tight.report().pitch_m < 0.5e-3
+    assert rms_m(trace, truth(scene))[0] < 1e-6
+
+
+def test_a_grid_too_coarse_for_a_block_is_rejected():
+    scene = reference_scenes()["block"]
+    coarse = FieldGel(scene.shape, fine=1, follows=False)
+    gel = AutoGel(scene.shape, tolerance_m=4e-6, follows=False, first=coarse)
+    lead(gel, scene, DOTS_M)
+    choices = gel.report().choices
+    assert choices[0].pitch_m == pytest.approx(0.96e-3)
+    assert choices[1].pitch_m == pytest.approx(0.48e-3)
+    assert choices[1].estimate_m > 4e-6
+
+
+@pytest.mark.parametrize("kernel", ["half-space", "layer"])
+def test_a_wrong_kernel_is_rejected_at_the_first_audit(kernel):
+    scene = reference_scenes()["pipe"]
+    wrong = FieldGel(scene.shape, fine=2, kernel=kernel, follows=False)
+    gel = AutoGel(scene.shape, tolerance_m=5e-6, follows=False, first=wrong)
+    trace = lead(gel, scene, DOTS_M)
+    assert gel.report().choices[1].why == "the auditor disagrees"
+    right = lead(FieldGel(scene.shape, fine=2, follows=False), scene, DOTS_M)
+    assert rms_m(trace, right.dots_m)[0] < 1e-6
+
+
+def test_report_says_what_it_cannot_promise():
+    gel = AutoGel(Cylinder(12.5e-3, 20.16e-3))
+    for depth in np.linspace(0.1e-3, 0.9e-3, 9):
+        gel.press(depth)
+        gel.set_friction(np.full(gel.points_m.shape[1], 0.6))
+        gel.trial(0.0, 5e-6)
+        gel.commit()
+    report = gel.report()
+    warnings = " ".join(report.warnings)
+    assert "20 %" in warnings
+    assert "wall" in warnings
+    assert report.strain == pytest.approx(0.225)
+    assert json.loads(json.dumps(report.as_json()))["warnings"] == list(report.warnings)
+
+
+def test_a_grid_that_cannot_be_made_finer_is_reported():
+    scene = reference_scenes()["block"]
+    gel = AutoGel(Box(10e-3, 10e-3, 0.2e-3), tolerance_m=0.3e-6)
+    lead(gel, scene, DOTS_M)
+    assert any("does not meet the tolerance" in warning for warning in gel.report().warnings)
+
+
+def test_letting_go_forgets_the_path():
+    gel = AutoGel(Sphere(12e-3), tolerance_m=5e-6)
+    for _ in range(2):
+        lead(gel, reference_scenes()["sphere"], DOTS_M)
+        gel.press(0.0)
+        gel.trial(0.0, 0.0)
+        gel.commit()
+        assert gel.state().pressure_n.sum() == 0
+    assert gel.stick_ratio == 1
+
+
+def test_states_of_either_grid_can_be_looked_at_and_put_back():
+    scene = reference_scenes()["sphere"]
+    gel = AutoGel(scene.shape, tolerance_m=2.6e-6, follows=False)
+    states = []
+    for depth in np.linspace(0.1e-3, 0.4e-3, 4):
+        gel.press(depth)
+        gel.set_friction(np.full(gel.points_m.shape[1], 0.6))
+        gel.trial(0.0, 0.0)
+        gel.commit()
+    for _ in range(20):
+        gel.set_friction(np.full(gel.points_m.shape[1], 0.6))
+        gel.trial(50e-6, 0.0)
+        gel.commit()
+        states.append(gel.state())
+    moved = [gel.marker_displacement(state, DOTS_M) for state in states]
+    assert len({state.fine for state in states}) > 1
+    other = AutoGel(scene.shape, tolerance_m=2.6e-6, follows=False)
+    for state, dots in zip(states[::5], moved[::5], strict=True):
+        other.restore(state)
+        assert other.marker_displacement(other.state(), DOTS_M) == pytest.approx(dots, abs=1e-8)
+
+
+def friction(mean):
+    return Friction(CellGrid(GelMaterial(), 1), np.zeros(1, np.int32), np.full(1, mean))
+
+
+def test_legs_end_at_corners_after_their_length_and_where_friction_changes():
+    path = Path()
+    for _ in range(50):
+        path.add((10e-6, 0.0, 0.0), 0.3e-3, None, friction(0.5))
+    path.close()
+    sliding = [leg for leg in path.legs if leg.length_m > 0]
+    assert max(leg.length_m for leg in sliding) <= LEG_M * 1.05
+    assert sum(leg.dx_m for leg in path.legs) == pytest.approx(500e-6)
+    count = path.count
+    assert not path.add((10e-6, 0.0, 0.0), 0.3e-3, None, friction(0.5))
+    assert path.add((0.0, 10e-6, 0.0), 0.3e-3, None, friction(0.5))
+    assert path.count == count + 1
+    path.add((0.0, 10e-6, 0.0), 0.3e-3, None, friction(0.6))
+    assert path.legs[-1].friction.mean == 0.5
+
+
+def test_a_tremble_is_no_path():
+    path = Path()
+    path.add((10e-6, 0.0, 0.0), 0.3e-3, None, None)
+    path.close()
+    gone = path.gone_m
+    for k in range(100):
+        path.add(((-1) ** k * 0.5e-6, 0.0, 0.0), 0.3e-3, None, None)
+    assert path.gone_m - gone < 2e-6
+
+
+def test_a_long_path_is_forgotten_but_for_its_end():
+    path = Path()
+    for _ in range(1000):
+        path.add((0.0, 20e-6, 0.0), 0.3e-3, None, None)
+    path.close()
+    kept = sum(leg.length_m for leg in path.legs)
+    assert kept <= 2.4e-3
+    assert path.start.y_m + sum(leg.dy_m for leg in path.legs) == pytest.approx(20e-3)
+
+
