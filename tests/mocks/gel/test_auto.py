@@ -43,7 +43,7 @@ def test_meets_its_tolerance_on_held_out_scenes():
 @pytest.mark.parametrize("tolerance_m", [2e-6, 5e-6, 10e-6, 20e-6])
 def test_meets_its_tolerance_in_95_of_100_held_out_scenes(tolerance_m):
     met = [error <= tolerance_m for error, _ in errors(tolerance_m, range(HELD_OUT, HELD_OUT + 100))]
-    assert all(met)5
+    assert sum(met) >= 95
 
 
 def test_takes_the_coarse_grid_where_it_will_do_and_a_finer_where_not():
