@@ -2,8 +2,9 @@
 
 Implicit, like `lsds_mocks.plant.lift`, with three unknowns: the velocity of the centre of mass and the rate of turning
 at the point theta of the step solve M (q - q_n) = theta dt (weight - fingers J^T R), R being the gel's reaction to the
-motion that q carries out. A quasi-Newton iteration learns the gel's stiffness from its own trials and hands it on to
-the next step; where it does not settle it is stiffened, which slows it down and makes it contract.
+motion that q carries out. That is the bottom of a convex bowl, as friction within a step resists the more the farther
+the object goes. A quasi-Newton iteration looks for it; it learns the gel's stiffness from its own trials, hands it on
+to the next step, and goes back where a step has led up the other side.
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel, Reaction
 
 _ITERATIONS = 40
-_STIFFEN_AFTER = 10
+_HALVINGS = 8
 _TOLERANCE = 1e-9
+_STIFFEST_N_M = 1e6
+"""No gel is stiffer; what two trials next to each other say may be."""
 _ARM_M = 5e-3
 """A patch's stiffness against turning, where nothing is known yet, is its stiffness times this arm squared."""
 
@@ -116,26 +119,36 @@ def _solve(
     """Return the velocities at the step's point theta, `h` after its beginning."""
     load = np.array([0.0, weight, 0.0])
     good_enough = max(_TOLERANCE, gel.force_tolerance) * (limit_n + weight) * fingers
-    stiffness = motion.stiffness
     scale = np.array([1.0, 1.0, _ARM_M])
-    guess = start
-    last: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-    for iteration in range(_ITERATIONS):
+    stiffness = motion.stiffness
+
+    def excess(guess: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return what is left of the balance, with the motion and the gel's answer to it."""
         moved = h * (jacobian @ guess + carried)
         answer = gel.trial(*moved.tolist())
+        if not motion.stiffness.any():
+            motion.stiffness = answer.stiffness_y_n_m * np.diag([1.0, 1.0, _ARM_M**2])
         force = np.array([answer.force_x_n, answer.force_y_n, answer.torque_nm])
-        if last is None and not stiffness.any():
-            stiffness = answer.stiffness_y_n_m * np.diag([1.0, 1.0, _ARM_M**2])
-        elif last is not None:
-            stiffness = _learn(stiffness, moved - last[0], force - last[1], scale)
-        last = (moved, force)
-        excess = mass * (guess - start) / h - load + fingers * jacobian.T @ force
-        if np.abs(excess / scale).max() <= good_enough:
+        return mass * (guess - start) / h - load + fingers * jacobian.T @ force, moved, force
+
+    guess = start
+    left, moved, force = excess(guess)
+    stiffness = motion.stiffness
+    for _ in range(_ITERATIONS):
+        if np.abs(left / scale).max() <= good_enough:
             break
-        if iteration % _STIFFEN_AFTER == _STIFFEN_AFTER - 1:
-            stiffness = 3 * stiffness + 0.1 * np.diag(mass / scale**2 / h**2) * scale**2
         tangent = np.diag(mass / h) + fingers * h * jacobian.T @ stiffness @ jacobian
-        guess = guess - np.linalg.solve(tangent, excess)
+        ahead = -np.linalg.solve(tangent, left)
+        slope, share = float(left @ ahead), 1.0
+        for _ in range(_HALVINGS):
+            tried, new_moved, new_force = excess(guess + share * ahead)
+            stiffness = _learn(stiffness, new_moved - moved, new_force - force, scale)
+            beyond = float(tried @ ahead)
+            taken = share
+            if beyond <= 0.5 * abs(slope):
+                break
+            share *= max(0.1, slope / (slope - beyond))
+        guess, left, moved, force = guess + taken * ahead, tried, new_moved, new_force
     motion.stiffness = stiffness
     return np.array(guess)
 
@@ -143,7 +156,7 @@ def _solve(
 def _learn(
     stiffness: NDArray[np.float64], moved: NDArray[np.float64], force: NDArray[np.float64], scale: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the stiffness that also explains the last two trials (Powell's symmetric Broyden update), never negative.
+    """Return the stiffness that also explains the last two trials (Powell's symmetric Broyden update), never negative nor without bounds.
 
     Turning is counted as motion of an arm, so that metres and radians weigh alike.
     """
@@ -155,5 +168,5 @@ def _learn(
     miss = f - own @ d
     own = own + (np.outer(miss, d) + np.outer(d, miss)) / size - float(miss @ d) / size**2 * np.outer(d, d)
     values, vectors = np.linalg.eigh(own)
-    own = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    own = (vectors * np.clip(values, 0.0, _STIFFEST_N_M)) @ vectors.T
     return np.asarray(own * np.outer(scale, scale))
