@@ -24,6 +24,7 @@ def chart() -> None:
       lsds chart frame --plot frame.png --csv frame.csv
       lsds chart scheduler
       lsds chart gel
+      lsds chart dynamics
     """
 
 
@@ -133,6 +134,21 @@ def gel(
         "scenes": list(scenes), "reference": reference or "", "random": random, "seed": seed, "repeats": repeats,
     }  # fmt: skip
     _study("gel", options, seed, plot, csv_file, json_file)
+
+
+@chart.command()
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("dynamics.png"),
+              show_default=True)  # fmt: skip
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
+@json_option
+def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
+    """Chart integrators of dry friction where they fail: a grip is lost for a moment and regained.
+
+    \b
+    Example:
+      lsds chart dynamics --csv dynamics.csv
+    """
+    _study("dynamics", {}, 0, plot, csv_file, json_file)
 
 
 def _study(

@@ -114,4 +114,11 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.study.gel_options:GelStudyOptions",
             summary="speed against accuracy of the simulated gel's models",
         ),
+        BackendSpec(
+            "study",
+            "dynamics",
+            "lsds_mocks.study.dynamics_study:DynamicsStudy",
+            "lsds_mocks.study.dynamics_study:DynamicsOptions",
+            summary="integrators of dry friction when a grip is lost and regained: where they fail",
+        ),
     ]

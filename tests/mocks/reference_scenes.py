@@ -13,7 +13,7 @@ from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.kernel import basis
 from lsds_mocks.gel.markers import tip_weights
 from lsds_mocks.gel.material import GelMaterial
-from lsds_mocks.gel.shapes import Cylinder, Box, Sphere
+from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
 
 FRICTION = 0.6
 SCENES = {

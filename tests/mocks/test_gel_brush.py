@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lsds_mocks.gel.brush import BrushGel
-from lsds_mocks.gel.shapes import Cylinder, Box, Sphere
+from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
 
 MU = 0.6
 PIPE = Cylinder(12.5e-3, 20.16e-3)

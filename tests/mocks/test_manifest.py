@@ -17,7 +17,7 @@ def test_every_backend_builds_with_its_default_options():
     context = BuildContext(VirtualClock(), 0)
     for spec in lsds_backends():
         # What is reached over a wire runs on real time: its clients do.
-        assert spec.virtual_time != (spec.kind == "wire_mock" or spec.over_wire)
+        assert spec.virtual_time != (spec.kind in ("wire_mock", "study") or spec.over_wire)
         assert spec.summary
         assert not spec.hardware_verified
         options = load(spec.options)
@@ -36,6 +36,8 @@ def test_names():
         ("gripper", "mock-hand-e"),
         ("arm", "mock-ur5e"),
         ("pose_source", "mock-truth-camera"),
+        ("study", "gel"),
+        ("study", "dynamics"),
     }
     assert {name for kind, name in named if kind == "wire_mock"} >= {"hand-e", "robotiq-2f-85", "robotiq-2f-140"}
 

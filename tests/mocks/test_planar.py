@@ -27,7 +27,14 @@ def hang(gel, *, centre=(0.0, 0.0), depth=0.5e-3, friction=1.0, dt_s=2e-3, steps
         gel.commit()
     for _ in range(steps):
         reaction = step_planar(
-            motion, gel, body, carrier_velocity_m_s=carrier, dt_s=dt_s, fingers=2, limit_n=friction * normal, theta=theta
+            motion,
+            gel,
+            body,
+            carrier_velocity_m_s=carrier,
+            dt_s=dt_s,
+            fingers=2,
+            limit_n=friction * normal,
+            theta=theta,
         )
         yield motion, reaction
 
@@ -39,7 +46,9 @@ def gels():
 @pytest.mark.parametrize("gel", gels(), ids=["winkler", "pad"])
 @pytest.mark.parametrize("centre", [(2e-3, 0.0), (0.0, 20e-3), (-3e-3, 10e-3)])
 def test_at_rest_forces_and_moments_balance(gel, centre):
-    *_, (motion, reaction) = hang(gel, centre=centre, depth=0.8e-3, friction=1.5, dt_s=20e-3)  # long steps damp the swing
+    *_, (motion, reaction) = hang(
+        gel, centre=centre, depth=0.8e-3, friction=1.5, dt_s=20e-3
+    )  # long steps damp the swing
     assert 2 * reaction.force_y_n == pytest.approx(MASS * GRAVITY_M_S2, rel=0.02)
     assert 2 * reaction.force_x_n == pytest.approx(0.0, abs=0.02)
     x, _ = Body(MASS, INERTIA, centre).centre_at(motion.place)
@@ -86,7 +95,9 @@ def test_let_go_it_falls_freely_without_turning(gel):
 def test_energy_is_never_created(dt_s, friction, centre, depth):
     gel, body = BrushGel(Sphere(12e-3)), Body(MASS, INERTIA, centre)
     before = None
-    for motion, _ in hang(gel, centre=centre, depth=depth, friction=friction, dt_s=dt_s, steps=max(10, int(0.2 / dt_s))):
+    for motion, _ in hang(
+        gel, centre=centre, depth=depth, friction=friction, dt_s=dt_s, steps=max(10, int(0.2 / dt_s))
+    ):
         moving = MASS * (motion.velocity_m_s**2 + motion.velocity_x_m_s**2) + INERTIA * motion.rate_rad_s**2
         now = 0.5 * moving + MASS * GRAVITY_M_S2 * motion.height_m + 2 * gel.elastic_energy_j
         assert math.isfinite(now)

@@ -23,14 +23,15 @@ class CellOptions(BaseModel):
         default="backward-euler", description="midpoint keeps the ringing that backward Euler damps"
     )
     fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(
-        default="auto",
-        description="gel model: bristles, elastic layer, finite elastic pad; auto: the pad on the coarsest grid that will do",
+        default="winkler",
+        description="gel: bristles, elastic layer, finite elastic pad; auto: the pad on the coarsest grid that will do",
     )
     tolerance_um: float = Field(
         default=20.0, ge=0.5, le=200, description="RMS error of the dots' motion that the grid of auto may cause"
     )
     grid: Literal[1, 2, 4] = Field(
-        default=2, description="cells of fixed layer and pad per 0.96 mm and direction (1: 0.96 mm, 2: 0.48 mm, 4: 0.24 mm)"
+        default=2,
+        description="cells of fixed layer and pad per 0.96 mm and direction (1: 0.96 mm, 2: 0.48 mm, 4: 0.24 mm)",
     )
 
     object: ObjectName = Field(

@@ -85,7 +85,7 @@ class AffineGel:
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Follow the object; what is beyond the limit is lost."""
-        moved = self._shift + (dx_m, dy_m, dtheta_rad)
+        moved = self._shift + np.array([dx_m, dy_m, dtheta_rad])
         size = math.hypot(moved[0], moved[1])
         if size > self.fit.most_shear_m:
             moved[:2] *= self.fit.most_shear_m / size

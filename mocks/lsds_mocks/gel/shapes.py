@@ -100,8 +100,8 @@ class Surface:
 
 _LATTICE_M = 0.24e-3
 _PAD_M = (24.96e-3, 20.16e-3)
-_ACROSS = (np.arange(104) - 51.5) * _LATTICE_M
-_ALONG = (np.arange(84) - 41.5) * _LATTICE_M
+_ACROSS: NDArray[np.float64] = np.asarray((np.arange(104) - 51.5) * _LATTICE_M, np.float64)
+_ALONG: NDArray[np.float64] = np.asarray((np.arange(84) - 41.5) * _LATTICE_M, np.float64)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,8 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
             raise DataError(f"{path}: no height map: give a .npy of metres or a grey image")
         if image.ndim != 2:
             raise DataError(f"{path}: a height map is a grey image, this one has {image.shape[2]} channels")
-        heights = image / float(np.iinfo(image.dtype).max) * range_mm * 1e-3
+        white = 65535.0 if image.dtype == np.uint16 else 255.0
+        heights = image / white * range_mm * 1e-3
     heights = np.asarray(heights)
     if heights.ndim != 2 or min(heights.shape) < 2:
         raise DataError(f"{path}: a height map has two axes of at least 2 samples, not shape {heights.shape}")

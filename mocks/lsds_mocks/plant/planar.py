@@ -156,7 +156,7 @@ def _solve(
 def _learn(
     stiffness: NDArray[np.float64], moved: NDArray[np.float64], force: NDArray[np.float64], scale: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the stiffness that also explains the last two trials (Powell's symmetric Broyden update), never negative nor without bounds.
+    """Return the stiffness that also explains the last two trials (Powell's symmetric Broyden update), within bounds.
 
     Turning is counted as motion of an arm, so that metres and radians weigh alike.
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -113,7 +113,7 @@ class GelStudy:
         }  # fmt: skip
 
 
-def _field(scene: Scene, fine: Literal[1, 2, 4], kernel: Kernel) -> FieldGel:
+def _field(scene: Scene, fine: int, kernel: Kernel) -> FieldGel:
     return FieldGel(scene.shape, scene.material, fine=fine, kernel=kernel, follows=scene.follows)
 
 
@@ -123,12 +123,14 @@ def models(scene: Scene) -> list[Model]:
         ("affine", None, lambda: AffineGel(scene.shape, scene.material)),
         ("winkler", None, lambda: BrushGel(scene.shape, scene.material, design_m=scene.indentation_m)),
     ]
-    for kernel, fine in (("half-space", 2), ("layer", 2), ("pad", 1), ("pad", 2), ("pad", 4)):
+    grids: tuple[tuple[Kernel, int], ...] = (("half-space", 2), ("layer", 2), ("pad", 1), ("pad", 2), ("pad", 4))
+    for kernel, fine in grids:
         pitch = 0.96 / fine
-        found.append((f"{kernel} {pitch:.2f}", pitch, partial(_field, scene, fine, kernel)))  # type: ignore[arg-type]
-    for tolerance in (5e-6, 20e-6):
-        found.append((f"auto {tolerance * 1e6:.0f} um", None, partial(_auto, scene, tolerance)))
-    return found
+        found.append((f"{kernel} {pitch:.2f}", pitch, partial(_field, scene, fine, kernel)))
+    choosing = [
+        (f"auto {tolerance * 1e6:.0f} um", None, partial(_auto, scene, tolerance)) for tolerance in (5e-6, 20e-6)
+    ]
+    return found + choosing
 
 
 def _auto(scene: Scene, tolerance_m: float) -> AutoGel:
@@ -162,13 +164,13 @@ def _row(
 
 
 def choose(scene: Scene, repeats: int) -> list[dict[str, Value]]:
-    """Return, for each tolerance, what the choosing gel reached and cost beside the cheapest grid that would have done."""
-    fixed: dict[Literal[1, 2, 4], tuple[Trace, float]] = {}
+    """Return, for each tolerance, what the choosing gel reached and cost, beside the cheapest grid that would do."""
+    fixed: dict[int, tuple[Trace, float]] = {}
     for fine in (1, 2, 4):
-        trace, us = timed(partial(_field, scene, fine, "pad"), scene, DOTS_M, repeats if fine < FINEST else 1)  # type: ignore[arg-type]
-        fixed[fine] = trace, float(us.sum())  # type: ignore[index]
+        trace, us = timed(partial(_field, scene, fine, "pad"), scene, DOTS_M, repeats if fine < FINEST else 1)
+        fixed[fine] = trace, float(us.sum())
     truth = fixed[4][0].dots_m
-    rows = []
+    rows: list[dict[str, Value]] = []
     for tolerance in TOLERANCES_M:
         best = next((f for f in fixed if rms_m(fixed[f][0], truth)[0] <= tolerance), 4)
         gels: list[AutoGel] = []

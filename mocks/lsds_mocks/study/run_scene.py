@@ -33,7 +33,7 @@ class Trace:
 
 
 def lead(gel: GelModel, scene: Scene, xy_m: NDArray[np.float64], parts: int = 1) -> Trace:
-    """Return what a gel does in a scene, each frame's motion taken in `parts` steps; dots are looked at once a frame."""
+    """Return what a gel does in a scene, each frame's motion in `parts` steps; dots are looked at once a frame."""
     begun = perf_ns()
     for step in range(1, scene.presses + 1):
         gel.press(step / scene.presses * scene.indentation_m)

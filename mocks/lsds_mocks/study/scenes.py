@@ -65,7 +65,7 @@ def further_scenes() -> dict[str, Scene]:
 
 
 def random_scene(seed: int) -> Scene:
-    """Return a scene drawn by seed: sphere, cylinder, edge or block, anywhere, along a path with turns and reversals."""
+    """Return a scene drawn by seed: sphere, cylinder, edge or block, anywhere, along a path with turns."""
     rng = np.random.default_rng([seed, 4])
     kind = ("sphere", "cylinder", "edge", "block")[int(rng.integers(4))]
     angle = float(rng.uniform(-math.pi / 2, math.pi / 2))

@@ -172,5 +172,3 @@ def test_a_long_path_is_forgotten_but_for_its_end():
     kept = sum(leg.length_m for leg in path.legs)
     assert kept <= 2.4e-3
     assert path.start.y_m + sum(leg.dy_m for leg in path.legs) == pytest.approx(20e-3)
-
-

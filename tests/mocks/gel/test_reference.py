@@ -28,7 +28,8 @@ def dots(reference):
 
 @pytest.mark.parametrize("parts", [1, 20])
 @pytest.mark.parametrize(
-    ("name", "rms_um", "percent"), [("sphere", 2.0, 1.0), ("torsion", 2.0, 1.0), ("pipe", 3.5, 1.0), ("block", 3.5, 3.0)]
+    ("name", "rms_um", "percent"),
+    [("sphere", 2.0, 1.0), ("torsion", 2.0, 1.0), ("pipe", 3.5, 1.0), ("block", 3.5, 3.0)],
 )
 def test_dots_forces_and_stuck_area(name, rms_um, percent, parts):
     scene, reference = reference_scenes()[name], load(name)

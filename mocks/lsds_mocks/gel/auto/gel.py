@@ -30,15 +30,15 @@ FINES = (1, 2, 4)
 DEFAULT_TOLERANCE_M = 5e-6
 _COARSER = 1.15
 _FINER = 0.32
-"""Error of a grid over its difference to the next finer, and to the next coarser one: upper quantiles of many scenes."""
+"""Error of a grid over its difference to the next finer, and to the next coarser one: high quantiles of many scenes."""
 _EVER = 0.25
-"""Part of the dots' motion that the coarsest grid's error has been at most: below the tolerance, there is no question."""
+"""Part of the dots' motion that the coarsest grid's error has been at most: below the tolerance, nothing is asked."""
 _RAISE = 1.0
 _LOWER = 0.5
 _NO_WORSE = 1.2
 _PATIENCE = 3
 """Go finer where the estimate exceeds this part of the tolerance; coarser where that grid's would be below this part
-for so many audits in a row. Audits get rarer where the estimate is below that part, too, or no worse than it has been."""
+for so many audits in a row. Audits get rarer where the estimate is below that part, or no worse than it has been."""
 _NEAR_M = 0.1e-3
 _FAR_M = 0.8e-3
 """Distances between audits: where they count, and where they have long found little."""
@@ -152,7 +152,7 @@ class AutoGel:
     # Auditing.
 
     def _audit(self) -> None:
-        """Retrace the path on the other grid of the pair, estimate this one's error, change grid where it is time to."""
+        """Retrace the path on the other grid of the pair, estimate this one's error, change grid where need be."""
         own = self._dots_of(self._main)
         if self._main.operator.kernel == "pad" and _EVER * _rms(own) < self.tolerance_m:
             self._to_next_m = _NEAR_M

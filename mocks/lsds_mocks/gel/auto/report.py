@@ -13,7 +13,7 @@ _AT_WALL_M = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A change of grid: how far (m) the object had moved by then, the cell's side (m), the estimate (m) it was made on."""
+    """A change of grid: how far (m) the object had moved by then, the cell's side (m), the estimate (m) behind it."""
 
     at_m: float
     pitch_m: float
@@ -23,8 +23,8 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class FidelityReport:
-    """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes; None before the first. Work
-    is counted in multiplications of the sweeps; `audit_share` is the part of it that the auditing grid took."""
+    """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes; None before the first.
+    Work is counted in multiplications of the sweeps; `audit_share` is the part of it that the auditing grid took."""
 
     tolerance_m: float
     pitch_m: float
@@ -44,11 +44,13 @@ class FidelityReport:
         if self.strain > STRAIN_INVALID:
             found.append(f"indentation is {self.strain:.0%} of the thickness: small strain is not valid beyond 20 %")
         elif self.strain > STRAIN_DOUBTFUL:
-            found.append(f"indentation is {self.strain:.0%} of the thickness: small strain is off by 2-10 um beyond 10 %")
+            found.append(
+                f"indentation is {self.strain:.0%} of the thickness: small strain is off by some um beyond 10 %"
+            )
         if self.estimate_m is not None and self.estimate_m > self.tolerance_m:
             found.append("the finest grid that can keep up does not meet the tolerance")
         if self.wall_distance_m is not None and self.wall_distance_m <= _AT_WALL_M:
-            found.append("the contact reaches a wall of the pad, where the shape of its edge counts, which is not modelled")
+            found.append("the contact reaches a wall of the pad, the shape of whose edge is not modelled")
         if self.unconverged:
             found.append(f"{self.unconverged} solutions were stopped before they had settled")
         return tuple(found)
