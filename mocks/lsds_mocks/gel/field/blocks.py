@@ -116,23 +116,21 @@ def correct(
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
 def point_correction(
     out: NDArray[np.float32],
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
+    node: NDArray[np.int64],
+    weight: NDArray[np.float32],
     correction: NDArray[np.float32],
-    hat_rows: int,
-    hat_columns: int,
 ) -> None:
-    """Write (3, nodes, 2 M): the correction from hats to points `x`, `y` (M,), in hat intervals from the corner."""
-    node, weight = np.zeros(4, np.int64), np.zeros(4)
-    for m in range(x.size):
-        hats_of(y[m], x[m], hat_rows, hat_columns, node, weight)
-        for a in range(3):
-            for n in range(correction.shape[1]):
-                for b in range(2):
+    """Write (3, nodes, 2 M): the correction from hats to points, each read from hats `node` with `weight` (M, K)."""
+    points, many = node.shape
+    for a in range(3):
+        for n in range(correction.shape[1]):
+            for b in range(2):
+                source, own = correction[a, n, b], out[a, n]
+                for m in range(points):
                     value = np.float32(0.0)
-                    for h in range(4):
-                        value += np.float32(weight[h]) * correction[a, n, b, node[h]]
-                    out[a, n, b * x.size + m] = value
+                    for h in range(many):
+                        value += weight[m, h] * source[node[m, h]]
+                    own[b * points + m] = value
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]

@@ -2,20 +2,25 @@
 
 The periodic layer knows no walls. The correction is the compliance between hats of a 3-D finite-element model of the
 pad less that of the periodic layer; it is smooth, so bilinear hats carry it. `lsds_mocks.gel.make_pad` computes it.
+It is positive semi-definite, since cutting a pad out of a layer can only make it softer: layer and correction together
+are as positive as the layer.
 
-In the file, everything is in units of thickness and Young's modulus, so it serves every pad of the same proportions. The
-pad's two mirror planes split the matrix into four classes of parity, each a quarter of the pad; a class is kept as the
-upper triangle of a symmetric matrix in half precision (0.05 % of each entry), low and high bytes apart, compressed.
+In the file, everything is in units of thickness and Young's modulus, so it serves every pad of the same proportions.
+The pad's two mirror planes split the matrix into four classes of parity, each a quarter of the pad; a class is kept as
+the upper triangle of a symmetric matrix in half precision (0.05 % of each entry), low and high bytes apart, compressed.
 """
 
 from __future__ import annotations
 
 import json
+import zlib
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from tempfile import NamedTemporaryFile
+from typing import TYPE_CHECKING, Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -26,6 +31,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.gel.material import GelMaterial
+
+_Real = TypeVar("_Real", np.float32, np.float64)
 
 FORMAT = "lsds pad correction 1"
 PARITIES = ((1, 1), (1, -1), (-1, 1), (-1, -1))
@@ -55,8 +62,8 @@ def signs(hats: HatGrid, parity: tuple[int, int]) -> tuple[NDArray[np.int64], ND
     wide, high = hats.columns // 2 + 1, hats.rows // 2 + 1
     number, share = [], []
     for d in range(3):
-        across = _share(i, parity[0] * (-1 if d == 0 else 1))
-        along = _share(j, parity[1] * (-1 if d == 1 else 1))
+        across = _share(np.asarray(i), parity[0] * (-1 if d == 0 else 1))
+        along = _share(np.asarray(j), parity[1] * (-1 if d == 1 else 1))
         share.append((along[:, None] * across[None, :]).ravel())
         number.append((d * high * wide + quarter_y[:, None] * wide + quarter_x[None, :]).ravel())
     return np.concatenate(number), np.concatenate(share)
@@ -80,17 +87,17 @@ def pack(hats: HatGrid, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array(packed)
 
 
-def unpack(hats: HatGrid, classes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the matrix (3, nodes, 3, nodes) of its classes."""
+def unpack(hats: HatGrid, classes: NDArray[_Real]) -> NDArray[_Real]:
+    """Return the matrix (3, nodes, 3, nodes) of its classes (4, m (m + 1) / 2)."""
     size = 3 * hats.nodes
-    matrix = np.zeros((size, size), np.float32)
+    matrix = np.zeros((size, size), classes.dtype)
     for parity, triangle in zip(PARITIES, classes, strict=True):
         number, share = signs(hats, parity)
         quarter = int(number.max()) + 1
-        square = np.zeros((quarter, quarter), np.float32)
+        square = np.zeros((quarter, quarter), classes.dtype)
         square[np.triu_indices(quarter)] = triangle
         square += np.triu(square, 1).T
-        scaled = (2 * share).astype(np.float32)
+        scaled = (2 * share).astype(classes.dtype)
         part = square[number][:, number]
         part *= scaled[:, None]
         part *= scaled
@@ -99,18 +106,27 @@ def unpack(hats: HatGrid, classes: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def write(path: Path, content: CorrectionFile) -> None:
-    """Write a file. Raises OSError where it cannot."""
+    """Write a file, whole or not at all. Raises OSError where it cannot."""
     scale = np.abs(content.classes).max(axis=2)
     half = (content.classes / scale[..., None]).astype(np.float16).view(np.uint16)
     head = {"format": FORMAT, "hats": [*_key(content.hats)], "provenance": content.provenance}
-    np.savez_compressed(
-        path,
-        head=np.frombuffer(json.dumps(head).encode(), np.uint8),
-        poisson=content.poisson,
-        scale=scale,
-        low=(half & 255).astype(np.uint8),
-        high=(half >> 8).astype(np.uint8),
-    )
+    with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        beside = Path(file.name)
+        try:
+            np.savez_compressed(
+                file,
+                head=np.frombuffer(json.dumps(head, sort_keys=True).encode(), np.uint8),
+                poisson=content.poisson,
+                scale=scale,
+                low=(half & 255).astype(np.uint8),
+                high=(half >> 8).astype(np.uint8),
+            )
+            file.close()
+            beside.chmod(0o644)
+            beside.replace(path)
+        except BaseException:
+            beside.unlink()
+            raise
 
 
 @lru_cache(maxsize=2)
@@ -125,7 +141,8 @@ def read(path: str | None) -> CorrectionFile:
 
 def _read(path: Path) -> CorrectionFile:
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # NumPy leaves a file open that it cannot make sense of.
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             head = json.loads(bytes(file["head"]))
             if head["format"] != FORMAT:
                 raise DataError(f"{path}: its format is '{head['format']}', not '{FORMAT}'; make it anew")
@@ -133,8 +150,12 @@ def _read(path: Path) -> CorrectionFile:
             hats = HatGrid(int(columns), int(rows), int(px), int(py), float(dx), float(dy))
             half = (file["low"].astype(np.uint16) | (file["high"].astype(np.uint16) << 8)).view(np.float16)
             classes = half.astype(np.float32) * file["scale"].astype(np.float32)[..., None]
-            return CorrectionFile(hats, file["poisson"].astype(float), classes, head["provenance"])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            poisson = file["poisson"].astype(float)
+            quarter = 3 * (hats.columns // 2 + 1) * (hats.rows // 2 + 1)
+            if classes.shape != (len(poisson), len(PARITIES), quarter * (quarter + 1) // 2):
+                raise ValueError(f"its arrays are not those of {hats.columns} x {hats.rows} hat intervals")
+            return CorrectionFile(hats, poisson, classes, head["provenance"])
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile, zlib.error) as error:
         raise DataError(
             f"{path}: not a pad correction: {error}; make one with python -m lsds_mocks.gel.make_pad"
         ) from error
@@ -174,8 +195,8 @@ def _size(hats: HatGrid) -> str:
 
 
 def interpolation(nodes: NDArray[np.float64], poisson: float) -> NDArray[np.float64]:
-    """Return Lagrange's weights of the known ratios: a polynomial in sqrt(1 - 2 v), the inverse of the length over which
-    pressure spreads in a nearly incompressible layer."""
-    s, at = np.sqrt(1 - 2 * nodes), np.sqrt(1 - 2 * poisson)
+    """Return Lagrange's weights of the known ratios: a polynomial in (1 - 2 v) / (1 - v), which says how far the gel is
+    from keeping its volume. Compliances in units of Young's modulus are smooth in it, at 1/2 too."""
+    s, at = (1 - 2 * nodes) / (1 - nodes), (1 - 2 * poisson) / (1 - poisson)
     others = [np.delete(s, i) for i in range(len(s))]
     return np.array([np.prod((at - o) / (own - o)) for own, o in zip(s, others, strict=True)])

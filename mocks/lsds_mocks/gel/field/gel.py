@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds_mocks.gel.field.choice import AnyPatch, Solver
 from lsds_mocks.gel.field.footprint import Footprint
 from lsds_mocks.gel.field.increment import Increment
 from lsds_mocks.gel.field.operator import Kernel, operator
-from lsds_mocks.gel.field.patch import Patch
 from lsds_mocks.gel.field.steps import add_up, carry, notice_sliding, settle
 from lsds_mocks.gel.field.view import FieldView
 from lsds_mocks.gel.material import GelMaterial
@@ -43,7 +43,8 @@ _REFRESH = 64
 _FORCE = 0.05
 """Error of the total force that the tolerance on single tractions leaves, as part of it."""
 _CLOSE = 0.3
-"""The end of an increment of many steps, each of which may have been put off, is solved to this part of the tolerance."""
+"""The end of an increment of many steps, each of which may have been put off, is solved to this part of the
+tolerance."""
 _SLIDES = 0.03
 """A cell is called sliding when it falls back behind the object by this part of a step."""
 
@@ -52,6 +53,7 @@ class FieldGel:
     """A `GelModel` on `fine` x `fine` cells per hat interval (0.96 mm on the default pad).
 
     `follows`: the object's surface moves over the gel with it, as it must; the reference solutions keep it in place.
+    `solver`: see `lsds_mocks.gel.field.choice`.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class FieldGel:
         kernel: Kernel = "pad",
         tolerance: float = TOLERANCE,
         follows: bool = True,
+        solver: Solver = "auto",
     ) -> None:
         self.shape = shape
         self.material = material or GelMaterial()
@@ -77,7 +80,7 @@ class FieldGel:
         self._view = FieldView(self.operator, shape)
         self._now_view: FieldView | None = None
         self._footprint = Footprint(shape, self.grid)
-        self._patch = Patch(self.operator)
+        self._patch = AnyPatch(self.operator, solver)
         self._indentation = 0.0
         self._reach: tuple[float, float] | None = None
         self._looked_at: tuple[float, tuple[float, float] | None] | None = None
@@ -144,7 +147,7 @@ class FieldGel:
 
     @property
     def wall_distance_m(self) -> float | None:
-        """Least distance of the contact from a wall of the pad; None without contact, 0 or less where it reaches one."""
+        """Least distance of the contact from a wall of the pad, 0 where it reaches one; None without contact."""
         x, y = np.abs(self._points[:, self._touching])
         if not x.size:
             return None
@@ -225,9 +228,7 @@ class FieldGel:
         self._tried = (dx_m, dy_m, dtheta_rad)
         if not self._patch.size:
             return NO_REACTION
-        carry(
-            self._anchor, self._points, whole.dx_m, whole.dy_m, whole.dtheta_rad, self._carried, self._target
-        )
+        carry(self._anchor, self._points, whole.dx_m, whole.dy_m, whole.dtheta_rad, self._carried, self._target)
         if self._fresh:
             self._fresh = False
             self._guess(whole)
@@ -238,7 +239,7 @@ class FieldGel:
         done = self._patch.relax(self._traction, self._w, self._target, self._friction, self._slid, tolerance, SWEEPS)
         swept = done if done > 0 else SWEEPS
         self.sweeps += swept
-        self.work += 9.0 * swept * self._patch.size**2
+        self.work += self._patch.work(swept)
         self.unconverged += done < 0
 
     def _guess(self, motion: Increment) -> None:
@@ -343,7 +344,7 @@ class FieldGel:
             self._reach,
             self.grid.fine,
             self._patch.cells,
-            tuple(self.place),
+            (self.place.x_m, self.place.y_m, self.place.angle_rad),
         )
 
     def restore(self, state: GelState) -> None:

@@ -52,7 +52,7 @@ def hat_grid(material: GelMaterial) -> HatGrid:
 def _period(intervals: int) -> int:
     """Return the least number of the form 2^a 5^b, a > 2, that is at least `PERIOD` pads: such transform fast."""
     least = PERIOD * intervals
-    return min(2**a * 5**b for a in range(3, 16) for b in range(4) if 2**a * 5**b >= least)
+    return min(int(2**a * 5**b) for a in range(3, 16) for b in range(4) if 2**a * 5**b >= least)
 
 
 @dataclass(frozen=True)

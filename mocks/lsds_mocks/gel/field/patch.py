@@ -26,7 +26,8 @@ class Patch:
         self.cells = np.zeros(0, np.int32)
         self._rows = np.zeros(0, np.int32)
         self._columns = np.zeros(0, np.int32)
-        self._reserve(_STEP)
+        self._compliance = np.zeros((_STEP, 3, 3, _STEP), np.float32)
+        self._diagonal = np.zeros((_STEP, 4), np.float32)
 
     @property
     def size(self) -> int:
@@ -62,7 +63,7 @@ class Patch:
     def keep(self, which: NDArray[np.bool_]) -> None:
         """Let all other cells go."""
         kept = np.flatnonzero(which)
-        self._compliance[: len(kept), :, :, : len(kept)] = self._compliance[np.ix_(kept, (0, 1, 2), (0, 1, 2), kept)]
+        self._compliance[: len(kept), :, :, : len(kept)] = self._compliance[kept][..., kept]
         self._diagonal[: len(kept)] = self._diagonal[kept]
         self.cells = self.cells[kept]
         self._rows, self._columns = self._rows[kept], self._columns[kept]
@@ -83,7 +84,9 @@ class Patch:
     ) -> int:
         """Solve for `traction` and `w`, see `lsds_mocks.gel.field.sweep`."""
         return int(
-            relax(
-                self._compliance, self._diagonal, traction, w, target, friction, slid, self.size, tolerance, sweeps
-            )
+            relax(self._compliance, self._diagonal, traction, w, target, friction, slid, self.size, tolerance, sweeps)
         )
+
+    def work(self, sweeps: int) -> float:
+        """Return the multiplications that so many sweeps take at the most."""
+        return 9.0 * sweeps * self.size**2

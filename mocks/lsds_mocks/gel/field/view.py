@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.blocks import displace, point_correction, point_rows
+from lsds_mocks.gel.field.box import Box
 from lsds_mocks.gel.field.footprint import own_coordinates
+from lsds_mocks.gel.field.points import reading
 from lsds_mocks.gel.field.tables import POINT_FINE
 from lsds_mocks.gel.placement import Placement
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds_mocks.gel.field.grid import CellGrid
     from lsds_mocks.gel.field.operator import Operator
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.gel.state import GelState
@@ -32,6 +35,7 @@ class FieldView:
         self._rows = np.zeros((0, 3, 0), np.float32)
         self._used = 0
         self._from_hats = np.zeros((3, 0, 0), np.float32)
+        self._whole: Box | None = None
 
     def knows(self, xy_m: NDArray[np.float64]) -> bool:
         """Tell whether these are the points that it keeps matrices for."""
@@ -77,8 +81,10 @@ class FieldView:
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (H, W) metres below the flat surface: the object's own surface where it is deepest, else the gel's."""
-        gel = surface(self._operator, state)
         grid = self._operator.grid
+        if self._whole is None:
+            self._whole = Box(self._operator, 0, 0, grid.rows, grid.columns)
+        gel = surface(self._whole, grid, state)
         gel = _between(grid.y_m, y_m) @ gel @ _between(grid.x_m, x_m).T
         if state.indentation_m > 0:
             place = Placement(*state.placement)
@@ -113,7 +119,7 @@ def _point_correction(operator: Operator, xy: bytes) -> NDArray[np.float32]:
         return np.zeros((3, 0, 0), np.float32)
     x, y = _in_hats(operator, np.frombuffer(xy).reshape(-1, 2))
     out = np.zeros((3, operator.correction.shape[1], 2 * len(x)), np.float32)
-    point_correction(out, x, y, operator.correction, operator.grid.hats.rows, operator.grid.hats.columns)
+    point_correction(out, *reading(operator.grid.hats, x, y), operator.correction)
     return out
 
 
@@ -121,33 +127,14 @@ def _traction(state: GelState, area_m2: float) -> NDArray[np.float32]:
     return np.concatenate([state.shear_n, state.pressure_n[None]]).astype(np.float32) / np.float32(area_m2)
 
 
-def surface(operator: Operator, state: GelState) -> NDArray[np.float64]:
-    """Return the depth of all cells (rows, columns) in metres; above the flat gel it is negative."""
-    grid = operator.grid
-    full = np.zeros((3, grid.size), np.float32)
-    full[:, state.cells] = _traction(state, grid.cell_m2)
-    full = full.reshape(3, grid.rows, grid.columns)
-    ny, nx = operator.cells.shape[2:]
-    waves = np.fft.rfft2(full, s=(ny, nx))
-    depth = np.fft.irfft2((_depth_symbol(operator) * waves).sum(axis=0), s=(ny, nx))[: grid.rows, : grid.columns]
-    if operator.correction.size:
-        down, across = _hats(grid.rows, grid.fine), _hats(grid.columns, grid.fine)
-        at_hats = (down.T @ full @ across).reshape(3, -1)
-        lift = np.einsum("bn,bnk->k", at_hats, operator.correction[:, :, 2], optimize=True)
-        depth = depth + down @ lift.reshape(grid.hats.rows + 1, -1) @ across.T
-    return np.asarray(depth)
-
-
-@lru_cache(maxsize=4)
-def _depth_symbol(operator: Operator) -> NDArray[np.complex64]:
-    return np.asarray(np.fft.rfft2(operator.cells[2]), np.complex64)
-
-
-@lru_cache(maxsize=16)
-def _hats(cells: int, fine: int) -> NDArray[np.float32]:
-    """Return (cells, hats): the mean of each hat over each cell, along one axis."""
-    place = (np.arange(cells) + 0.5) / fine
-    return np.asarray(np.maximum(1 - np.abs(place[:, None] - np.arange(cells // fine + 1)), 0), np.float32)
+def surface(whole: Box, grid: CellGrid, state: GelState) -> NDArray[np.float64]:
+    """Return the depth of all cells (rows, columns) in metres, `whole` being the box of them; above the flat gel it is
+    negative."""
+    traction = np.zeros((3, grid.size), np.float32)
+    traction[:, state.cells] = _traction(state, grid.cell_m2)
+    depth = np.empty((1, grid.rows, grid.columns), np.float32)
+    whole.respond(traction.reshape(3, grid.rows, grid.columns), depth, first=2)
+    return np.asarray(depth[0], np.float64)
 
 
 def _between(knots: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,91 @@
+"""The elastic answer over a rectangle of cells: what the dense compliance says, by products of small matrices."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_mocks.gel.field.walls import walls
+from lsds_mocks.gel.field.waves import multiply, waves
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.field.operator import Operator
+    from lsds_mocks.gel.field.walls import Walls
+
+
+class Box:
+    """`rows` x `columns` cells from cell (row, column) on. Fields are (3, rows, columns), single precision and
+    contiguous: x, y, and pressure or depth."""
+
+    def __init__(self, operator: Operator, row: int, column: int, rows: int, columns: int) -> None:
+        self.row, self.column, self.rows, self.columns = row, column, rows, columns
+        self._waves = waves(operator, rows, columns)
+        self._walls = walls(operator, row, column, rows, columns) if operator.correction.size else None
+        high, wide = len(self._waves.down), len(self._waves.across)
+        self._half = np.empty((3, high, columns), np.float32)
+        self._full = np.empty((3, high, wide), np.float32)
+        if self._walls is not None:
+            hats_y, hats_x = self._walls.down.shape[1], self._walls.across.shape[1]
+            self._bent = np.empty((3, rows, columns), np.float32)
+            self._strips = np.empty((3, rows, hats_x), np.float32)
+            self._hats = np.empty((3, hats_y, hats_x), np.float32)
+            self._load = np.empty(3 * hats_y * hats_x, np.float32)
+            self._lift = np.empty_like(self._load)
+
+    def covers(self, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> bool:
+        """Tell whether all these cells lie in it."""
+        return bool(
+            rows.min() >= self.row
+            and columns.min() >= self.column
+            and rows.max() < self.row + self.rows
+            and columns.max() < self.column + self.columns
+        )
+
+    @property
+    def work(self) -> float:
+        """Multiplications of an answer and a rough inverse."""
+        high, wide = self._full.shape[1:]
+        through = 2.0 * 3 * high * (self.rows * self.columns + self.columns * wide)
+        return 2 * through + (sum(part.size for part in self._walls.classes) if self._walls is not None else 0)
+
+    def respond(self, traction: NDArray[np.float32], out: NDArray[np.float32], first: int = 0) -> None:
+        """Write the displacement (m) of all cells under a traction (Pa), or of its parts only the `first` and on."""
+        self._through_waves(self._waves.symbol, traction, out, first)
+        if self._walls is not None:
+            self._add_walls(self._walls, traction, out, first)
+
+    def precondition(self, displacement: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Write roughly which traction (Pa) makes a displacement (m): symmetric and positive, and right for waves that
+        are short against the rectangle."""
+        self._through_waves(self._waves.inverse, displacement, out, 0)
+
+    def _through_waves(
+        self, symbol: NDArray[np.float32], field: NDArray[np.float32], out: NDArray[np.float32], first: int
+    ) -> None:
+        down, across = self._waves.down, self._waves.across
+        wide, columns = len(across), self.columns
+        np.matmul(down, field, out=self._half)
+        np.matmul(self._half.reshape(-1, columns), across.T, out=self._full.reshape(-1, wide))
+        multiply(symbol, self._full)
+        half = self._half[first:]
+        np.matmul(self._full[first:].reshape(-1, wide), across, out=half.reshape(-1, columns))
+        np.matmul(down.T, half, out=out)
+
+    def _add_walls(self, walls: Walls, traction: NDArray[np.float32], out: NDArray[np.float32], first: int) -> None:
+        np.matmul(traction, walls.across, out=self._strips)
+        np.matmul(walls.down.T, self._strips, out=self._hats)
+        load, lift, hats = self._load, self._lift, self._hats.reshape(-1)
+        np.take(hats, walls.order, out=load)
+        begin = 0
+        for part in walls.classes:
+            end = begin + len(part)
+            np.matmul(part, load[begin:end], out=lift[begin:end])
+            begin = end
+        hats[walls.order] = lift
+        strips, bent = self._strips[first:], self._bent[first:]
+        np.matmul(walls.down, self._hats[first:], out=strips)
+        np.matmul(strips, walls.across.T, out=bent)
+        out += bent

@@ -1,0 +1,213 @@
+"""Steps of a projected, preconditioned descent: loops over cells, everything between two elastic answers.
+
+Traction y (3, n) is admissible where p >= 0 and |q| <= limit. Its residual r = w - b (3, n), in metres, is the gradient
+of the elastic energy less the work of the target. All arrays are in single precision: x, y, and pressure or depth.
+Loops have neither branches nor Python's care about division, and look for a maximum apart: so they are vectorised.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Field = NDArray[np.float32]
+
+_0, _1, _2, _4 = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(4.0)
+_TINY = np.float32(1e-30)
+_ROUNDING = np.float32(1e-6)
+_SLOWER, _FASTER = np.float32(0.5), np.float32(1.3)
+_EDGE = np.float32(0.2)
+"""Part of the limit, and of the greatest pressure, within which a cell that its own next step would take to the bound
+is taken to be there already. Steps end inside the discs, if only by a little; bounds to be met exactly never were."""
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def confine(
+    y: Field, r: Field, friction: Field, kt: float, patient: bool, pace: Field, limit: Field, moved: Field
+) -> tuple[float, float]:
+    """Let the limits follow the pressures and make `y` admissible, sliding cells on their limits; write how it was
+    `moved`; return the greatest pressure and the greatest change.
+
+    Being `patient`, a limit goes only a part of the way, which is smaller next time if it has turned round, and larger
+    if it has not: `pace` (2, n) keeps the part and the last way.
+    """
+    ct = np.float32(1 / kt)
+    for i in range(limit.size):
+        p = max(_0, y[2, i])
+        g = friction[i] * p
+        if patient:
+            way = g - limit[i]
+            turned = way * pace[1, i]
+            part = pace[0, i] * (_SLOWER if turned < _0 else (_FASTER if turned > _0 else _1))
+            pace[0, i], pace[1, i] = part, way
+            g = max(_0, limit[i] + min(part, _2) * way)
+        x, z = y[0, i], y[1, i]
+        size = np.sqrt(x * x + z * z + _TINY)
+        pull = -(x * r[0, i] + z * r[1, i]) / size
+        f = g / size
+        f = f if (size >= (_1 - _EDGE) * g) & (size + ct * pull > g) else min(_1, f)
+        # What is on its limit but for rounding is left there, and asks for no answer.
+        f = _1 if abs(f - _1) < _ROUNDING else f
+        moved[0, i], moved[1, i], moved[2, i] = (f - _1) * x, (f - _1) * z, p - y[2, i]
+        limit[i] = g
+        y[0, i], y[1, i], y[2, i] = f * x, f * z, p
+    greatest, change = _0, _0
+    for i in range(limit.size):
+        greatest = max(greatest, y[2, i])
+    for a in range(3):
+        for i in range(limit.size):
+            change = max(change, abs(moved[a, i]))
+    return float(greatest), float(change)
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def misfit(
+    y: Field, r: Field, factor: Field, follows: bool, kt: float, kz: float, arm: Field, even: float, change: Field
+) -> float:
+    """Return by how much (Pa) the traction of a cell changes, at the most, when that alone is set right.
+
+    Or `even` times what they change by on the average, if that is more; `change` is overwritten. `factor` is the limit,
+    or if that `follows` the pressure, the friction coefficient. `arm` (2, n) is where cells are, for an average of what
+    turns; its mean square is 1.
+    """
+    ct, cz = np.float32(1 / kt), np.float32(1 / kz)
+    follow, hold = (_1, _0) if follows else (_0, _1)
+    sum_x, sum_y, sum_p, turn, touching = _0, _0, _0, _0, _0
+    for i in range(change.size):
+        p = max(_0, y[2, i] - cz * r[2, i])
+        x, z = y[0, i] - ct * r[0, i], y[1, i] - ct * r[1, i]
+        f = min(_1, factor[i] * (hold + follow * p) / np.sqrt(x * x + z * z + _TINY))
+        x, z, p = f * x - y[0, i], f * z - y[1, i], p - y[2, i]
+        change[i] = max(max(abs(x), abs(z)), abs(p))
+        sum_x += x
+        sum_y += z
+        sum_p += p
+        turn += arm[0, i] * z - arm[1, i] * x
+        touching += _1 if y[2, i] > _0 else _0
+    greatest = _0
+    for i in range(change.size):
+        greatest = max(greatest, change[i])
+    most = max(max(abs(sum_x), abs(sum_y)), max(abs(sum_p), abs(turn)))
+    return float(max(greatest, np.float32(even) * most / max(touching, _1)))
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def slides(y: Field, r: Field, limit: Field, kt: float, slid: NDArray[np.bool_]) -> None:
+    """Write which cells slide, or do not touch."""
+    ct = np.float32(1 / kt)
+    for i in range(limit.size):
+        x, z = y[0, i] - ct * r[0, i], y[1, i] - ct * r[1, i]
+        slid[i] = y[2, i] <= _0 or x * x + z * z > limit[i] * limit[i]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def reduce(
+    y: Field, r: Field, limit: Field, kt: float, kz: float, greatest: float, face: Field, gradient: Field, scaled: Field
+) -> None:
+    """Find the face of the admissible set that `y` is on, and the gradient along it.
+
+    `face` (4, n): outward direction (x, y) where a cell slides, else zero; a weight for motion along the surface: zero
+    where there is no traction, less than one where a disc's curvature makes its edge stiff; and one, or zero where
+    pressure ends. `gradient` is `r` along the face, `scaled` the same times the weight.
+    """
+    stiff, cz = np.float32(kt), np.float32(1 / kz)
+    ct = _1 / stiff
+    near = _EDGE * np.float32(greatest)
+    for i in range(limit.size):
+        p, g = y[2, i], limit[i]
+        free = _1 if (p > near) | (p > cz * r[2, i]) else _0
+        size = np.sqrt(y[0, i] * y[0, i] + y[1, i] * y[1, i] + _TINY)
+        ex, ey = y[0, i] / size, y[1, i] / size
+        pull = -(r[0, i] * ex + r[1, i] * ey)
+        slips = _1 if (size >= (_1 - _EDGE) * g) & (size + ct * pull > g) else _0
+        on = _1 if g > _0 else _0
+        weight = on * np.sqrt(stiff / (stiff + slips * max(_0, pull) / max(g, _TINY)))
+        gx, gy, gz = on * (r[0, i] + slips * pull * ex), on * (r[1, i] + slips * pull * ey), free * r[2, i]
+        face[0, i], face[1, i], face[2, i], face[3, i] = slips * ex, slips * ey, weight, free
+        gradient[0, i], gradient[1, i], gradient[2, i] = gx, gy, gz
+        scaled[0, i], scaled[1, i], scaled[2, i] = weight * gx, weight * gy, gz
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def direct(z: Field, gradient: Field, before: Field, product: float, d: Field, face: Field) -> float:
+    """Turn `d` into the next direction, conjugate to itself (Polak and Ribiere), from `z`, the preconditioned gradient;
+    `before` and `product` are the last gradient and its product with the last `z`, 0 to start. Return that product."""
+    now, cross = _0, _0
+    for i in range(z.shape[1]):
+        ex, ey, weight, free = face[0, i], face[1, i], face[2, i], face[3, i]
+        x, y, p = weight * z[0, i], weight * z[1, i], free * z[2, i]
+        along = x * ex + y * ey
+        x, y = x - along * ex, y - along * ey
+        z[0, i], z[1, i], z[2, i] = x, y, p
+        now += x * gradient[0, i] + y * gradient[1, i] + p * gradient[2, i]
+        cross += x * before[0, i] + y * before[1, i] + p * before[2, i]
+    beta = max(_0, now - cross) / np.float32(product) if product > 0.0 else _0
+    slope = _0
+    for i in range(z.shape[1]):
+        ex, ey, free = face[0, i], face[1, i], beta * face[3, i]
+        on = beta if face[2, i] > _0 else _0
+        along = d[0, i] * ex + d[1, i] * ey
+        x, y = on * (d[0, i] - along * ex) - z[0, i], on * (d[1, i] - along * ey) - z[1, i]
+        p = free * d[2, i] - z[2, i]
+        d[0, i], d[1, i], d[2, i] = x, y, p
+        slope += x * gradient[0, i] + y * gradient[1, i] + p * gradient[2, i]
+    if slope >= _0:
+        d[:] = -z
+    return float(now)
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def steepest(gradient: Field, face: Field, kt: float, kz: float, d: Field) -> None:
+    """Write the direction `d` in which each cell goes by itself, with length 1: it never leads uphill."""
+    ct, cz = np.float32(1 / kt), np.float32(1 / kz)
+    for i in range(d.shape[1]):
+        c = ct * face[2, i] * face[2, i]
+        d[0, i], d[1, i], d[2, i] = -c * gradient[0, i], -c * gradient[1, i], -cz * gradient[2, i]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def aim(y: Field, r: Field, d: Field, length: float, limit: Field, face: Field, step: Field) -> float:
+    """Write the `step` from `y` to the admissible traction next to y + length d, on the edges of the face; return how
+    fast the energy changes along it."""
+    a = np.float32(length)
+    slope = _0
+    for i in range(limit.size):
+        x, z, g = y[0, i], y[1, i], limit[i]
+        ux, uz = a * d[0, i], a * d[1, i]
+        size = np.sqrt((x + ux) * (x + ux) + (z + uz) * (z + uz) + _TINY)
+        # The limit's square less that of `size`, but rounding at the limit left as it is: where a cell far behind the
+        # object pulls outward, to make that good would be more work than the step is for.
+        inside = g * g - x * x - z * z
+        inside = inside if inside > _4 * _ROUNDING * g * g else _0
+        beyond = inside - _2 * (x * ux + z * uz) - ux * ux - uz * uz
+        slips = face[0, i] * face[0, i] + face[1, i] * face[1, i] > _0
+        f = (beyond if slips else min(_0, beyond)) / (size * (g + size))
+        # Written so that neither a small turn nor a long way back to a small disc drowns in rounding.
+        f, back = (f, _0) if size < _2 * g else (g / size, _1)
+        x, z = f * (x + ux) + (_1 - back) * ux - back * x, f * (z + uz) + (_1 - back) * uz - back * z
+        p = face[3, i] * max(_0, y[2, i] + a * d[2, i]) - y[2, i]
+        step[0, i], step[1, i], step[2, i] = x, z, p
+        slope += x * r[0, i] + z * r[1, i] + p * r[2, i]
+    return float(slope)
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def advance(y: Field, r: Field, step: Field, answer: Field, slope: float) -> tuple[float, float]:
+    """Go along `step`, whose elastic answer is known, to where the energy is least, but not beyond its end.
+
+    Return where that would be if there were no end, as part of the step, and the greatest pressure.
+    """
+    curvature = _0
+    for i in range(y.shape[1]):
+        curvature += step[0, i] * answer[0, i] + step[1, i] * answer[1, i] + step[2, i] * answer[2, i]
+    best = -np.float32(slope) / max(curvature, _TINY)
+    part = max(_0, min(_1, best))
+    for a in range(3):
+        for i in range(y.shape[1]):
+            y[a, i] += part * step[a, i]
+            r[a, i] += part * answer[a, i]
+    greatest = _0
+    for i in range(y.shape[1]):
+        greatest = max(greatest, y[2, i])
+    return float(best), float(greatest)

@@ -1,0 +1,120 @@
+"""The pad's correction over a rectangle of cells, as the least numbers that have to be read for it.
+
+Reading the dense correction of all hats costs more than everything else that a large rectangle asks for. Along each
+axis there are two ways to less: the hats over the rectangle alone, or, for a long one, sums and differences of hats
+that are each other's mirror image, which do not see each other (see `lsds_mocks.gel.field.correction`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.gel.field.operator import Operator
+
+_Stretch = tuple[int, int] | None
+"""First hat and the one after the last, or all of them, by mirror images."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """`down` (rows, n) and `across` (columns, m): the mean of each hat, or of each sum or difference of mirror images,
+    over each cell. `order` (3 n m,) puts into classes what they gather from a traction (3, n, m); `classes` follow each
+    other, (size, size) each, metres per pascal."""
+
+    down: NDArray[np.float32]
+    across: NDArray[np.float32]
+    order: NDArray[np.int64]
+    classes: tuple[NDArray[np.float32], ...]
+
+
+@lru_cache(maxsize=8)
+def walls(operator: Operator, row: int, column: int, rows: int, columns: int) -> Walls:
+    """Return the correction for `rows` x `columns` cells from cell (row, column) on."""
+    grid = operator.grid
+    down = hats_over(grid.rows, grid.fine)[row : row + rows]
+    across = hats_over(grid.columns, grid.fine)[column : column + columns]
+    high, wide = _stretch(down), _stretch(across)
+    return Walls(
+        np.ascontiguousarray(down @ _mirrored(down.shape[1]) if high is None else down[:, slice(*high)]),
+        np.ascontiguousarray(across @ _mirrored(across.shape[1]) if wide is None else across[:, slice(*wide)]),
+        *_classes(operator, high, wide),
+    )
+
+
+def _stretch(over: NDArray[np.float32]) -> _Stretch:
+    """Tell which hats to take, for their means (cells, hats) over a rectangle."""
+    under = np.flatnonzero(over.any(axis=0))
+    return None if 2 * len(under) ** 2 > over.shape[1] ** 2 else (int(under[0]), int(under[-1]) + 1)
+
+
+@lru_cache(maxsize=8)
+def _classes(
+    operator: Operator, high: _Stretch, wide: _Stretch
+) -> tuple[NDArray[np.int64], tuple[NDArray[np.float32], ...]]:
+    """Return order and classes for the hats of two stretches."""
+    hats = operator.grid.hats
+    taken = np.zeros((3, hats.rows + 1, hats.columns + 1), bool)
+    taken[:, slice(*(high or (None,))), slice(*(wide or (None,)))] = True
+    number = np.cumsum(taken) - 1
+    order, classes = [], []
+    for members, matrix in _folded(operator, high is None, wide is None):
+        kept = taken.ravel()[members]
+        order.append(number[members[kept]])
+        classes.append(np.ascontiguousarray(matrix[np.ix_(kept, kept)]))
+    return np.concatenate(order), tuple(classes)
+
+
+@lru_cache(maxsize=8)
+def _folded(operator: Operator, fold_y: bool, fold_x: bool) -> list[tuple[NDArray[np.int64], NDArray[np.float32]]]:
+    """Return the whole correction in classes: numbers (size,) in (3, hats along y, along x), matrix (size, size)."""
+    high, wide = operator.grid.hats.rows + 1, operator.grid.hats.columns + 1
+    size = 3 * high * wide
+    matrix = operator.correction.reshape(size, size)
+    if not (fold_y or fold_x):
+        return [(np.arange(size), matrix)]
+    for _ in range(2):  # it is symmetric: fold the rows, then what were the columns
+        if fold_y:
+            matrix = _mirrored(high).T @ matrix.reshape(3, high, wide * size)
+        if fold_x:
+            matrix = _mirrored(wide).T @ matrix.reshape(3 * high, wide, size)
+        matrix = matrix.reshape(size, size).T
+    number = np.arange(size).reshape(3, high, wide)
+    classes = []
+    for flip_y, flip_x in product((False, True)[: 1 + fold_y], (False, True)[: 1 + fold_x]):
+        # In a mirror that leaves depth as it is, motion across the mirror turns round.
+        parts = [
+            number[d][
+                _half(high, flip_y != (d == 1)) if fold_y else slice(None),
+                _half(wide, flip_x != (d == 0)) if fold_x else slice(None),
+            ]
+            for d in range(3)
+        ]
+        members = np.concatenate([part.ravel() for part in parts])
+        classes.append((members, matrix[np.ix_(members, members)]))
+    return classes
+
+
+def _half(size: int, odd: bool) -> slice:
+    return slice((size + 1) // 2, None) if odd else slice((size + 1) // 2)
+
+
+def _mirrored(size: int) -> NDArray[np.float32]:
+    """Return (size, size), orthonormal: sums of mirror images, from the ends to the middle, then differences."""
+    half = np.eye(size)[:, : (size + 1) // 2]
+    both = np.concatenate([half + half[::-1], (half - half[::-1])[:, : size // 2]], axis=1)
+    return np.asarray(both / np.linalg.norm(both, axis=0), np.float32)
+
+
+@lru_cache(maxsize=16)
+def hats_over(cells: int, fine: int) -> NDArray[np.float32]:
+    """Return (cells, hats): the mean of each hat over each cell, along one axis."""
+    place = (np.arange(cells) + 0.5) / fine
+    return np.asarray(np.maximum(1 - np.abs(place[:, None] - np.arange(cells // fine + 1)), 0), np.float32)
