@@ -46,7 +46,7 @@ _LONGER = 1.1
 """Steps are tried this much longer than the last was best: one that ends short is cut to the best length, one that is
 too short is not made longer."""
 _LENGTH, _LENGTHS, _PACES = 0.5, (0.1, 2.0), (0.3, 2.0)
-_LOOPS = 8
+_LOOPS = 6
 _PATIENT = 0.6
 """Where after so many loops the limits have not settled, as under high friction, where shear changes the pressure that
 carries it, each goes a part of the way, this to begin with."""
