@@ -25,6 +25,7 @@ def chart() -> None:
       lsds chart scheduler
       lsds chart gel
       lsds chart dynamics
+      lsds chart optics
     """
 
 
@@ -149,6 +150,35 @@ def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
       lsds chart dynamics --csv dynamics.csv
     """
     _study("dynamics", {}, 0, plot, csv_file, json_file)
+
+
+@chart.command()
+@click.option("--scene", "scenes", multiple=True, metavar="NAME", help="Measure this scene only; repeatable.")
+@click.option("--tolerance-um", type=click.FloatRange(0.5, 200), default=20.0, show_default=True,
+              help="Of the gel that chooses its grid.")  # fmt: skip
+@click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs; the fastest counts.")
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("optics.png"),
+              show_default=True)  # fmt: skip
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
+@json_option
+def optics(
+    scenes: tuple[str, ...], tolerance_um: float, repeats: int, plot: Path, csv_file: str | None, json_file: str | None
+) -> None:
+    """Chart what a simulated finger's frame costs, mechanics and image, and how right its colours are.
+
+    \b
+    Examples:
+      lsds chart optics
+      lsds chart optics --scene sphere --tolerance-um 5 --json optics.json
+    """
+    _study(
+        "optics",
+        {"scenes": list(scenes), "tolerance_um": tolerance_um, "repeats": repeats},
+        0,
+        plot,
+        csv_file,
+        json_file,
+    )
 
 
 def _study(

@@ -1,9 +1,10 @@
 """Depth of the gel surface from its colours (photometric stereo), and the area in contact.
 
 Colour change against the reference is taken as linear in the surface's slope (Johnson and Adelson 2009, in its
-linear form); its least-squares inverse gives two slopes a pixel, and the depth map whose differences fit them best
-comes from one cosine transform (Frankot and Chellappa 1988, with free borders). All of it runs at a fraction of the
-image's resolution: contact area needs no fine detail, and the dots' pixels are averaged out on the way.
+linear form), in proportion to the light that a pixel gets. Its least-squares inverse gives two slopes a pixel, and the
+depth map whose differences fit them best comes from one cosine transform (Frankot and Chellappa 1988, with free
+borders). All of it runs at a fraction of the image's resolution: contact area needs no fine detail, and the dots'
+pixels are averaged out on the way.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PhotometricCalibration:
-    """Grey levels of R, G, B per unit slope of the depth along x (right) and y (down), and the noise of each.
+    """Grey levels of R, G, B per unit slope of the depth along x (right) and y (down), the mean over the image, and the
+    noise of each.
 
     Default: measured on a public GelSight Mini calibration set. Depth is positive into the gel.
     """
@@ -131,11 +133,11 @@ class DepthEstimator:
         self._pitch_m = metres_per_px * height / self._shape[0]
         self._fine = (width // HALF, height // HALF)
         self._threshold_m = threshold_m
-        self._inverse = (calibration or PhotometricCalibration()).inverse()
         self._solver = PoissonSolver(*self._shape)
         self._free = int(self.FREE_SHARE * self._shape[0] * self._shape[1])
         colours = self._colours(reference)
-        self._reference_slope = self._inverse.T @ colours.reshape(-1, 3).T
+        self._inverse = _pixel_inverse(calibration or PhotometricCalibration(), colours)
+        self._reference = np.ascontiguousarray(colours.reshape(-1, 3).T)
         self._sampled = np.maximum(colours[_SAMPLE, _SAMPLE].reshape(-1, 3), np.float32(1.0))
 
     def measure(self, frame: Frame) -> ContactPatch:
@@ -146,9 +148,11 @@ class DepthEstimator:
         middle = len(ratio) // 2
         ratio.partition(middle, axis=0)
         gain = np.maximum(ratio[middle], np.float32(0.05))
-        # (colours / gain - reference) @ inverse, with the gain folded into the small matrix.
-        slope = (self._inverse / gain[:, None]).T @ colours.reshape(-1, 3).T
-        slope -= self._reference_slope
+        change = colours.reshape(-1, 3).T / gain[:, None]
+        change -= self._reference
+        slope = np.einsum("dcp,cp->dp", self._inverse, change)
+        # A gain off by a thousandth tilts the whole map. As with gains, the middle one of all slopes is a free pixel's.
+        slope -= np.partition(slope, slope.shape[1] // 2, axis=1)[:, slope.shape[1] // 2, None]
         depth = self._solver.solve(slope[0].reshape(self._shape), slope[1].reshape(self._shape))
         depth *= np.float32(self._pitch_m)
         ranked = depth.ravel().copy()
@@ -168,6 +172,17 @@ class DepthEstimator:
         for _ in range(self._halvings):
             colour, free = _halve(colour), _halve(free)
         return _fill(colour, free, self._coarser)
+
+
+def _pixel_inverse(calibration: PhotometricCalibration, reference: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return (2, 3, pixels): the calibration's inverse at each pixel of a reference (h, w, 3).
+
+    A surface answers to slopes in proportion to the light it gets (Lambert), and the reference shows how much that is.
+    """
+    light = reference.reshape(-1, 3)
+    model = np.asarray(calibration.levels_per_slope, float) * (light / light.mean(axis=0))[:, :, None]
+    weighted = model.transpose(0, 2, 1) / np.square(calibration.noise)
+    return np.ascontiguousarray(np.linalg.solve(weighted @ model, weighted).transpose(1, 2, 0), np.float32)
 
 
 def _halve(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -121,4 +121,11 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.study.dynamics_study:DynamicsOptions",
             summary="integrators of dry friction when a grip is lost and regained: where they fail",
         ),
+        BackendSpec(
+            "study",
+            "optics",
+            "lsds_mocks.study.optics_study:OpticsStudy",
+            "lsds_mocks.study.optics_study:OpticsOptions",
+            summary="a finger's frame: time of mechanics and image, error of its colours, by optical tier",
+        ),
     ]

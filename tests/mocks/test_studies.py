@@ -53,6 +53,18 @@ def test_chart_gel(tmp_path):
     assert rows["pad 0.48"]["rms_um"] < 3
 
 
+def test_chart_optics(tmp_path):
+    plot, result = tmp_path / "o.png", tmp_path / "o.json"
+    done = run("optics", "--scene", "sphere", "--repeats", "1", "--plot", str(plot), "--json", str(result))
+    assert done.exit_code == 0
+    assert plot.stat().st_size > 10_000
+    rows = {row["tier"]: row for row in json.loads(result.read_text())["rows"]}
+    assert rows["full"]["l1_levels"] < rows["linear"]["l1_levels"] < rows["markers"]["l1_levels"]
+    assert rows["linear"]["l1_levels"] < 2
+    assert rows["linear"]["psnr_db"] > 45
+    assert all(row["frame_us"] >= row["image_us"] > 0 for row in rows.values())
+
+
 def test_an_unknown_scene_is_one_clear_error(tmp_path):
     done = CliRunner().invoke(cli, ["chart", "gel", "--scene", "spoon", "--plot", str(tmp_path / "g.png")])
     assert done.exit_code != 0

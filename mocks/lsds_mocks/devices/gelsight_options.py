@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from lsds_mocks.optics import specimen
 from lsds_mocks.optics.renderer import Look
 
 
@@ -14,12 +15,25 @@ class GelSightOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
+    optics: Literal["markers", "linear", "full"] = Field(
+        default="linear", description="colour: dots alone; linear in the surface's slope; its normals (slopes over 0.4)"
+    )
+    gel: int | None = Field(
+        default=None,
+        ge=0,
+        description="number of a gel with its own pitch, dots, brightness and wear; none: the mean one",
+    )
     pad: Literal["7x9", "8x10", "5x7", "none"] = Field(default="7x9", description="printed dots, rows x columns")
     mm_per_px: float = Field(default=0.0625, gt=0.02, le=0.2, description="scale; 0.058-0.071 are published")
     dot_diameter_px: float = Field(default=13.0, ge=4, le=25, description="dot diameter; 11.6-17.3 by gel")
     dot_core: float = Field(default=0.31, ge=0, le=1, description="dot brightness over background; 0.28-0.35")
     dot_blur_px: float = Field(default=0.9, ge=0.3, le=4, description="Gaussian blur of the dots' edge")
     gel_variation: float = Field(default=1.0, ge=0, le=5, description="how much this gel differs from the mean one")
+    brightness: float = Field(default=1.0, ge=0.2, le=2, description="background over the mean gel's; 0.9-1.2")
+    wear: float = Field(default=0.0, ge=0, le=1, description="share of dots that have lost ink; specks of dust")
+    contact_lift_levels: float = Field(
+        default=0.0, ge=0, le=20, description="how much brighter the gel is where it is pressed; 3-9 were seen on one"
+    )
     noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 2.0/1.1/2.0 in R/G/B")
     drift: float = Field(default=1.0, ge=0, le=50, description="slow brightness drift, 1 = 0.3 levels")
     swing_levels: float = Field(default=0.0, ge=0, le=60, description="fast brightness swings; up to 30 occur")
@@ -37,16 +51,27 @@ class GelSightOptions(BaseModel):
     silent_at_s: float | None = Field(default=None, ge=0, description="fault: no frame arrives from then on")
 
     def look(self) -> Look:
-        """Return the optical part."""
+        """Return the optical part. What is set counts before what the numbered gel says."""
+        gel = None if self.gel is None else specimen.draw(self.gel)
+
+        def of_gel(name: str) -> float:
+            own = getattr(self, name)
+            return float(own if gel is None or name in self.model_fields_set else getattr(gel, name))
+
         return Look(
             pad=None if self.pad == "none" else self.pad,
             mm_per_px=self.mm_per_px,
-            dot_diameter_px=self.dot_diameter_px,
-            dot_core=self.dot_core,
-            dot_blur_px=self.dot_blur_px,
+            dot_diameter_px=of_gel("dot_diameter_px"),
+            dot_core=of_gel("dot_core"),
+            dot_blur_px=of_gel("dot_blur_px"),
             variation=self.gel_variation,
             noise=self.noise,
             drift=self.drift,
             swing_levels=self.swing_levels,
             start_up=self.dim_start,
+            tier=self.optics,
+            pitch=(1.0, 1.0) if gel is None else gel.pitch,
+            brightness=of_gel("brightness"),
+            wear=of_gel("wear"),
+            lift_levels=self.contact_lift_levels,
         )

@@ -20,14 +20,18 @@ GRID_RGB = np.array(
     np.float64,
 )
 """Mean colours of the nine thirds of the image on public GelSight Mini recordings, top row first."""
+AMBIENT = 25.0
+"""Levels of light without a direction; without it the red at the upper edge would be half of what recordings show."""
 TINT = 0.04
 
 
-def background(variation: float, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return (240, 320, 3) float32 RGB levels: quadratic in x and y through the thirds' centres."""
-    tint = 1 + variation * TINT * rng.uniform(-1, 1, 3)
+def background(variation: float, rng: np.random.Generator, brightness: float = 1.0) -> NDArray[np.float32]:
+    """Return (240, 320, 3) float32 RGB levels: a Gaussian fall-off in x and y through the thirds' centres."""
+    tint = brightness * (1 + variation * TINT * rng.uniform(-1, 1, 3))
     across, down = _quadratic(WIDTH_PX), _quadratic(HEIGHT_PX)
-    return np.asarray(np.einsum("yi,xj,ijc->yxc", down, across, GRID_RGB * tint), np.float32)
+    # A parabola through the levels themselves would turn negative at the upper edge.
+    lit = np.exp(np.einsum("yi,xj,ijc->yxc", down, across, np.log(GRID_RGB - AMBIENT)))
+    return np.asarray((lit + AMBIENT) * tint, np.float32)
 
 
 def _quadratic(size: int) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 PHASES = 128
 """Sub-pixel positions per axis: a stamp's centre is at most 1/256 px from where it should be."""
 _TABLE = 8192
+_FAR_PX = 1e4
 
 
 @lru_cache(maxsize=8)
@@ -39,32 +41,40 @@ def stamp_bank(diameter_px: float, core: float, blur_px: float) -> NDArray[np.ui
 
 
 class DotPainter:
-    """Draws dots into a transmission map (240, 320) uint8; where dots overlap the darker one counts."""
+    """Draws dots into a transmission map (240, 320) uint8; where dots overlap the darker one counts.
 
-    def __init__(self, diameter_px: float, core: float, blur_px: float) -> None:
+    `strength` (N,) says how much of each dot's ink is left, 1 for all of it.
+    """
+
+    def __init__(
+        self, diameter_px: float, core: float, blur_px: float, strength: NDArray[np.float64] | None = None
+    ) -> None:
         self._bank = stamp_bank(diameter_px, core, blur_px)
-        self._size = size = int(self._bank.shape[-1])
-        self._padded = np.empty((HEIGHT_PX + 2 * size, WIDTH_PX + 2 * size), np.uint8)
-        self._view = self._padded[size : size + HEIGHT_PX, size : size + WIDTH_PX]
+        self._strength = None if strength is None else np.rint(256 * strength).astype(np.int32)
+        self._map = np.empty((HEIGHT_PX, WIDTH_PX), np.uint8)
 
     def paint(self, xy_px: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return the map for dot centres (N, 2); valid until the next call. Dots out of the image are left out."""
-        padded, bank, size = self._padded, self._bank, self._size
-        padded.fill(255)
-        fine = np.rint((xy_px + 0.5) * PHASES).astype(np.int64)
-        corner = fine // PHASES + (size - size // 2)
-        phase = fine % PHASES
-        visible = (corner >= 0).all(axis=1) & (corner[:, 0] <= WIDTH_PX + size) & (corner[:, 1] <= HEIGHT_PX + size)
-        crowded = self._crowded(corner)
-        for seen, (x, y), (i, j) in zip(visible.tolist(), corner.tolist(), phase.tolist(), strict=True):
-            if not seen:
-                continue
-            stamp, spot = bank[j, i], (slice(y, y + size), slice(x, x + size))
-            padded[spot] = np.minimum(padded[spot], stamp) if crowded else stamp
-        return self._view
+        strength = np.full(len(xy_px), 256, np.int32) if self._strength is None else self._strength
+        self._map.fill(255)
+        stamp(self._map, self._bank, np.clip(xy_px, -_FAR_PX, _FAR_PX), strength)
+        return self._map
 
-    def _crowded(self, corner: NDArray[np.int64]) -> bool:
-        """Tell whether any two stamps overlap; where none do, which is the rule, they need not be compared."""
-        x, y = corner[:, 0].astype(np.int16), corner[:, 1].astype(np.int16)
-        apart = np.maximum(np.abs(np.subtract.outer(x, x)), np.abs(np.subtract.outer(y, y)))
-        return int(np.count_nonzero(apart < self._size)) > len(corner)
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def stamp(
+    cover: NDArray[np.uint8], bank: NDArray[np.uint8], xy_px: NDArray[np.float64], strength: NDArray[np.int32]
+) -> None:
+    """Darken `cover` (H, W) by dots at `xy_px` (N, 2), with `strength` (N,) 256ths of their ink."""
+    height, width = cover.shape
+    size = bank.shape[3]
+    for n in range(len(xy_px)):
+        fine_x, fine_y = round((xy_px[n, 0] + 0.5) * PHASES), round((xy_px[n, 1] + 0.5) * PHASES)
+        left, top = fine_x // PHASES - size // 2, fine_y // PHASES - size // 2
+        own = bank[fine_y % PHASES, fine_x % PHASES]
+        ink = strength[n]
+        for i in range(max(-top, 0), min(size, height - top)):
+            for j in range(max(-left, 0), min(size, width - left)):
+                clear = 255 - (((255 - own[i, j]) * ink) >> 8)
+                if clear < cover[top + i, left + j]:
+                    cover[top + i, left + j] = clear

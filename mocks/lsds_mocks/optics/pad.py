@@ -30,13 +30,16 @@ def scale_of(pad: PadName, mm_per_px: float) -> float:
     return mm_per_px * 1e-3 * (PITCH_PX["7x9"][0] / PITCH_PX["5x7"][0] if pad == "5x7" else 1.0)
 
 
-def dot_positions(pad: PadName, variation: float, rng: np.random.Generator) -> NDArray[np.float64]:
+def dot_positions(
+    pad: PadName, variation: float, rng: np.random.Generator, pitch_of_mean: tuple[float, float] = (1.0, 1.0)
+) -> NDArray[np.float64]:
     """Return dot centres (N, 2) in pixels, row by row; x right, y down, pixel centres at integers.
 
     `variation` scales what differs from gel to gel: offset and rotation of the print, and each dot's own error.
+    `pitch_of_mean` is this gel's pitch along x and y over the mean one.
     """
     rows, columns = shape_of(pad)
-    pitch = np.array(PITCH_PX[pad])
+    pitch = np.array(PITCH_PX[pad]) * pitch_of_mean
     column, row = np.meshgrid(np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2)
     xy = np.stack([column.ravel(), row.ravel()], axis=1) * pitch
     xy *= 1 + PINCUSHION_PX2 * (xy**2).sum(axis=1, keepdims=True)

@@ -13,7 +13,8 @@ from lsds_mocks.optics.dots import DotPainter
 from lsds_mocks.optics.exposure import Brightness
 from lsds_mocks.optics.noise import CameraNoise
 from lsds_mocks.optics.pad import CENTRE_PX, PadName, dot_positions, scale_of
-from lsds_mocks.optics.shading import Shader
+from lsds_mocks.optics.shading import Shader, Tier
+from lsds_mocks.optics.specimen import dust, ink
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +25,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How one sensor's images look; `pad` None for a gel without dots; `variation` scales what differs between gels."""
+    """How one sensor's images look; `pad` None for a gel without dots; `variation` scales what differs between gels.
+
+    `pitch` (x, y) and `brightness` are over the mean gel's; `wear` is the share of dots that have lost ink;
+    `lift_levels` is how much brighter the gel gets where it is pressed.
+    """
 
     pad: PadName | None
     mm_per_px: float
@@ -36,20 +41,35 @@ class Look:
     drift: float
     swing_levels: float
     start_up: bool
+    tier: Tier = "linear"
+    pitch: tuple[float, float] = (1.0, 1.0)
+    brightness: float = 1.0
+    wear: float = 0.0
+    lift_levels: float = 0.0
 
 
 class Renderer:
     """Renders gel states. Same state, time and number: same image, bit by bit."""
 
     def __init__(self, look: Look, seed: list[int]) -> None:
-        print_rng, tint_rng, noise_rng, light_rng = np.random.default_rng(seed).spawn(4)
+        print_rng, tint_rng, noise_rng, light_rng, wear_rng = np.random.default_rng(seed).spawn(5)
         self.metres_per_px = scale_of(look.pad, look.mm_per_px) if look.pad else look.mm_per_px * 1e-3
-        self.rest_px = dot_positions(look.pad, look.variation, print_rng) if look.pad else np.zeros((0, 2))
+        self.rest_px = np.zeros((0, 2))
+        if look.pad:
+            self.rest_px = dot_positions(look.pad, look.variation, print_rng, look.pitch)
         self._rest_m = (self.rest_px - CENTRE_PX) * self.metres_per_px
-        self._shader = Shader(background(look.variation, tint_rng), self.metres_per_px)
-        self._dots = DotPainter(look.dot_diameter_px, look.dot_core, look.dot_blur_px) if look.pad else None
+        self._dots = self._painter(look, ink(len(self.rest_px), look.wear, wear_rng))
+        light = background(look.variation, tint_rng, look.brightness)
+        dust(light, look.wear, wear_rng)
+        self._shader = Shader(light, self.metres_per_px, look.tier, lift_levels=look.lift_levels)
         self._noise = CameraNoise(look.noise, noise_rng)
         self._light = Brightness(look.start_up, look.drift, look.swing_levels, light_rng)
+
+    @staticmethod
+    def _painter(look: Look, left: NDArray[np.float64]) -> DotPainter | None:
+        if look.pad is None:
+            return None
+        return DotPainter(look.dot_diameter_px, look.dot_core, look.dot_blur_px, left if look.wear else None)
 
     def markers(self, gel: GelModel, state: GelState) -> NDArray[np.float64]:
         """Return exact dot centres (N, 2) in pixels."""
@@ -61,9 +81,9 @@ class Renderer:
         self, gel: GelModel, state: GelState, xy_px: NDArray[np.float64], t_s: float, seq: int
     ) -> NDArray[np.uint8]:
         """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
-        lit = self._shader.shade(
-            (state.indentation_m, state.reach_m), lambda x, y: gel.depth(state, x, y), state.indentation_m > 0
-        )
+        # Gels on cells deform with shear, too; the surface of the others follows from how deep the object stands.
+        key = None if state.fine else (state.indentation_m, state.reach_m)
+        lit = self._shader.shade(key, lambda x, y: gel.depth(state, x, y), state.indentation_m > 0)
         gain = self._light.common(t_s)
         if self._dots is None:
             image = cv2.convertScaleAbs(lit, alpha=gain)

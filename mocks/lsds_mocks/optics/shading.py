@@ -1,16 +1,22 @@
-"""Colour from surface slopes by one matrix for the whole image, at a quarter of the resolution.
+"""Colour from the slopes of the surface, worked out at a part of the resolution, where it is smooth.
 
-Grey levels per unit slope of the depth (y down), measured on one GelSight Mini: R = -14 gx - 88 gy,
-G = +84 gx + 9 gy, B = +11 gx + 62 gy (R2 0.71-0.92).
+`linear`: each pixel answers to slopes as its lamps say, to first order. `full`: Lambert's cosine of the surface's
+normal, with light that a slope turns away from left out; the two part at slopes of about 0.4. `markers` shows no
+slopes. Shadows that one part of the surface throws on another are not drawn: they are below a third of a level up to
+slopes of 0.56.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Literal
 
 import cv2
 import numpy as np
+from numba import njit
 
+from lsds_mocks.optics.background import AMBIENT
+from lsds_mocks.optics.lamps import lamps
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
 
 if TYPE_CHECKING:
@@ -18,43 +24,87 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-SLOPE_TO_RGB = np.array([[-14.0, -88.0], [84.0, 9.0], [11.0, 62.0]], np.float32)
+Tier = Literal["markers", "linear", "full"]
 REDUCTION = 4
+"""Pixels between samples of the surface along either axis."""
+LIFT_M = 0.1e-3
+"""Depth at which a pressed gel has reached its full extra brightness."""
 
 
 class Shader:
-    """Background plus slope colour; keeps the last image, as the surface rarely changes from frame to frame."""
+    """Background plus slope colour; keeps the last image, as of a gel at rest the surface does not change."""
 
-    def __init__(self, background: NDArray[np.float32], metres_per_px: float) -> None:
+    def __init__(
+        self,
+        background: NDArray[np.float32],
+        metres_per_px: float,
+        tier: Tier = "linear",
+        *,
+        lift_levels: float = 0.0,
+        reduction: int = REDUCTION,
+    ) -> None:
         self._background = background
         self._plain = np.clip(np.rint(background), 0, 255).astype(np.uint8)
-        self._spacing = REDUCTION * metres_per_px
-        self._x = _axis(WIDTH_PX, metres_per_px)
-        self._y = _axis(HEIGHT_PX, metres_per_px)
+        self._tier = tier
+        self._lift = lift_levels
+        self._spacing = reduction * metres_per_px
+        size = (WIDTH_PX // reduction, HEIGHT_PX // reduction)
+        self.x_m = _axis(WIDTH_PX, reduction, metres_per_px)
+        self.y_m = _axis(HEIGHT_PX, reduction, metres_per_px)
+        directed = np.maximum(background - np.float32(AMBIENT), 0)
+        self._directed = np.asarray(cv2.resize(directed, size, interpolation=cv2.INTER_AREA), np.float32)
+        self._lamps = lamps(self._directed)
+        self._change = np.zeros_like(self._directed)
+        self._float = np.empty_like(background)
         self._key: object = None
         self._image = self._plain
-        self._float = np.empty_like(background)
 
     def shade(self, key: object, depth: Callable[..., NDArray[np.float32]], touching: bool) -> NDArray[np.uint8]:
-        """Return the lit gel (240, 320, 3); `key` tells whether the surface is still the same."""
-        if not touching:
+        """Return the lit gel (240, 320, 3); equal keys stand for the same surface, None for a new one each time."""
+        if not touching or self._tier == "markers":
             return self._plain
-        if key != self._key:
+        if key is None or key != self._key:
             self._key = key
-            self._image = self._lit(depth(self._x, self._y))
+            self._image = self.lit(depth(self.x_m, self.y_m))
         return self._image
 
-    def _lit(self, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-        scale = 0.5 / self._spacing
-        gx = cv2.Sobel(depth, cv2.CV_32F, 1, 0, ksize=1, scale=scale, borderType=cv2.BORDER_REPLICATE)
-        gy = cv2.Sobel(depth, cv2.CV_32F, 0, 1, ksize=1, scale=scale, borderType=cv2.BORDER_REPLICATE)
-        colour = cv2.transform(cv2.merge([gx, gy]), SLOPE_TO_RGB)
-        cv2.resize(colour, (WIDTH_PX, HEIGHT_PX), dst=self._float, interpolation=cv2.INTER_LINEAR)
-        lit = cv2.add(self._float, self._background, dtype=cv2.CV_8U)
-        return np.asarray(lit, np.uint8)
+    def lit(self, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Return the image (240, 320, 3) of a surface (h, w) in metres below the flat gel."""
+        full = self._tier == "full"
+        lean = self._lamps
+        colour(self._change, depth, self._directed, lean.x, lean.y, 0.5 / self._spacing, full, self._lift)
+        cv2.resize(self._change, (WIDTH_PX, HEIGHT_PX), dst=self._float, interpolation=cv2.INTER_LINEAR)
+        return np.asarray(cv2.add(self._float, self._background, dtype=cv2.CV_8U), np.uint8)
 
 
-def _axis(size: int, metres_per_px: float) -> NDArray[np.float64]:
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def colour(
+    change: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    directed: NDArray[np.float32],
+    lean_x: NDArray[np.float32],
+    lean_y: NDArray[np.float32],
+    scale: float,
+    full: bool,
+    lift: float,
+) -> None:
+    """Write the change of levels (h, w, 3) that the slopes of `depth` (h, w) make; borders are taken as level."""
+    rows, columns = depth.shape
+    for r in range(rows):
+        above, below = max(r - 1, 0), min(r + 1, rows - 1)
+        for c in range(columns):
+            gx = scale * (depth[r, min(c + 1, columns - 1)] - depth[r, max(c - 1, 0)])
+            gy = scale * (depth[below, c] - depth[above, c])
+            brighter = lift * min(max(depth[r, c] / LIFT_M, 0.0), 1.0)
+            norm = 1.0 / math.sqrt(1.0 + gx * gx + gy * gy) if full else 1.0
+            for k in range(3):
+                share = 1.0 + gx * lean_x[r, c, k] + gy * lean_y[r, c, k]
+                if full:
+                    share = max(share, 0.0) * norm
+                change[r, c, k] = directed[r, c, k] * (share - 1.0) + brighter
+
+
+def _axis(size: int, reduction: int, metres_per_px: float) -> NDArray[np.float64]:
     """Positions (m) of the reduced pixels' centres from the image's centre."""
-    pixels = (np.arange(size // REDUCTION) + 0.5) * REDUCTION - 0.5
+    pixels = (np.arange(size // reduction) + 0.5) * reduction - 0.5
     return np.asarray((pixels - (size - 1) / 2) * metres_per_px)

@@ -17,7 +17,7 @@ from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.study.gel_plot import draw
 from lsds_mocks.study.run_scene import Trace, rms_m, timed
-from lsds_mocks.study.scenes import Scene, further_scenes, random_scene, reference_scenes
+from lsds_mocks.study.scenes import Scene, named_scenes, random_scene, reference_scenes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,7 +52,7 @@ class GelStudy:
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Measure all scenes. Raises DataError where a reference cannot be read or a scene is not known."""
-        scenes = self._scenes()
+        scenes = named_scenes(self.options.scenes)
         whole = len(scenes) + self.options.random
         tick(0, whole)
         rows: list[dict[str, Value]] = []
@@ -66,13 +66,6 @@ class GelStudy:
         notes = [verdict(chosen, tolerance) for tolerance in TOLERANCES_M] if chosen else []
         title = "Gel models, simulated: dots' error against time a frame, one thread"
         return StudyResult(title, COLUMNS, rows, partial(draw, rows=rows, chosen=chosen), notes, {"random": chosen})
-
-    def _scenes(self) -> dict[str, Scene]:
-        known = reference_scenes() | further_scenes()
-        wrong = [name for name in self.options.scenes if name not in known]
-        if wrong:
-            raise DataError(f"no scene '{wrong[0]}': the scenes are {', '.join(known)}")
-        return {name: known[name] for name in self.options.scenes or known}
 
     def _measure(self, scene: Scene) -> list[dict[str, Value]]:
         truth = self._truth(scene)

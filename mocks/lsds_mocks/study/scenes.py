@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.errors import DataError
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Moved, Sphere
 from lsds_mocks.objects.relief import PITCH_M, Relief, bumps
@@ -62,6 +64,15 @@ def further_scenes() -> dict[str, Scene]:
         Scene("rough", rough, 0.4e-3, 0.6, _straight(14, 0.05e-3)),
     )
     return {scene.name: scene for scene in scenes}
+
+
+def named_scenes(names: Sequence[str]) -> dict[str, Scene]:
+    """Return scenes by name, or all where none is named. Raises DataError for a name that none has."""
+    known = reference_scenes() | further_scenes()
+    wrong = [name for name in names if name not in known]
+    if wrong:
+        raise DataError(f"no scene '{wrong[0]}': the scenes are {', '.join(known)}")
+    return {name: known[name] for name in names or known}
 
 
 def random_scene(seed: int) -> Scene:

@@ -11,7 +11,6 @@ from lsds_mocks.gel.field.gel import SWEEPS, FieldGel
 from lsds_mocks.gel.field.operator import operator
 from lsds_mocks.gel.field.patch import Patch
 from lsds_mocks.gel.field.spectral import SpectralPatch
-from lsds_mocks.gel.field.view import surface
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box as Block
 from lsds_mocks.gel.shapes import Cylinder, Flat, Sphere
@@ -94,20 +93,6 @@ def test_the_preconditioner_is_symmetric_and_positive_and_leaves_a_narrow_spectr
     assert spectrum.min() > 0.5
     assert spectrum.max() < 7
     assert np.quantile(spectrum, 0.9) < 1.5
-
-
-def test_depth_of_the_whole_surface_is_the_answer_to_what_the_cells_carry():
-    gel = FieldGel(SCENES["sphere"][0], fine=1)
-    gel.press(0.3e-3)
-    gel.trial(50e-6, 0.0)
-    gel.commit()
-    grid, state = gel.grid, gel.state()
-    depth = surface(Box(gel.operator, 0, 0, grid.rows, grid.columns), grid, state)
-    dense = Patch(gel.operator)
-    dense.add(state.cells)
-    w = np.zeros((3, dense.size), np.float32)
-    dense.respond(np.asarray(np.vstack([state.shear_n, state.pressure_n]) / grid.cell_m2, np.float32), w)
-    np.testing.assert_allclose(depth.ravel()[state.cells], w[2], rtol=0, atol=1e-5 * np.abs(w).max())
 
 
 # Against blocks.

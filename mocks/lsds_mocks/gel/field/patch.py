@@ -72,6 +72,10 @@ class Patch:
         """Write the displacement of the cells from `known` on under `traction`."""
         respond(self._compliance, traction, w, known, self.size)
 
+    def depths(self) -> NDArray[np.float32]:
+        """Return (n, 3, n): what traction (x, y, pressure) in a cell does to the depth of all, metres per pascal."""
+        return np.ascontiguousarray(self._compliance[: self.size, :, 2, : self.size])
+
     def relax(
         self,
         traction: NDArray[np.float32],

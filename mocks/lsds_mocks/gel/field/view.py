@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.blocks import displace, point_correction, point_rows
-from lsds_mocks.gel.field.box import Box
 from lsds_mocks.gel.field.footprint import own_coordinates
 from lsds_mocks.gel.field.points import reading
+from lsds_mocks.gel.field.surface import FreeSurface
 from lsds_mocks.gel.field.tables import POINT_FINE
 from lsds_mocks.gel.placement import Placement
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds_mocks.gel.field.grid import CellGrid
     from lsds_mocks.gel.field.operator import Operator
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.gel.state import GelState
@@ -35,7 +34,7 @@ class FieldView:
         self._rows = np.zeros((0, 3, 0), np.float32)
         self._used = 0
         self._from_hats = np.zeros((3, 0, 0), np.float32)
-        self._whole: Box | None = None
+        self._free = FreeSurface(operator.grid.material, operator.kernel)
 
     def knows(self, xy_m: NDArray[np.float64]) -> bool:
         """Tell whether these are the points that it keeps matrices for."""
@@ -81,19 +80,15 @@ class FieldView:
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (H, W) metres below the flat surface: the object's own surface where it is deepest, else the gel's."""
-        grid = self._operator.grid
-        if self._whole is None:
-            self._whole = Box(self._operator, 0, 0, grid.rows, grid.columns)
-        gel = surface(self._whole, grid, state)
-        gel = _between(grid.y_m, y_m) @ gel @ _between(grid.x_m, x_m).T
+        gel = self._free.depth(state, self._operator.grid, x_m, y_m)
         if state.indentation_m > 0:
             place = Placement(*state.placement)
             stands = state.indentation_m - self._shape.gap(*own_coordinates(place, x_m[None, :], y_m[:, None]))
             if state.reach_m is not None:
                 under = (y_m >= state.reach_m[0]) & (y_m <= state.reach_m[1])
                 stands = np.where(under[:, None], stands, -1.0)
-            gel = np.maximum(gel, stands)
-        return np.asarray(gel, np.float32)
+            np.maximum(gel, stands, out=gel, casting="same_kind")
+        return gel
 
     def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
         """Return the fraction of a centred window that the object touches."""
@@ -125,22 +120,6 @@ def _point_correction(operator: Operator, xy: bytes) -> NDArray[np.float32]:
 
 def _traction(state: GelState, area_m2: float) -> NDArray[np.float32]:
     return np.concatenate([state.shear_n, state.pressure_n[None]]).astype(np.float32) / np.float32(area_m2)
-
-
-def surface(whole: Box, grid: CellGrid, state: GelState) -> NDArray[np.float64]:
-    """Return the depth of all cells (rows, columns) in metres, `whole` being the box of them; above the flat gel it is
-    negative."""
-    traction = np.zeros((3, grid.size), np.float32)
-    traction[:, state.cells] = _traction(state, grid.cell_m2)
-    depth = np.empty((1, grid.rows, grid.columns), np.float32)
-    whole.respond(traction.reshape(3, grid.rows, grid.columns), depth, first=2)
-    return np.asarray(depth[0], np.float64)
-
-
-def _between(knots: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (A, K): weights of linear interpolation, constant beyond the ends."""
-    place = np.clip((at - knots[0]) / (knots[1] - knots[0]), 0, len(knots) - 1)
-    return np.asarray(np.maximum(1 - np.abs(place[:, None] - np.arange(len(knots))), 0))
 
 
 def _overlap(centre: NDArray[np.float64], size: float, window: float) -> NDArray[np.float64]:

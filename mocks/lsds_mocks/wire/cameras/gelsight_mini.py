@@ -34,6 +34,8 @@ class GelSightMiniOptions(CameraOptions):
     height: int = Field(default=480, ge=HEIGHT_PX, le=4096, description="height in px; larger ones have the border")
     scene: Happening = Field(default="rest", description="what happens to the gel: rest, slide (a pipe), hold")
     speed_mm_s: float = Field(default=10.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
+    optics: Literal["markers", "linear", "full"] = Field(default="linear", description="how colour is worked out")
+    gel: int | None = Field(default=None, ge=0, description="number of a gel with its own dots, brightness and wear")
     pad: Literal["7x9", "8x10", "5x7", "none"] = Field(default="7x9", description="printed dots, rows x columns")
     noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 2.0/1.1/2.0 in R/G/B")
     dim_start: bool = Field(default=True, description="first frames of a stream dim and red, settled by the third")
@@ -43,7 +45,8 @@ class GelView:
     """Renders the gel and puts it into a picture of the sensor's size."""
 
     def __init__(self, options: GelSightMiniOptions, link: GelLink, context: BuildContext) -> None:
-        look = GelSightOptions(pad=options.pad, noise=options.noise, dim_start=options.dim_start).look()
+        own = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
+        look = GelSightOptions(**own).look()
         self._renderer = Renderer(look, context.rng_seed("gelsight gel"))
         self._link = link
         self._size = (options.width, options.height)

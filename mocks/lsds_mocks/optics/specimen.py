@@ -1,0 +1,72 @@
+"""One gel of many: no two have the same pitch, dots, brightness and wear. A number draws one from what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+PITCH_X_PX, PITCH_Y_PX = (32.5, 33.7), (31.5, 32.9)
+"""Mean pitch of a 7 x 9 pad's dots, pincushion included."""
+DIAMETER_PX, CORE = (11.6, 17.3), (0.28, 0.35)
+BLUR_PX = (0.8, 1.0)
+BRIGHTNESS = (0.9, 1.2)
+"""Mean level of 240 public recordings over their median, 5th to 95th percentile."""
+WEAR = (0.0, 0.3)
+"""Not measured."""
+_MEAN_PITCH_PX = (32.80, 31.96)
+"""Of the 7 x 9 pad as drawn, pincushion included."""
+_SPECKS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Specimen:
+    """Pitch along x and y over the mean gel's, dot diameter and edge blur (px), dot core and background over the
+    mean gel's, and wear from 0 to 1: the share of dots that have lost ink."""
+
+    pitch: tuple[float, float]
+    dot_diameter_px: float
+    dot_blur_px: float
+    dot_core: float
+    brightness: float
+    wear: float
+
+
+def draw(number: int) -> Specimen:
+    """Return gel `number`: evenly from the measured ranges."""
+    rng = np.random.default_rng([0x6E1, number])
+
+    def between(low_high: tuple[float, float]) -> float:
+        return float(rng.uniform(*low_high))
+
+    pitch = between(PITCH_X_PX) / _MEAN_PITCH_PX[0], between(PITCH_Y_PX) / _MEAN_PITCH_PX[1]
+    return Specimen(
+        pitch=pitch,
+        dot_diameter_px=between(DIAMETER_PX),
+        dot_blur_px=between(BLUR_PX),
+        dot_core=between(CORE),
+        brightness=between(BRIGHTNESS),
+        wear=between(WEAR),
+    )
+
+
+def ink(count: int, wear: float, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the share of its ink (count,) that each dot has left; of a worn dot three tenths to nine."""
+    worn = rng.random(count) < wear
+    return np.where(worn, rng.uniform(0.3, 0.9, count), 1.0)
+
+
+def dust(background: NDArray[np.float32], wear: float, rng: np.random.Generator) -> None:
+    """Darken a background (H, W, 3) in place by specks that stay where they are, up to twelve on a worn gel."""
+    specks = np.ones((HEIGHT_PX, WIDTH_PX), np.float32)
+    for _ in range(rng.binomial(_SPECKS, wear)):
+        centre = (int(rng.integers(WIDTH_PX)), int(rng.integers(HEIGHT_PX)))
+        cv2.circle(specks, centre, int(rng.integers(1, 3)), float(rng.uniform(0.75, 0.95)), -1)
+    background *= cv2.GaussianBlur(specks, (0, 0), 0.8)[..., None]
