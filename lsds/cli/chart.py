@@ -26,6 +26,7 @@ def chart() -> None:
       lsds chart gel
       lsds chart dynamics
       lsds chart optics
+      lsds chart realism --recordings videos
     """
 
 
@@ -179,6 +180,33 @@ def optics(
         csv_file,
         json_file,
     )
+
+
+@chart.command()
+@click.option("--recordings", required=True, type=click.Path(), metavar="FOLDER", help="Folder of real recordings.")
+@click.option("--videos", type=click.IntRange(min=0), default=0, show_default=True,
+              help="How many of them, spread evenly; 0 takes all.")  # fmt: skip
+@click.option("--clips", type=click.IntRange(1, 10_000), default=63, show_default=True, help="Simulated clips.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the simulated clips.")
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("realism.png"),
+              show_default=True)  # fmt: skip
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
+@json_option
+def realism(
+    recordings: str, videos: int, clips: int, seed: int, plot: Path, csv_file: str | None, json_file: str | None
+) -> None:
+    """Lay simulated clips beside real recordings: the same tracker and features, quantiles side by side.
+
+    In the simulated clips a hand grasps an object of the catalogue, lifts and shakes it, and it slips or holds.
+
+    \b
+    Examples:
+      lsds chart realism --recordings videos
+      lsds chart realism --recordings videos --videos 20 --clips 21 --plot quick.png
+      lsds chart realism --recordings videos --csv realism.csv --json realism.json
+    """
+    options: dict[str, object] = {"recordings": recordings, "videos": videos, "clips": clips, "seed": seed}
+    _study("realism", options, seed, plot, csv_file, json_file)
 
 
 def _study(

@@ -128,4 +128,11 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.study.optics_study:OpticsOptions",
             summary="a finger's frame: time of mechanics and image, error of its colours, by optical tier",
         ),
+        BackendSpec(
+            "study",
+            "realism",
+            "lsds_mocks.study.realism.study:RealismStudy",
+            "lsds_mocks.study.realism.options:RealismOptions",
+            summary="recordings and simulated clips side by side: motion, divergence, curl, lost dots",
+        ),
     ]

@@ -38,6 +38,8 @@ def test_names():
         ("pose_source", "mock-truth-camera"),
         ("study", "gel"),
         ("study", "dynamics"),
+        ("study", "optics"),
+        ("study", "realism"),
     }
     assert {name for kind, name in named if kind == "wire_mock"} >= {"hand-e", "robotiq-2f-85", "robotiq-2f-140"}
 

@@ -1,0 +1,28 @@
+"""Options of the study `realism`."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class RealismOptions(BaseModel):
+    """What `lsds chart realism` measures, and how its simulated clips are made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    recordings: str = Field(default="", description="folder of videos, searched below it too")
+    videos: int = Field(default=0, ge=0, description="how many of them, spread evenly; 0 takes all")
+    clips: int = Field(default=63, ge=1, le=10_000, description="simulated clips")
+    seed: int = Field(default=0, ge=0, description="of the simulated clips")
+
+    fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(default="pad", description="model of the gel")
+    grid: Literal[1, 2, 4] = Field(default=1, description="cells of layer and pad per 0.96 mm and direction")
+    step_ms: float = Field(default=4.0, ge=0.25, le=10, description="step of the physics")
+    rate_hz: float = Field(default=25.0, ge=1, le=120, description="rate of the simulated camera")
+    least_frames: int = Field(default=60, ge=4, le=1000, description="frames of the shortest clip")
+    most_frames: int = Field(default=120, ge=4, le=1000, description="frames of the longest clip")
+    codec: Literal["XVID", "FFV1"] = Field(
+        default="XVID", description="of the simulated clips; that of the recordings, or a lossless one"
+    )
