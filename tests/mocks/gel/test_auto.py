@@ -76,7 +76,8 @@ def test_a_wrong_kernel_is_rejected_at_the_first_audit(kernel):
     trace = lead(gel, scene, DOTS_M)
     assert gel.report().choices[1].why == "the auditor disagrees"
     right = lead(FieldGel(scene.shape, fine=2, follows=False), scene, DOTS_M)
-    assert rms_m(trace, right.dots_m)[0] < 1e-6
+    # It has come in longer steps than the other.
+    assert rms_m(trace, right.dots_m)[0] < 1.5e-6
 
 
 def test_report_says_what_it_cannot_promise():
@@ -114,7 +115,7 @@ def test_letting_go_forgets_the_path():
 
 def test_states_of_either_grid_can_be_looked_at_and_put_back():
     scene = reference_scenes()["sphere"]
-    gel = AutoGel(scene.shape, tolerance_m=2.6e-6, follows=False)
+    gel = AutoGel(scene.shape, tolerance_m=3.6e-6, follows=False)
     states = []
     for depth in np.linspace(0.1e-3, 0.4e-3, 4):
         gel.press(depth)
@@ -128,7 +129,7 @@ def test_states_of_either_grid_can_be_looked_at_and_put_back():
         states.append(gel.state())
     moved = [gel.marker_displacement(state, DOTS_M) for state in states]
     assert len({state.fine for state in states}) > 1
-    other = AutoGel(scene.shape, tolerance_m=2.6e-6, follows=False)
+    other = AutoGel(scene.shape, tolerance_m=3.6e-6, follows=False)
     for state, dots in zip(states[::5], moved[::5], strict=True):
         other.restore(state)
         assert other.marker_displacement(other.state(), DOTS_M) == pytest.approx(dots, abs=1e-8)

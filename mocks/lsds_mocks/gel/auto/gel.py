@@ -5,15 +5,19 @@ difference of the dots between a grid and the next finer one is, on a great many
 error, and 0.2 to 0.5 of it is the finer one's. So either grid of a pair can audit the other, and to go finer
 is to let the auditor answer, which has the whole history already.
 
-Audits follow what makes errors grow: pressing, distance, and turns. Where they find little, they get rarer.
+Audits follow what makes errors grow: pressing, distance, and turns. Where they find little, they get rarer. The auditor
+catches up over several steps, and is compared with how the answering grid stood when it was sent out.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lsds_mocks.gel.auto.bound import OverTheWay, share_of_motion
+from lsds_mocks.gel.auto.follower import Follower
 from lsds_mocks.gel.auto.path import Friction, Path
 from lsds_mocks.gel.auto.report import Choice, FidelityReport
 from lsds_mocks.gel.field.gel import FieldGel
@@ -31,14 +35,19 @@ DEFAULT_TOLERANCE_M = 5e-6
 _COARSER = 1.15
 _FINER = 0.32
 """Error of a grid over its difference to the next finer, and to the next coarser one: high quantiles of many scenes."""
-_EVER = 0.25
-"""Part of the dots' motion that the coarsest grid's error has been at most: below the tolerance, nothing is asked."""
-_RAISE = 1.0
+_GROWS = 2.5
+"""How much larger, as part of the dots' motion, an error may get than the audits so far have found it."""
+_RAISE_ALL = 0.7
+_RAISE = 0.8
+_RAISE_NOW = 1.15
 _LOWER = 0.5
 _NO_WORSE = 1.2
 _PATIENCE = 3
-"""Go finer where the estimate exceeds this part of the tolerance; coarser where that grid's would be below this part
-for so many audits in a row. Audits get rarer where the estimate is below that part, or no worse than it has been."""
+"""Go finer where the error over all of the way exceeds the first part of the tolerance, and the estimate the second, or
+where the estimate exceeds the third; coarser where that grid's would be below the fourth for so many audits in a row.
+Audits get rarer where the estimate is below that part, or no worse than it has been."""
+_PEAK = 1.5
+"""An error may be as many times greater for a while than over all of the way."""
 _NEAR_M = 0.1e-3
 _FAR_M = 0.8e-3
 """Distances between audits: where they count, and where they have long found little."""
@@ -47,7 +56,10 @@ _SOON_M = 0.02e-3
 """A change of the indentation by this part calls for an audit after this distance."""
 MOST_CELLS = 2500
 """Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
-_FINEST_START = ((0.8e-6, 4), (2.5e-6, 2))
+_BUDGET = 1.5e7
+_LATE_M = 0.05e-3
+"""Multiplications that an audit may take of one step, two milliseconds, until the object has gone so far since."""
+_FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
 
 
 def _dots() -> NDArray[np.float64]:
@@ -57,6 +69,16 @@ def _dots() -> NDArray[np.float64]:
 
 DOTS_M = _dots()
 """Where errors are looked at: 9 x 7 dots, 2 mm apart."""
+
+
+class _Audit(NamedTuple):
+    """One under way: how many legs the path had, how the answering grid's dots (M, 2) stood and how far it had gone
+    when it was sent out, and whether the other grid is to answer in any case."""
+
+    until: int
+    dots_m: NDArray[np.float64]
+    sent_m: float
+    answers: bool = False
 
 
 class AutoGel:
@@ -77,11 +99,11 @@ class AutoGel:
         self._follows = follows
         self._main = first or self._new(next((fine for limit, fine in _FINEST_START if tolerance_m < limit), 1))
         self._views: dict[int, FieldGel] = {self._main.grid.fine: self._main}
-        self._auditor: FieldGel | None = None
+        self._other: Follower | None = None
         self._path = Path()
-        self._retraced = 0
+        self._audit: _Audit | None = None
         self._step = (0.0, 0.0, 0.0)
-        self._indentation = 0.0
+        self._indentation = self._deepest_m = 0.0
         self._reach: tuple[float, float] | None = None
         self._friction: Friction | None = None
         self._gone_m = self._to_next_m = 0.0
@@ -89,9 +111,10 @@ class AutoGel:
         self._audited_at_m = 0.0
         self._calm = 0
         self._worst = 0.0
+        self._motion, self._error = OverTheWay(), OverTheWay()
+        self._share: float | None = None
         self._estimate: float | None = None
         self._audits = 0
-        self._work = 0.0
         self._audit_work = 0.0
         self._choices = [Choice(0.0, self._main.grid.pitch_m, None, "coarsest that may do")]
 
@@ -113,6 +136,7 @@ class AutoGel:
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
         """Set how deep the object stands; return the normal force (N)."""
         self._indentation, self._reach = indentation_m, reach_m
+        self._deepest_m = max(self._deepest_m, indentation_m)
         return self._main.press(indentation_m, reach_m)
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
@@ -140,37 +164,72 @@ class AutoGel:
             self._to_next_m = min(self._to_next_m, _NEAR_M)
         if abs(self._indentation - self._audited_at_m) > _PRESSED * self._indentation:
             self._to_next_m = min(self._to_next_m, _SOON_M)
-        if self._to_next_m <= 0 and self._gone_m > 0:
-            self._audit()
+        if self._audit is None and self._to_next_m <= 0 and self._gone_m > 0:
+            self._send_out()
+        if self._audit is not None:
+            self._go_on(self._audit)
 
     def _let_go(self) -> None:
         """Nothing touches: nothing is remembered."""
         if self._path.count or self._path.open:
-            self._path, self._retraced, self._auditor = Path(start=self._main.place), 0, None
-            self._calm, self._wait_m, self._to_next_m = 0, _NEAR_M, 0.0
+            self._forget()
+            self._calm, self._wait_m, self._to_next_m, self._share = 0, _NEAR_M, 0.0, None
 
     # Auditing.
 
-    def _audit(self) -> None:
-        """Retrace the path on the other grid of the pair, estimate this one's error, change grid where need be."""
-        own = self._dots_of(self._main)
-        if self._main.operator.kernel == "pad" and _EVER * _rms(own) < self.tolerance_m:
-            self._to_next_m = _NEAR_M
-            return
-        if self._auditor is None:
-            self._auditor, self._retraced = self._new(self._beside()), 0
-        auditor = self._auditor
-        self._retrace(auditor)
-        self._audits += 1
+    def _forget(self) -> None:
+        """Begin a new path here."""
+        self._path, self._other, self._audit = Path(start=self._main.place), None, None
+
+    def _send_out(self) -> None:
+        """Have the other grid of the pair come to where the answering one is now."""
+        dots = self._main.displacement_now(DOTS_M)
+        if self._main.operator.kernel == "pad":
+            now = _rms(dots)
+            motion = max(self._motion.add(self._gone_m, now), now / _PEAK)
+            # Dots move no faster than the object.
+            spare = self.tolerance_m / max(self._bound(), 1e-6) - motion
+            if spare > 0:
+                self._to_next_m = max(spare, _NEAR_M)
+                return
+        if self._other is None:
+            self._other = Follower(self._new(self._beside()))
+        self._path.close()
         self._audited_at_m = self._indentation
-        difference = _rms(own - self._dots_of(auditor))
-        finer = auditor.grid.pitch_m < self._main.grid.pitch_m or auditor.operator.kernel != self._main.operator.kernel
+        self._audit = _Audit(self._path.count, dots, self._gone_m)
+
+    def _bound(self) -> float:
+        """Return how large the error may be, as part of the dots' motion."""
+        state = self._main.state()
+        ever = share_of_motion(self._main.grid, state.cells, state.pressure_n)
+        return ever if self._share is None else min(ever, _GROWS * self._share)
+
+    def _go_on(self, audit: _Audit) -> None:
+        """Lead the other grid on; where it has arrived, estimate the answering one's error, and act on it."""
+        other = self._other
+        # What is known to be wrong is not waited for.
+        late = audit.answers or self._gone_m - audit.sent_m > _LATE_M or self._main.operator.kernel != "pad"
+        budget = math.inf if late else _BUDGET
+        if other is None or not self._lead(other, audit.until, budget):
+            return
+        self._audit = None
+        if audit.answers:
+            self._swap("the coarser auditor disagrees by too much")
+            return
+        self._audits += 1
+        motion, difference = _rms(audit.dots_m), _rms(audit.dots_m - other.gel.displacement_now(DOTS_M))
+        same = other.gel.operator.kernel == self._main.operator.kernel
+        finer = other.gel.grid.pitch_m < self._main.grid.pitch_m or not same
         self._estimate = (_COARSER if finer else _FINER) * difference
+        self._share = max(self._share or 0.0, self._estimate / motion)
         small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
         self._worst = max(self._worst, self._estimate)
         self._wait_m = min(2 * self._wait_m, _FAR_M) if small else _NEAR_M
         self._to_next_m = self._wait_m
-        if self._estimate > _RAISE * self.tolerance_m:
+        # The RMS over the whole way counts; but it may not be this grid that is to blame for it.
+        so_far = self._error.add(self._gone_m, self._estimate)
+        most = _RAISE if so_far > _RAISE_ALL * self.tolerance_m else _RAISE_NOW
+        if self._estimate > most * self.tolerance_m:
             self._calm = 0
             self._go_finer(finer)
         elif not finer and _COARSER * difference < _LOWER * self.tolerance_m:
@@ -187,57 +246,43 @@ class AutoGel:
             return self._main.grid.fine
         return FINES[1] if at == 0 else FINES[at - 1]
 
-    def _go_finer(self, auditor_is: bool) -> None:
-        """Let the auditor answer where it is the finer one; else make a finer grid and let it retrace the path."""
-        if auditor_is:
+    def _lead(self, other: Follower, until: int, budget: float) -> bool:
+        before = other.work
+        arrived = other.follow(self._path, until, budget)
+        self._audit_work += other.work - before
+        return arrived
+
+    def _go_finer(self, other_is: bool) -> None:
+        """Let the other grid answer where it is the finer one; else make a finer one, and let it come and answer."""
+        if other_is:
             self._swap("the auditor disagrees")
             return
         at = FINES.index(self._main.grid.fine)
         if at + 1 == len(FINES) or 4 * self._main.cells.size > MOST_CELLS:
             return
-        self._auditor, self._retraced = self._new(FINES[at + 1]), 0
-        self._retrace(self._auditor)
-        self._swap("the coarser auditor disagrees by too much")
+        self._other = Follower(self._new(FINES[at + 1]))
+        self._path.close()
+        self._audit = _Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, answers=True)
+        self._go_on(self._audit)
 
     def _swap(self, why: str) -> None:
-        """Let the auditor, which has come to the same place, answer, and the answering grid audit."""
-        if self._auditor is None:
+        """Lead the other grid to where the answering one is, let it answer, and the answering grid audit."""
+        other = self._other
+        if other is None:
             return
-        self._main, self._auditor = self._auditor, self._main
-        if self._auditor.operator.kernel != "pad":
-            self._auditor = None
+        self._path.close()
+        self._lead(other, self._path.count, math.inf)
+        self._main, other.gel = other.gel, self._main
+        if other.gel.operator.kernel != "pad":
+            self._other = None
         self._views[self._main.grid.fine] = self._main
-        self._retraced = self._path.count
-        self._calm, self._wait_m, self._to_next_m, self._worst = 0, _NEAR_M, _NEAR_M, 0.0
+        self._calm, self._wait_m, self._to_next_m, self._worst, self._share = 0, _NEAR_M, _NEAR_M, 0.0, None
         self._choices.append(Choice(self._gone_m, self._main.grid.pitch_m, self._estimate, why))
-
-    def _retrace(self, gel: FieldGel) -> None:
-        """Lead another grid along what it has not been through yet."""
-        path = self._path
-        path.close()
-        if self._retraced < path.dropped or (self._retraced == 0 and gel.place != path.start):
-            gel.place = path.start
-            self._retraced = path.dropped
-            for step in range(1, 5):
-                gel.press(step / 4 * path.legs[0].indentation_m, path.legs[0].reach_m)
-                gel.trial(0.0, 0.0)
-                gel.commit()
-        sweeps = gel.work
-        for leg in path.legs[self._retraced - path.dropped :]:
-            gel.press(leg.indentation_m, leg.reach_m)
-            if leg.friction is not None:
-                gel.set_friction(_over(leg.friction, gel))
-            gel.trial(leg.dx_m, leg.dy_m, leg.dtheta_rad)
-            gel.commit()
-        self._retraced = path.count
-        self._audit_work += gel.work - sweeps
-
-    def _dots_of(self, gel: FieldGel) -> NDArray[np.float64]:
-        return gel.displacement_now(DOTS_M)
 
     def report(self) -> FidelityReport:
         """Return what was chosen, why, at what cost, and what cannot be promised."""
-        gels = {id(gel): gel for gel in (self._main, self._auditor, *self._views.values()) if gel is not None}
+        other = None if self._other is None else self._other.gel
+        gels = {id(gel): gel for gel in (self._main, other, *self._views.values()) if gel is not None}
         work = sum(gel.work for gel in gels.values())
         return FidelityReport(
             self.tolerance_m,
@@ -247,7 +292,7 @@ class AutoGel:
             tuple(self._choices),
             work,
             self._audit_work / work if work else 0.0,
-            self._indentation / self.material.thickness_m,
+            self._deepest_m / self.material.thickness_m,
             self._main.wall_distance_m,
             self._main.unconverged,
         )
@@ -283,7 +328,7 @@ class AutoGel:
         self._main = self._view(state)
         self._main.restore(state)
         self._indentation, self._reach = state.indentation_m, state.reach_m
-        self._path, self._retraced, self._auditor = Path(start=self._main.place), 0, None
+        self._forget()
         self._path.pressed_m = 0.0
 
     def _view(self, state: GelState) -> FieldGel:
@@ -307,20 +352,3 @@ class AutoGel:
 
 def _rms(difference: NDArray[np.float64]) -> float:
     return float(np.sqrt((difference**2).sum(axis=1).mean()))
-
-
-def _over(friction: Friction, gel: FieldGel) -> NDArray[np.float64]:
-    """Return friction at the cells of another grid: of the cell around it, or the mean of the cells within."""
-    own, other = friction.grid, gel.grid
-    mean = friction.mean
-    if not friction.values.size or float(np.ptp(friction.values)) == 0.0:
-        return np.full(gel.cells.size, mean)
-    full = np.full((own.rows, own.columns), mean)
-    full[friction.cells // own.columns, friction.cells % own.columns] = friction.values
-    if other.fine >= own.fine:
-        times = other.fine // own.fine
-        rows, columns = gel.cells // other.columns // times, gel.cells % other.columns // times
-        return np.asarray(full[rows, columns])
-    times = own.fine // other.fine
-    means = full.reshape(other.rows, times, other.columns, times).mean(axis=(1, 3))
-    return np.asarray(means.ravel()[gel.cells])

@@ -11,6 +11,15 @@ STRAIN_INVALID = 0.2
 _AT_WALL_M = 1e-9
 
 
+def strain_warnings(strain: float) -> list[str]:
+    """Return what no model of small strain can promise at an indentation over thickness."""
+    if strain > STRAIN_INVALID:
+        return [f"indentation is {strain:.0%} of the thickness: small strain is not valid beyond 20 %"]
+    if strain > STRAIN_DOUBTFUL:
+        return [f"indentation is {strain:.0%} of the thickness: small strain is off by some um beyond 10 %"]
+    return []
+
+
 @dataclass(frozen=True, slots=True)
 class Choice:
     """A change of grid: how far (m) the object had moved by then, the cell's side (m), the estimate (m) behind it."""
@@ -24,7 +33,10 @@ class Choice:
 @dataclass(frozen=True, slots=True)
 class FidelityReport:
     """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes; None before the first.
-    Work is counted in multiplications of the sweeps; `audit_share` is the part of it that the auditing grid took."""
+
+    `strain` is the greatest indentation over the thickness. Work is counted in multiplications of the sweeps;
+    `audit_share` is the part of it that the auditing grid took.
+    """
 
     tolerance_m: float
     pitch_m: float
@@ -38,15 +50,19 @@ class FidelityReport:
     unconverged: int
 
     @property
+    def summary(self) -> str:
+        """In one line: the grid, and how far from the tolerance its error is."""
+        of = f"{self.tolerance_m * 1e6:g} um allowed"
+        if self.estimate_m is None:
+            error = f"error too small to ask for, {of}"
+        else:
+            error = f"error {self.estimate_m * 1e6:.1f} um by the last of {self.audits} audits, {of}"
+        return f"cells of {self.pitch_m * 1e3:.2f} mm, {error} (simulated)"
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What an audit of the grid cannot see, or has seen and cannot mend."""
-        found = []
-        if self.strain > STRAIN_INVALID:
-            found.append(f"indentation is {self.strain:.0%} of the thickness: small strain is not valid beyond 20 %")
-        elif self.strain > STRAIN_DOUBTFUL:
-            found.append(
-                f"indentation is {self.strain:.0%} of the thickness: small strain is off by some um beyond 10 %"
-            )
+        found = strain_warnings(self.strain)
         if self.estimate_m is not None and self.estimate_m > self.tolerance_m:
             found.append("the finest grid that can keep up does not meet the tolerance")
         if self.wall_distance_m is not None and self.wall_distance_m <= _AT_WALL_M:

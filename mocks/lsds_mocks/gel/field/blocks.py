@@ -78,10 +78,13 @@ def correct(
     number = np.zeros(nodes, np.int64)
     for k in range(needed.size):
         number[needed[k]] = k
-    place, share = np.zeros((count, 4), np.int64), weight.astype(np.float32)
+    # Numbers without a sign are not checked for being negative, and columns are read one after another.
+    place, share = np.zeros((4, count), np.uint32), np.zeros((4, count), np.float32)
     for i in range(count):
         for h in range(4):
-            place[i, h] = number[node[i, h]]
+            place[h, i], share[h, i] = number[node[i, h]], weight[i, h]
+    p0, p1, p2, p3 = place
+    w0, w1, w2, w3 = share
     part = np.empty((3, needed.size, 3, needed.size), np.float32)
     for a in range(3):
         for k in range(needed.size):
@@ -92,25 +95,15 @@ def correct(
     for i in range(count):
         first = known if i < known else 0
         for a in range(3):
-            s0, s1, s2, s3 = part[a, place[i, 0]], part[a, place[i, 1]], part[a, place[i, 2]], part[a, place[i, 3]]
+            s0, s1, s2, s3 = part[a, p0[i]], part[a, p1[i]], part[a, p2[i]], part[a, p3[i]]
             for b in range(3):
                 for k in range(needed.size):
-                    at_node[a, b, k] = (
-                        share[i, 0] * s0[b, k]
-                        + share[i, 1] * s1[b, k]
-                        + share[i, 2] * s2[b, k]
-                        + share[i, 3] * s3[b, k]
-                    )
+                    at_node[a, b, k] = w0[i] * s0[b, k] + w1[i] * s1[b, k] + w2[i] * s2[b, k] + w3[i] * s3[b, k]
         for a in range(3):
             for b in range(3):
                 s, out = at_node[a, b], compliance[i, a, b]
                 for j in range(first, count):
-                    out[j] += (
-                        share[j, 0] * s[place[j, 0]]
-                        + share[j, 1] * s[place[j, 1]]
-                        + share[j, 2] * s[place[j, 2]]
-                        + share[j, 3] * s[place[j, 3]]
-                    )
+                    out[j] += w0[j] * s[p0[j]] + w1[j] * s[p1[j]] + w2[j] * s[p2[j]] + w3[j] * s[p3[j]]
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]

@@ -185,16 +185,7 @@ class FieldGel:
             patch.keep(kept)
             self._resize(np.flatnonzero(kept), patch.size)
         if len(new):
-            known = patch.size
-            patch.add(new)
-            self._resize(np.arange(known), patch.size)
-            for traction, w in (
-                (self._traction, self._w),
-                (self._old_traction, self._old_w),
-                (self._older_traction, self._older_w),
-            ):
-                patch.respond(traction, w, known)
-            self._anchor[:, known:] = self._old_w[:2, known:]
+            self._add(new)
         if moved or left or len(new):
             self._stand(self._looked_from or place)
         gap = self._gap
@@ -202,6 +193,30 @@ class FieldGel:
             y = self._points[1]
             gap = np.where((y >= self._reach[0]) & (y <= self._reach[1]), gap, self._indentation + 1.0)
         self._target[2] = self._indentation - gap
+
+    def _add(self, new: NDArray[np.int32]) -> None:
+        """Look after more cells: free so far, they are where the others' tractions have moved them."""
+        known = self._patch.size
+        self._patch.add(new)
+        self._resize(np.arange(known), self._patch.size)
+        for traction, w in (
+            (self._traction, self._w),
+            (self._old_traction, self._old_w),
+            (self._older_traction, self._older_w),
+        ):
+            self._patch.respond(traction, w, known)
+        self._anchor[:, known:] = self._old_w[:2, known:]
+
+    def take_in(self, indentation_m: float, most: int) -> int:
+        """Take in up to `most` of the cells that pressing so deep here would; return how many more there are."""
+        near = self._footprint.near(self.place, _BESIDE * indentation_m)
+        near[self._patch.cells] = False
+        new = np.flatnonzero(near).astype(np.int32)
+        if len(new):
+            self._add(new[:most])
+            self._looked_at = self._looked_from = None
+            self._stand(self.place)
+        return max(len(new) - most, 0)
 
     def _stand(self, place: Placement) -> None:
         """Find the object's surface over the patch."""
