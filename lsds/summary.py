@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds, seconds
+from lsds.contracts import FidelityReporting
 from lsds.task import Stage
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def summarise(
         "outcome": _outcome(rig, loop, acting, truths, fault),
         "fault": None if fault is None else _reason(fault),
         "figures_are": "simulated" if rig.cell is not None else "measured",
+        "simulation": rig.cell.fidelity() if isinstance(rig.cell, FidelityReporting) else None,
         "slip_distance_m": slip.distance_m if slip else None,
         "slip_onset_s": slip.onset_s if slip else None,
         "time_to_arrest_s": slip.time_to_arrest_s if slip else None,

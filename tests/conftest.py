@@ -7,8 +7,12 @@ import os
 import sys
 from pathlib import Path
 
-import pytest
-from hypothesis import settings
+# Before NumPy is there: with two workers of two threads each on two cores, each waits for the others.
+for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 # The suite runs from a checkout that is not installed, too.

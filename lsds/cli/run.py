@@ -75,6 +75,7 @@ def _table(summary: dict[str, Any]) -> str:
     rows = [
         ("outcome", f"{summary['outcome']} ({summary['figures_are']})"),
         *([("reason", summary["fault"])] if summary["fault"] else []),
+        *_simulated(summary["simulation"]),
         ("slip distance", show(summary["slip_distance_m"], 1e3, "mm")),
         *_seen(summary["seen_slip_distance_m"], show),
         ("time to arrest", show(summary["time_to_arrest_s"], 1e3, "ms")),
@@ -92,6 +93,13 @@ def _table(summary: dict[str, Any]) -> str:
         ("seed", str(summary["seed"])),
     ]
     return table(rows, ("figure", "value"))
+
+
+def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """How the physics was simulated, and what not to believe of it."""
+    if report is None:
+        return []
+    return [("gel", report["summary"]), *(("  beware", warning) for warning in report["warnings"])]
 
 
 def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:

@@ -9,7 +9,7 @@ the state. A call in the wrong state raises `LifecycleError`.
 from __future__ import annotations
 
 from enum import Enum
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from lsds.contracts.values import (
     ArmCommand,
@@ -109,6 +109,14 @@ class PoseSource(Device, Protocol):
 
     def read(self) -> PoseSample:
         """Return the newest poses. Raises StaleData."""
+
+
+@runtime_checkable
+class FidelityReporting(Protocol):
+    """A cell that says how its physics was simulated."""
+
+    def fidelity(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON; among them `summary`, one line, and `warnings`, a list of lines."""
 
 
 @runtime_checkable

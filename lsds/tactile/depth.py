@@ -107,6 +107,8 @@ class DepthEstimator:
 
     #: Share of the depth map taken to be free of contact when its zero is set.
     FREE_SHARE = 0.25
+    #: Quantile of the pixels free of contact that the flat gel is taken to lie at.
+    FREE_LEVEL = 0.65
 
     def __init__(
         self,
@@ -158,6 +160,11 @@ class DepthEstimator:
         ranked = depth.ravel().copy()
         ranked.partition(self._free)
         depth -= ranked[self._free]
+        # The gel bulges beside a contact, deepest where a plain low quantile looks: most of the free surface is higher.
+        free = depth[depth < self._threshold_m]
+        level = int(self.FREE_LEVEL * free.size)
+        free.partition(level)
+        depth -= free[level]
         # The contact's edge runs between depth pixels: count on a finer grid, or whole columns come and go.
         fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
         area = np.count_nonzero(fine > self._threshold_m) / fine.size

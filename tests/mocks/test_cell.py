@@ -1,5 +1,7 @@
 """The cell: same seed and times, same bits, whatever is read in between."""
 
+import json
+
 import numpy as np
 import pytest
 from mock_rig import MS, STRONG_M, WEAK_M, demonstration, make_rig
@@ -115,3 +117,20 @@ def test_a_clock_that_starts_late_works_alike():
     rig.clock.sleep_until(10**15 + 400 * MS)
     assert rig.sensor.read().t_ns > 10**15
     assert rig.cell.truth().supported
+
+
+def test_a_cell_says_how_it_was_simulated_and_what_not_to_believe():
+    gentle, firm = make_rig(cell={"fidelity": "winkler"}), make_rig()
+    for rig, aperture in ((gentle, 0.0245), (firm, 0.0205)):
+        rig.until(100)
+        rig.grip(aperture)
+        rig.until(900)
+        rig.lift()
+        rig.until(1300)
+    assert gentle.cell.fidelity() == {"model": "winkler", "summary": "winkler", "warnings": []}
+    report = firm.cell.fidelity()
+    assert report["model"] == "auto"
+    assert "0.96 mm" in report["summary"]
+    assert "20 um allowed" in report["summary"]
+    assert any("% of the thickness" in warning for warning in report["warnings"])
+    assert json.loads(json.dumps(report)) is not None

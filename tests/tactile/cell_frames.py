@@ -22,10 +22,10 @@ FAR = 10**15
 class CellBench:
     """A cell whose sensor, gripper and arm are connected and armed."""
 
-    def __init__(self, seed=1, **sensor):
+    def __init__(self, seed=1, fidelity="auto", **sensor):
         self.clock = VirtualClock()
         context = BuildContext(self.clock, seed)
-        self.cell = build_cell(CellOptions(), context)
+        self.cell = build_cell(CellOptions(fidelity=fidelity), context)
         self.sensor = MockGelSightMini(GelSightOptions(**sensor), context)
         self.gripper = MockHandE(HandEOptions(), context)
         self.arm = MockUR5e(UR5eOptions(), context)

@@ -107,14 +107,16 @@ def area_errors(seed, **sensor):
     ]
 
 
+@pytest.mark.parametrize("fidelity", ["auto", "winkler"])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_contact_area_is_the_true_one_to_a_hundredth(seed):
-    errors = area_errors(seed)
+def test_the_contact_area_is_the_true_one_to_two_hundredths(seed, fidelity):
+    errors = area_errors(seed, fidelity=fidelity)
     print("area errors", [(round(e, 4), f"{1e3 * d:.3f} mm") for e, d in errors])
     judged = np.abs([error for error, depth in errors if 0.05e-3 < depth <= 0.35e-3])
     assert len(judged) >= 4
-    # The mock draws its surface on a grid of its own, which moves the edge of its contact by up to 0.006.
-    assert judged.max() < 0.011
+    # The mock draws its surface on a grid of its own, which moves the edge of its contact by up to 0.006. And where an
+    # elastic gel lies flat cannot be told from slopes: it bulges by a tenth of the indentation all around.
+    assert judged.max() < 0.022
 
 
 @pytest.mark.parametrize("gain", [0.75, 0.9, 1.1, 1.25])

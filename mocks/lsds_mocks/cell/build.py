@@ -59,7 +59,14 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
 
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     """Make the plant; `seed` draws the object's surface and the arm's tremble."""
-    material = GelMaterial(modulus_pa=options.modulus_mpa * 1e6, poisson=options.poisson)
+    material = GelMaterial(
+        modulus_pa=options.modulus_mpa * 1e6,
+        poisson=options.poisson,
+        thickness_m=options.pad_thickness_mm * 1e-3,
+        width_m=options.pad_width_mm * 1e-3,
+        height_m=options.pad_height_mm * 1e-3,
+        correction=options.pad_correction or None,
+    )
     gel = build_gel(options, build_surface(options, material), material)
     length = options.length_mm * 1e-3
     texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
@@ -80,6 +87,7 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         finger_n_m=1e3 / (1 / options.finger_stiffness_n_mm + 1 / options.stiffness_n_mm),
         drop_slip_m=options.drop_slip_mm * 1e-3,
         pad_height_m=material.height_m,
+        pad_thickness_m=material.thickness_m,
         centre_x_m=options.centre_x_mm * 1e-3,
         theta=1.0 if options.integrator == "backward-euler" else 0.5,
     )
@@ -93,6 +101,7 @@ def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
         step_ns=round(options.step_ms * 1e6),
         start_ns=context.clock.now(),
         history_s=options.history_s,
+        model=options.fidelity,
     )
 
 

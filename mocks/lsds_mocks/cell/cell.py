@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from lsds.clock import NS_PER_S, seconds
 from lsds_mocks.cell.queue import Action, CommandQueue
+from lsds_mocks.gel.auto.report import strain_warnings
 from lsds_mocks.gel.state import GelState, blend
 
 if TYPE_CHECKING:
@@ -47,8 +48,9 @@ class Camera(Protocol):
 class SimulatedCell:
     """A `Cell`. Devices post commands and look up moments; see `lsds_mocks.cell.build` for how one is made."""
 
-    def __init__(self, plant: Plant, *, step_ns: int, start_ns: int, history_s: float = 0.0) -> None:
+    def __init__(self, plant: Plant, *, step_ns: int, start_ns: int, history_s: float = 0.0, model: str = "") -> None:
         self.plant = plant
+        self._model = model
         self.step_ns = step_ns
         self._dt_s = step_ns / NS_PER_S
         self._t_ns = start_ns - start_ns % step_ns
@@ -80,6 +82,16 @@ class SimulatedCell:
         """Return the truth at the last step's end."""
         with self._lock:
             return self.plant.truth(self._t_ns)
+
+    def fidelity(self) -> dict[str, Any]:
+        """Return what the gel's model is, and what it says of its own accuracy."""
+        with self._lock:
+            report = getattr(self.plant.gel, "report", None)
+            if report is None:
+                warnings = strain_warnings(self.plant.greatest_strain)
+                return {"model": self._model, "summary": self._model, "warnings": warnings}
+            found = report()
+            return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
 
     def history(self) -> tuple[CellTruth, ...]:
         """Return the truth of each step kept, oldest first; empty unless the option `history_s` asks for it."""

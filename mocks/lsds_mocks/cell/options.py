@@ -23,8 +23,8 @@ class CellOptions(BaseModel):
         default="backward-euler", description="midpoint keeps the ringing that backward Euler damps"
     )
     fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(
-        default="winkler",
-        description="gel: bristles, elastic layer, finite elastic pad; auto: the pad on the coarsest grid that will do",
+        default="auto",
+        description="gel: an elastic pad on the coarsest grid that will do; bristles, elastic layer, elastic pad",
     )
     tolerance_um: float = Field(
         default=20.0, ge=0.5, le=200, description="RMS error of the dots' motion that the grid of auto may cause"
@@ -71,6 +71,12 @@ class CellOptions(BaseModel):
 
     poisson: float = Field(default=0.48, ge=0.3, le=0.499, description="Poisson's ratio of the gel (layer and pad)")
     modulus_mpa: float = Field(default=0.2, ge=0.02, le=5, description="Young's modulus of the gel")
+    pad_width_mm: float = Field(default=24.96, gt=1, le=200, description="size of the gel along x")
+    pad_height_mm: float = Field(default=20.16, gt=1, le=200, description="size of the gel along y")
+    pad_thickness_mm: float = Field(default=4.0, gt=0.2, le=50, description="thickness of the gel")
+    pad_correction: str = Field(
+        default="", description="file for pads of other proportions: python -m lsds_mocks.gel.make_pad makes it"
+    )
     finger_stiffness_n_mm: float = Field(
         default=5.0, gt=0, le=1000, description="normal stiffness of one finger with its gel holder, without the gel"
     )

@@ -26,7 +26,8 @@ OPEN_APERTURE_M = 0.05
 class PlantParameters:
     """The object (diameter, length, mass), where the pads meet it at the start (height of their centre above the
     table), one finger's normal stiffness, the slip that counts as dropped, the pad's height, how far to the right of
-    the pads the centre of mass is, and where in a step forces are taken (1: at its end, 1/2: in its middle)."""
+    the pads the centre of mass is, where in a step forces are taken (1: at its end, 1/2: in its middle), and the pad's
+    thickness."""
 
     diameter_m: float
     length_m: float
@@ -37,6 +38,7 @@ class PlantParameters:
     pad_height_m: float
     centre_x_m: float = 0.0
     theta: float = 1.0
+    pad_thickness_m: float = 4e-3
 
 
 class Plant:
@@ -133,6 +135,11 @@ class Plant:
         if above_foot >= half and to_top >= half:
             return None
         return max(-half, -to_top), min(half, above_foot)
+
+    @property
+    def greatest_strain(self) -> float:
+        """Greatest indentation so far over the gel's thickness."""
+        return self._squeeze.deepest_m / self.parameters.pad_thickness_m
 
     @property
     def required_normal_n(self) -> float:

@@ -17,7 +17,7 @@ class Squeeze:
     def __init__(self, gel: GelModel, finger_n_m: float) -> None:
         self._gel = gel
         self._stiffness = finger_n_m
-        self.depth_m = 0.0
+        self.depth_m = self.deepest_m = 0.0
         self.normal_n = 0.0
         self._slope = 2.0
 
@@ -62,4 +62,5 @@ class Squeeze:
                 depth = low - below / self._slope
             else:
                 depth = min(depth - excess / self._slope, closure_m)
+        self.deepest_m = max(self.deepest_m, self.depth_m)
         return self.normal_n
