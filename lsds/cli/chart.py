@@ -155,6 +155,8 @@ def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
 
 @chart.command()
 @click.option("--scene", "scenes", multiple=True, metavar="NAME", help="Measure this scene only; repeatable.")
+@click.option("--fidelity", type=click.Choice(["auto", "pad"]), default="auto", show_default=True,
+              help="Gel: choosing its grid, or on cells of 0.48 mm.")  # fmt: skip
 @click.option("--tolerance-um", type=click.FloatRange(0.5, 200), default=20.0, show_default=True,
               help="Of the gel that chooses its grid.")  # fmt: skip
 @click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs; the fastest counts.")
@@ -163,8 +165,9 @@ def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
 @json_option
 def optics(
-    scenes: tuple[str, ...], tolerance_um: float, repeats: int, plot: Path, csv_file: str | None, json_file: str | None
-) -> None:
+    scenes: tuple[str, ...], fidelity: str, tolerance_um: float, repeats: int, plot: Path, csv_file: str | None,
+    json_file: str | None,
+) -> None:  # fmt: skip
     """Chart what a simulated finger's frame costs, mechanics and image, and how right its colours are.
 
     \b
@@ -172,14 +175,8 @@ def optics(
       lsds chart optics
       lsds chart optics --scene sphere --tolerance-um 5 --json optics.json
     """
-    _study(
-        "optics",
-        {"scenes": list(scenes), "tolerance_um": tolerance_um, "repeats": repeats},
-        0,
-        plot,
-        csv_file,
-        json_file,
-    )
+    options = {"scenes": list(scenes), "fidelity": fidelity, "tolerance_um": tolerance_um, "repeats": repeats}
+    _study("optics", options, 0, plot, csv_file, json_file)
 
 
 @chart.command()

@@ -48,6 +48,9 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
         return BrushGel(shape, material, kernel=kernel)
     # Compiled code, half a second of import: only for those who want it.
+    from lsds_mocks.gel.field.compiling import announce
+
+    announce()
     if options.fidelity == "auto":
         from lsds_mocks.gel.auto.gel import AutoGel
 

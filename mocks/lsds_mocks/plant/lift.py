@@ -86,15 +86,19 @@ def _solve(
     # The last step's tangent is almost always still right, and then the first trial is already the solution.
     velocity = min(max((free + gain * body.force_n + slope * carrier_m_s) / (1.0 + slope), low), high)
     good_enough = max(TOLERANCE_M_S, gain * limit_n * gel.force_tolerance)
+    under = over = False
     for _ in range(_ITERATIONS):
         reaction = gel.trial(0.0, dt_s * (carrier_m_s - velocity))
         excess = velocity - free - gain * reaction.force_y_n
         if abs(excess) < good_enough:
             break
+        # Shear may press the object harder against the gel, and so allow more friction than before the step.
         if excess > 0:
-            high = velocity
+            high, over = velocity, True
+            low = low if under else min(low, velocity - 2 * excess)
         else:
-            low = velocity
+            low, under = velocity, True
+            high = high if over else max(high, velocity - 2 * excess)
         velocity -= excess / (1.0 + gain * dt_s * reaction.stiffness_y_n_m)
         if not low < velocity < high:
             velocity = 0.5 * (low + high)

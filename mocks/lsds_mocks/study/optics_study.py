@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import cv2
 import numpy as np
@@ -17,6 +17,7 @@ from lsds.clock import perf_ns
 from lsds.contracts.study import StudyResult, Value
 from lsds_mocks.devices.gelsight_options import GelSightOptions
 from lsds_mocks.gel.auto.gel import AutoGel
+from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.optics.background import background
 from lsds_mocks.optics.renderer import Renderer
 from lsds_mocks.optics.shading import Shader, Tier
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import BuildContext
+    from lsds_mocks.gel.protocol import GelModel
 
 TIERS: tuple[Tier, ...] = ("markers", "linear", "full")
 FRAME_MS = 40.0
@@ -49,6 +51,7 @@ class OpticsOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     scenes: list[str] = Field(default_factory=list, description="scenes to measure; all where none is named")
+    fidelity: Literal["auto", "pad"] = Field(default="auto", description="gel; pad: on cells of 0.48 mm")
     tolerance_um: float = Field(default=20.0, gt=0, description="of the gel that chooses its grid")
     repeats: int = Field(default=3, ge=1, le=100, description="runs of each, of which each frame's fastest counts")
 
@@ -68,15 +71,21 @@ class OpticsStudy:
             tick(done, len(scenes))
         notes = [
             "errors are against full normals at every pixel; two fingers: mechanics and image of both, "
-            f"frames of {FRAME_MS:g} ms",
+            f"frames of {FRAME_MS:g} ms; gel: {self.options.fidelity}",
         ]
         title = "A finger's frame, simulated: colours' error, and time of mechanics and image, one thread"
         return StudyResult(title, COLUMNS, rows, partial(_draw, rows=rows), notes)
 
+    def _gel(self, scene: Scene) -> GelModel:
+        if self.options.fidelity == "pad":
+            return FieldGel(scene.shape, scene.material, follows=scene.follows)
+        tolerance_m = self.options.tolerance_um * 1e-6
+        return AutoGel(scene.shape, scene.material, tolerance_m=tolerance_m, follows=scene.follows)
+
     def _measure(self, scene: Scene) -> list[dict[str, Value]]:
         rows: list[dict[str, Value]] = []
         for tier in TIERS:
-            runs = [_frames(scene, tier, self.options.tolerance_um * 1e-6) for _ in range(self.options.repeats + 1)]
+            runs = [_frames(self._gel(scene), scene, tier) for _ in range(self.options.repeats + 1)]
             # The first compiles and fills tables, which is not a frame's cost.
             times = np.array([(mechanics, image, mechanics + image) for mechanics, image, _ in runs[1:]])
             mechanics, image, whole = times.min(axis=0)
@@ -95,10 +104,9 @@ class OpticsStudy:
 
 
 def _frames(
-    scene: Scene, tier: Tier, tolerance_m: float
+    gel: GelModel, scene: Scene, tier: Tier
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Callable[..., NDArray[np.float32]]]:
     """Return times (frames,) in microseconds of mechanics and of the image, and the surface at the end."""
-    gel = AutoGel(scene.shape, scene.material, tolerance_m=tolerance_m, follows=scene.follows)
     renderer = Renderer(GelSightOptions(optics=tier).look(), [0])
     for step in range(1, scene.presses + 1):
         gel.press(step / scene.presses * scene.indentation_m)
