@@ -50,7 +50,7 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
     for body, reaction, energy in swing(
         gel, depth=depth, friction=friction, dt_s=dt_s, steps=min(max(10, round(0.15 / dt_s)), 60), velocity=velocity
     ):
-        assert math.isfinite(energy)
+        assert math.isfinite(energy + body.velocity_m_s)
         tractions = gel._traction
         assert (np.hypot(*tractions[:2]) <= friction * tractions[2] * (1 + 1e-4) + 0.1).all()
         assert reaction.normal_n >= 0
@@ -59,7 +59,6 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
         assert before is None or energy <= before + TOLERANCE * most + 1e-9
         before = energy
     assert gel.unconverged == 0
-    assert math.isfinite(body.velocity_m_s)
 
 
 @pytest.mark.parametrize("make", [lambda: FieldGel(SHAPES["pipe"], fine=1), lambda: AutoGel(SHAPES["pipe"])])
@@ -78,7 +77,9 @@ def test_a_weak_grip_slides_as_a_block_on_friction_does(dt_ms):
     gel = FieldGel(SHAPES["pipe"], fine=1)
     speeds = [
         (-body.velocity_m_s, GRAVITY_M_S2 - 2 * friction * reaction.normal_n / MASS)
-        for body, reaction, _ in swing(gel, depth=0.25e-3, friction=friction, dt_s=dt_ms * 1e-3, steps=round(240 / dt_ms))
+        for body, reaction, _ in swing(
+            gel, depth=0.25e-3, friction=friction, dt_s=dt_ms * 1e-3, steps=round(240 / dt_ms)
+        )
     ]
     half = len(speeds) // 2  # by then the gel has taken up its shear
     (early, _), (late, pull) = speeds[half - 1], speeds[-1]

@@ -48,13 +48,14 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
         return BrushGel(shape, material, kernel=kernel)
     # Compiled code, half a second of import: only for those who want it.
-    from lsds_mocks.gel.field.compiling import announce
+    from lsds_mocks.gel.field.compiling import prepare
 
-    announce()
     if options.fidelity == "auto":
+        prepare(material, (1, 2))
         from lsds_mocks.gel.auto.gel import AutoGel
 
         return AutoGel(shape, material, tolerance_m=options.tolerance_um * 1e-6)
+    prepare(material, (options.grid,), options.fidelity)
     from lsds_mocks.gel.field.gel import FieldGel
 
     return FieldGel(shape, material, fine=options.grid, kernel=options.fidelity)

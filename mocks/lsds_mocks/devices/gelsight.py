@@ -65,6 +65,7 @@ class MockGelSightMini(MotionlessLife):
             self._shutter = Shutter(self.options, now, self._seed)
             self.cell.watch(self._shutter)
             # The gel's matrices from forces to dots take ten milliseconds to make: not in the first frame's time.
+            self._renderer.prepare()
             self._renderer.markers(self.cell.plant.gel, self.cell.gel_state())
 
     def close(self) -> None:

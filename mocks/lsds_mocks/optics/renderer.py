@@ -71,6 +71,12 @@ class Renderer:
             return None
         return DotPainter(look.dot_diameter_px, look.dot_core, look.dot_blur_px, left if look.wear else None)
 
+    def prepare(self) -> None:
+        """Load what is compiled, which takes a tenth of a second: not in the first frame's time."""
+        self._shader.lit(np.zeros((len(self._shader.y_m), len(self._shader.x_m)), np.float32))
+        if self._dots is not None:
+            self._dots.paint(self.rest_px)
+
     def markers(self, gel: GelModel, state: GelState) -> NDArray[np.float64]:
         """Return exact dot centres (N, 2) in pixels."""
         if not len(self.rest_px):

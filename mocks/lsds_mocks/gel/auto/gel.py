@@ -58,7 +58,9 @@ MOST_CELLS = 2500
 """Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
 _BUDGET = 1.5e7
 _LATE_M = 0.05e-3
-"""Multiplications that an audit may take of one step, two milliseconds, until the object has gone so far since."""
+_HURRY = 3
+"""Multiplications that an audit may take of one step, two milliseconds; so many times that once the object has gone so
+far since."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
 
 
@@ -207,9 +209,10 @@ class AutoGel:
     def _go_on(self, audit: _Audit) -> None:
         """Lead the other grid on; where it has arrived, estimate the answering one's error, and act on it."""
         other = self._other
-        # What is known to be wrong is not waited for.
-        late = audit.answers or self._gone_m - audit.sent_m > _LATE_M or self._main.operator.kernel != "pad"
-        budget = math.inf if late else _BUDGET
+        # What is known to be wrong is not waited for. While all of it slides, errors stay as they are.
+        late = self._gone_m - audit.sent_m > _LATE_M and not self._main.fully_sliding
+        at_once = audit.answers or self._main.operator.kernel != "pad"
+        budget = math.inf if at_once else _BUDGET * (_HURRY if late else 1)
         if other is None or not self._lead(other, audit.until, budget):
             return
         self._audit = None

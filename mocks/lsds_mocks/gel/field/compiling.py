@@ -1,14 +1,40 @@
-"""The first run on a machine compiles the solver, which takes a while: whoever waits should know for what."""
+"""What a gel on cells needs once: compiled code and tables. A run in real time must not stop for them midway."""
 
 from __future__ import annotations
 
 import sys
+from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from lsds_mocks.gel.field.gel import FieldGel
+from lsds_mocks.gel.field.operator import Kernel, operator
 from lsds_mocks.gel.field.sweep import relax
+from lsds_mocks.gel.shapes import Sphere
+
+if TYPE_CHECKING:
+    from lsds_mocks.gel.material import GelMaterial
 
 
-def announce() -> None:
-    """Say on stderr that the solver has to be compiled, where that has not been done and kept yet."""
+@lru_cache(maxsize=8)
+def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad") -> None:
+    """Load or compile all that runs on these grids, and fill their tables; say so where it takes a while.
+
+    Raises DataError where there is no correction for this pad.
+    """
     if not any(Path(relax.stats.cache_path).glob("sweep.relax-*.nbi")):
         print("compiling the simulated gel, once on this machine: some 15 s", file=sys.stderr, flush=True)
+    for fine in fines:
+        operator(material, fine, kernel)
+    x_m = np.zeros(2)
+    for solver in ("blocks", "fft"):
+        gel = FieldGel(Sphere(material.thickness_m), material, fine=fines[0], kernel=kernel, solver=solver)
+        for turn in (1, -1):
+            gel.press(0.02 * material.thickness_m)
+            gel.set_friction(np.full(gel.points_m.shape[1], 0.5))
+            gel.trial(0.01 * turn * material.thickness_m, 0.0)
+            gel.commit()
+        gel.displacement_now(np.zeros((1, 2)))
+        gel.depth(gel.state(), x_m, x_m)

@@ -48,6 +48,7 @@ class GelView:
         own = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
         look = GelSightOptions(**own).look()
         self._renderer = Renderer(look, context.rng_seed("gelsight gel"))
+        self._renderer.prepare()
         self._link = link
         self._size = (options.width, options.height)
 
