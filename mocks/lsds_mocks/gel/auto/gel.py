@@ -58,7 +58,7 @@ MOST_CELLS = 2500
 """Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
 _BUDGET = 1.5e7
 _LATE_M = 0.05e-3
-_HURRY = 3
+_HURRY = 5
 """Multiplications that an audit may take of one step, two milliseconds; so many times that once the object has gone so
 far since."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
