@@ -139,7 +139,7 @@ class DepthEstimator:
         self._free = int(self.FREE_SHARE * self._shape[0] * self._shape[1])
         colours = self._colours(reference)
         self._inverse = _pixel_inverse(calibration or PhotometricCalibration(), colours)
-        self._reference = np.ascontiguousarray(colours.reshape(-1, 3).T)
+        self._reference = colours.reshape(-1, 3).copy()
         self._sampled = np.maximum(colours[_SAMPLE, _SAMPLE].reshape(-1, 3), np.float32(1.0))
 
     def measure(self, frame: Frame) -> ContactPatch:
@@ -150,12 +150,13 @@ class DepthEstimator:
         middle = len(ratio) // 2
         ratio.partition(middle, axis=0)
         gain = np.maximum(ratio[middle], np.float32(0.05))
-        change = colours.reshape(-1, 3).T / gain[:, None]
+        change = colours.reshape(-1, 3) / gain
         change -= self._reference
-        slope = np.einsum("dcp,cp->dp", self._inverse, change)
+        slope_x, slope_y = (np.einsum("pc,pc->p", change, inverse) for inverse in self._inverse)
         # A gain off by a thousandth tilts the whole map. As with gains, the middle one of all slopes is a free pixel's.
-        slope -= np.partition(slope, slope.shape[1] // 2, axis=1)[:, slope.shape[1] // 2, None]
-        depth = self._solver.solve(slope[0].reshape(self._shape), slope[1].reshape(self._shape))
+        slope_x -= _middle(slope_x)
+        slope_y -= _middle(slope_y)
+        depth = self._solver.solve(slope_x.reshape(self._shape), slope_y.reshape(self._shape))
         depth *= np.float32(self._pitch_m)
         ranked = depth.ravel().copy()
         ranked.partition(self._free)
@@ -182,14 +183,21 @@ class DepthEstimator:
 
 
 def _pixel_inverse(calibration: PhotometricCalibration, reference: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return (2, 3, pixels): the calibration's inverse at each pixel of a reference (h, w, 3).
+    """Return (2, pixels, 3): the calibration's inverse at each pixel of a reference (h, w, 3).
 
     A surface answers to slopes in proportion to the light it gets (Lambert), and the reference shows how much that is.
     """
     light = reference.reshape(-1, 3)
     model = np.asarray(calibration.levels_per_slope, float) * (light / light.mean(axis=0))[:, :, None]
     weighted = model.transpose(0, 2, 1) / np.square(calibration.noise)
-    return np.ascontiguousarray(np.linalg.solve(weighted @ model, weighted).transpose(1, 2, 0), np.float32)
+    return np.ascontiguousarray(np.linalg.solve(weighted @ model, weighted).transpose(1, 0, 2), np.float32)
+
+
+def _middle(values: NDArray[np.float32]) -> np.float32:
+    """Return the median of every third value."""
+    some = values[::3].copy()
+    some.partition(len(some) // 2)
+    return np.float32(some[len(some) // 2])
 
 
 def _halve(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
