@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
     from lsds_mocks.gel.field.grid import CellGrid
 
-_SHARES = ((2.5, 0.42), (3.5, 0.12), (5.0, 0.075), (np.inf, 0.06))
+NARROW = 2.5
+"""Contacts of fewer cells across are looked at again on finer ones, whatever they say."""
+_SHARES = ((NARROW, 0.42), (3.5, 0.12), (5.0, 0.075), (np.inf, 0.06))
 """Below a width in cells."""
 _SHARP_SHARE = 0.21
 _SHARP = 1.7
@@ -26,10 +28,8 @@ _SHARP = 1.7
 def share_of_motion(grid: CellGrid, cells: NDArray[np.int32], pressure: NDArray[np.floating]) -> float:
     """Return the bound for a contact of cells (N,) under pressure (N,)."""
     touching = pressure > 0
-    if not touching.any():
-        return 0.0
     bound = next(share for width, share in _SHARES if across(grid, cells[touching]) < width)
-    sharp = float(pressure.max()) > _SHARP * float(pressure[touching].mean())
+    sharp = touching.any() and float(pressure.max()) > _SHARP * float(pressure[touching].mean())
     return max(bound, _SHARP_SHARE) if sharp else bound
 
 
@@ -38,7 +38,7 @@ def across(grid: CellGrid, cells: NDArray[np.int32]) -> float:
     covered = np.zeros((grid.rows + 2, grid.columns + 2), np.bool_)
     covered[cells // grid.columns + 1, cells % grid.columns + 1] = True
     perimeter = np.count_nonzero(covered[1:] != covered[:-1]) + np.count_nonzero(covered[:, 1:] != covered[:, :-1])
-    return 4 * len(cells) / perimeter
+    return 4 * len(cells) / perimeter if perimeter else 0.0
 
 
 class OverTheWay:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lsds_mocks.gel.auto.bound import OverTheWay, share_of_motion
+from lsds_mocks.gel.auto.bound import NARROW, OverTheWay, across, share_of_motion
 from lsds_mocks.gel.auto.follower import Follower
 from lsds_mocks.gel.auto.path import Friction, Path
 from lsds_mocks.gel.auto.report import Choice, FidelityReport
@@ -46,6 +46,8 @@ _PATIENCE = 3
 """Go finer where the error over all of the way exceeds the first part of the tolerance, and the estimate the second, or
 where the estimate exceeds the third; coarser where that grid's would be below the fourth for so many audits in a row.
 Audits get rarer where the estimate is below that part, or no worse than it has been."""
+_UNRESOLVED = 0.1
+"""Part of the dots' motion that the error is taken for at least where a contact is narrower than its cells can show."""
 _PEAK = 1.5
 """An error may be as many times greater for a while than over all of the way."""
 _NEAR_M = 0.1e-3
@@ -101,24 +103,28 @@ class AutoGel:
         self._follows = follows
         self._main = first or self._new(next((fine for limit, fine in _FINEST_START if tolerance_m < limit), 1))
         self._views: dict[int, FieldGel] = {self._main.grid.fine: self._main}
-        self._other: Follower | None = None
-        self._path = Path()
-        self._audit: _Audit | None = None
         self._step = (0.0, 0.0, 0.0)
         self._indentation = self._deepest_m = 0.0
         self._reach: tuple[float, float] | None = None
         self._friction: Friction | None = None
-        self._gone_m = self._to_next_m = 0.0
-        self._wait_m = _NEAR_M
-        self._audited_at_m = 0.0
-        self._calm = 0
-        self._worst = 0.0
-        self._motion, self._error = OverTheWay(), OverTheWay()
-        self._share: float | None = None
         self._estimate: float | None = None
+        self._gave_up = False
         self._audits = 0
         self._audit_work = 0.0
+        self._begin()
         self._choices = [Choice(0.0, self._main.grid.pitch_m, None, "coarsest that may do")]
+
+    def _begin(self) -> None:
+        """Begin a path here: nothing is known of what led to it, nor of the error."""
+        self._path, self._other = Path(start=self._main.place), None
+        self._audit: _Audit | None = None
+        self._gone_m = self._to_next_m = self._audited_at_m = self._worst = 0.0
+        self._wait_m = _NEAR_M
+        self._calm = 0
+        self._motion, self._error = OverTheWay(), OverTheWay()
+        self._share: float | None = None
+
+    _other: Follower | None
 
     def _new(self, fine: int) -> FieldGel:
         return FieldGel(self.shape, self.material, fine=fine, follows=self._follows)
@@ -166,6 +172,8 @@ class AutoGel:
             self._to_next_m = min(self._to_next_m, _NEAR_M)
         if abs(self._indentation - self._audited_at_m) > _PRESSED * self._indentation:
             self._to_next_m = min(self._to_next_m, _SOON_M)
+            if self._audit is None and self._is_narrow(self._main):
+                self._send_out()
         if self._audit is None and self._to_next_m <= 0 and self._gone_m > 0:
             self._send_out()
         if self._audit is not None:
@@ -174,19 +182,14 @@ class AutoGel:
     def _let_go(self) -> None:
         """Nothing touches: nothing is remembered."""
         if self._path.count or self._path.open:
-            self._forget()
-            self._calm, self._wait_m, self._to_next_m, self._share = 0, _NEAR_M, 0.0, None
+            self._begin()
 
     # Auditing.
-
-    def _forget(self) -> None:
-        """Begin a new path here."""
-        self._path, self._other, self._audit = Path(start=self._main.place), None, None
 
     def _send_out(self) -> None:
         """Have the other grid of the pair come to where the answering one is now."""
         dots = self._main.displacement_now(DOTS_M)
-        if self._main.operator.kernel == "pad":
+        if self._main.operator.kernel == "pad" and not self._is_narrow(self._main):
             now = _rms(dots)
             motion = max(self._motion.add(self._gone_m, now), now / _PEAK)
             # Dots move no faster than the object.
@@ -199,6 +202,12 @@ class AutoGel:
         self._path.close()
         self._audited_at_m = self._indentation
         self._audit = _Audit(self._path.count, dots, self._gone_m)
+
+    @staticmethod
+    def _is_narrow(gel: FieldGel) -> bool:
+        """Tell whether a contact is so narrow that its cells may not even have found all of it."""
+        state = gel.state()
+        return across(gel.grid, state.cells[state.pressure_n > 0]) < NARROW
 
     def _bound(self) -> float:
         """Return how large the error may be, as part of the dots' motion."""
@@ -224,11 +233,17 @@ class AutoGel:
         same = other.gel.operator.kernel == self._main.operator.kernel
         finer = other.gel.grid.pitch_m < self._main.grid.pitch_m or not same
         self._estimate = (_COARSER if finer else _FINER) * difference
-        self._share = max(self._share or 0.0, self._estimate / motion)
+        finest = other.gel if finer else self._main
+        if self._is_narrow(finest):
+            # Neither grid has found it all, and what they agree on means little; least of all that nothing touches.
+            motion = max(motion, _rms(finest.displacement_now(DOTS_M)))
+            self._estimate = max(self._estimate, _UNRESOLVED * motion if finest.touches else self._indentation)
+        self._share = max(self._share or 0.0, self._estimate / max(motion, 1e-9))
         small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
         self._worst = max(self._worst, self._estimate)
-        self._wait_m = min(2 * self._wait_m, _FAR_M) if small else _NEAR_M
-        self._to_next_m = self._wait_m
+        self._wait_m = min(2 * self._wait_m, _FAR_M) if small and self._gone_m > 0 else _NEAR_M
+        # What pressing has shown says little of what shear will do.
+        self._to_next_m = self._wait_m if self._gone_m > 0 else _SOON_M
         # The RMS over the whole way counts; but it may not be this grid that is to blame for it.
         so_far = self._error.add(self._gone_m, self._estimate)
         most = _RAISE if so_far > _RAISE_ALL * self.tolerance_m else _RAISE_NOW
@@ -262,6 +277,7 @@ class AutoGel:
             return
         at = FINES.index(self._main.grid.fine)
         if at + 1 == len(FINES) or 4 * self._main.cells.size > MOST_CELLS:
+            self._gave_up = True
             return
         self._other = Follower(self._new(FINES[at + 1]))
         self._path.close()
@@ -276,6 +292,7 @@ class AutoGel:
         self._path.close()
         self._lead(other, self._path.count, math.inf)
         self._main, other.gel = other.gel, self._main
+        self._gave_up = False
         if other.gel.operator.kernel != "pad":
             self._other = None
         self._views[self._main.grid.fine] = self._main
@@ -297,7 +314,8 @@ class AutoGel:
             self._audit_work / work if work else 0.0,
             self._deepest_m / self.material.thickness_m,
             self._main.wall_distance_m,
-            self._main.unconverged,
+            sum(gel.unconverged for gel in gels.values()),
+            self._gave_up,
         )
 
     # What a gel can be asked, the answering grid is asked.
@@ -331,14 +349,18 @@ class AutoGel:
         self._main = self._view(state)
         self._main.restore(state)
         self._indentation, self._reach = state.indentation_m, state.reach_m
-        self._forget()
-        self._path.pressed_m = 0.0
+        self._estimate, self._gave_up = None, False
+        self._begin()
 
     def _view(self, state: GelState) -> FieldGel:
         """Return the grid that a state is of."""
         if state.fine not in self._views:
             self._views[state.fine] = self._new(state.fine)
         return self._views[state.fine]
+
+    def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return displacements (M, 2) of points (M, 2) as the gel stands."""
+        return self._main.displacement_now(xy_m)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `lsds_mocks.gel.field.view`."""

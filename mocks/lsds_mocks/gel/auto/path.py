@@ -21,6 +21,10 @@ PRESS_M = 0.05e-3
 """A leg of pressing is shorter: pressed at once, a gel is up to 9 um off."""
 MEMORY_M = 2e-3
 """Friction forgets what lies farther back than this: the surface has slid over it."""
+MOST_LEGS = 100
+"""Nor does anybody want to go through more than so many legs, however short."""
+_REACH_M = 0.2e-3
+"""A leg ends when the end of the object has come so far over the pad: a part of a cell."""
 _STRAIGHT = math.cos(math.radians(20))
 _WIGGLE_M = 2e-6
 """A leg goes on through a tremble: it ends when its steps have led off its course by this much in all."""
@@ -65,6 +69,13 @@ class Leg(NamedTuple):
         return along >= _STRAIGHT * own * step
 
 
+def _ends_apart(one: tuple[float, float] | None, other: tuple[float, float] | None) -> float:
+    """Return how far apart (m) the ends of two stretches are; None has its ends beyond the pad."""
+    if one is None or other is None:
+        return 0.0 if one == other else math.inf
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
+
+
 @dataclass(slots=True)
 class Path:
     """Closed legs since `start`, of which the first `dropped` are forgotten, and the open one."""
@@ -74,6 +85,7 @@ class Path:
     dropped: int = 0
     open: Leg | None = None
     pressed_m: float = 0.0
+    reach_m: tuple[float, float] | None = None
     kept_m: float = 0.0
     gone_m: float = 0.0
     off_course_m: float = 0.0
@@ -108,7 +120,7 @@ class Path:
         self.open = Leg(x, y, turn, indentation_m, reach_m, friction)
         length = self.open.length_m
         self.gone_m += max(length - before.length_m, 0.0) if length > _WIGGLE_M else 0.0
-        pressed = abs(indentation_m - self.pressed_m) >= PRESS_M or before.reach_m != reach_m
+        pressed = abs(indentation_m - self.pressed_m) >= PRESS_M or _ends_apart(self.reach_m, reach_m) >= _REACH_M
         if length >= LEG_M or pressed:
             self.close()
         return turned
@@ -120,9 +132,9 @@ class Path:
         leg, self.open = self.open, None
         self.off_course_m = 0.0
         self.legs.append(leg)
-        self.pressed_m = leg.indentation_m
+        self.pressed_m, self.reach_m = leg.indentation_m, leg.reach_m
         self.kept_m += leg.length_m
-        while self.kept_m - self.legs[0].length_m > MEMORY_M:
+        while self.kept_m - self.legs[0].length_m > MEMORY_M or len(self.legs) > MOST_LEGS:
             first = self.legs.pop(0)
             self.dropped += 1
             self.kept_m -= first.length_m

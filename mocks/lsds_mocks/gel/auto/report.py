@@ -35,7 +35,8 @@ class FidelityReport:
     """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes; None before the first.
 
     `strain` is the greatest indentation over the thickness. Work is counted in multiplications of the sweeps;
-    `audit_share` is the part of it that the auditing grid took.
+    `audit_share` is the part of it that the auditing grid took. `gave_up`: a finer grid would have been needed than
+    there is, or than can keep up.
     """
 
     tolerance_m: float
@@ -48,13 +49,14 @@ class FidelityReport:
     strain: float
     wall_distance_m: float | None
     unconverged: int
+    gave_up: bool = False
 
     @property
     def summary(self) -> str:
         """In one line: the grid, and how far from the tolerance its error is."""
         of = f"{self.tolerance_m * 1e6:g} um allowed"
         if self.estimate_m is None:
-            error = f"error too small to ask for, {of}"
+            error = f"no error to be expected, and none looked for, {of}"
         else:
             error = f"error {self.estimate_m * 1e6:.1f} um by the last of {self.audits} audits, {of}"
         return f"cells of {self.pitch_m * 1e3:.2f} mm, {error} (simulated)"
@@ -63,7 +65,7 @@ class FidelityReport:
     def warnings(self) -> tuple[str, ...]:
         """What an audit of the grid cannot see, or has seen and cannot mend."""
         found = strain_warnings(self.strain)
-        if self.estimate_m is not None and self.estimate_m > self.tolerance_m:
+        if self.gave_up and self.estimate_m is not None and self.estimate_m > self.tolerance_m:
             found.append("the finest grid that can keep up does not meet the tolerance")
         if self.wall_distance_m is not None and self.wall_distance_m <= _AT_WALL_M:
             found.append("the contact reaches a wall of the pad, the shape of whose edge is not modelled")

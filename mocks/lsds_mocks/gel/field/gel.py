@@ -323,6 +323,11 @@ class FieldGel:
         return np.asarray(self._traction[2] > 0)
 
     @property
+    def touches(self) -> bool:
+        """Whether any cell is in contact."""
+        return bool(self._touching.any())
+
+    @property
     def stick_ratio(self) -> float:
         """Share of the cells in contact that did not slide."""
         touching = self._touching
