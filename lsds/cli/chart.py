@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from lsds.cli.output import json_option, table, write_json, write_text
+from lsds.cli.output import json_option, require_writable, table, write_json, write_text
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
@@ -215,6 +215,8 @@ def _study(
     from lsds.contracts import BuildContext, Study
     from lsds.plugins.host import PluginHost
 
+    for file in (plot, csv_file, json_file):
+        require_writable(file)
     built: Study = PluginHost().build("study", name, options, BuildContext(WallClock(), seed))
     with click.progressbar(length=1000, label="measuring", file=sys.stderr) as bar:
         result = built.run(lambda done, whole: bar.update(1000 * done // whole - bar.pos))

@@ -163,9 +163,10 @@ class DepthEstimator:
         depth -= ranked[self._free]
         # The gel bulges beside a contact, deepest where a plain low quantile looks: most of the free surface is higher.
         free = depth[depth < self._threshold_m]
-        level = int(self.FREE_LEVEL * free.size)
-        free.partition(level)
-        depth -= free[level]
+        if free.size:
+            level = int(self.FREE_LEVEL * free.size)
+            free.partition(level)
+            depth -= free[level]
         # The contact's edge runs between depth pixels: count on a finer grid, or whole columns come and go.
         fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
         area = np.count_nonzero(fine > self._threshold_m) / fine.size
@@ -182,13 +183,19 @@ class DepthEstimator:
         return _fill(colour, free, self._coarser)
 
 
+LEAST_LIGHT = 0.25
+"""Of the mean: darker pixels are taken to be this bright, and so to show no slope rather than any."""
+
+
 def _pixel_inverse(calibration: PhotometricCalibration, reference: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return (2, pixels, 3): the calibration's inverse at each pixel of a reference (h, w, 3).
 
     A surface answers to slopes in proportion to the light it gets (Lambert), and the reference shows how much that is.
     """
     light = reference.reshape(-1, 3)
-    model = np.asarray(calibration.levels_per_slope, float) * (light / light.mean(axis=0))[:, :, None]
+    # What is nearly dark says nothing of slopes, and must not be made to.
+    relative = np.maximum(light / np.maximum(light.mean(axis=0), 1.0), LEAST_LIGHT)
+    model = np.asarray(calibration.levels_per_slope, float) * relative[:, :, None]
     weighted = model.transpose(0, 2, 1) / np.square(calibration.noise)
     return np.ascontiguousarray(np.linalg.solve(weighted @ model, weighted).transpose(1, 0, 2), np.float32)
 

@@ -61,6 +61,20 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
     assert gel.unconverged == 0
 
 
+@pytest.mark.parametrize("fine", [1, 2])
+@pytest.mark.parametrize(("theta", "settled"), [(1.0, TOLERANCE), (0.5, 0.004)])
+def test_ringing_dies_away_by_either_rule(theta, settled, fine):
+    """As the cell sets them: the midpoint rule wants its gel solved for further, or the rest feeds the ringing."""
+    gel = FieldGel(SHAPES["pipe"], fine=fine, tolerance=settled)
+    speeds = [
+        abs(body.velocity_m_s)
+        for body, _, _ in swing(gel, depth=0.3e-3, friction=2.5, dt_s=0.5e-3, steps=1600, velocity=0.03, theta=theta)
+    ]
+    quarters = [max(speeds[k : k + 400]) for k in range(0, 1600, 400)]
+    print(theta, fine, np.round(quarters, 4))
+    assert quarters[-1] <= quarters[1] <= quarters[0] * 1.02
+
+
 @pytest.mark.parametrize("make", [lambda: FieldGel(SHAPES["pipe"], fine=1), lambda: AutoGel(SHAPES["pipe"])])
 def test_what_holds_at_one_step_holds_at_all(make):
     rest = []

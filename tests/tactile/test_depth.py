@@ -201,3 +201,19 @@ def test_an_image_too_small_for_the_scale_is_refused_and_the_smallest_that_is_no
         DepthEstimator(image(4 * scale - 1, 7), 1e-4, scale=scale)
     patch = DepthEstimator(image(4 * scale, 0), 1e-4, scale=scale).measure(image(4 * scale, 1))
     assert np.isfinite(patch.depth_m).all()
+
+
+@pytest.mark.parametrize("dark", ["corner", "one channel left", "nearly", "all"])
+def test_dark_pixels_show_no_slope_rather_than_any(dark):
+    rng = np.random.default_rng(0)
+    bright = np.clip(rng.normal((90, 115, 120), 2, (240, 320, 3)), 0, 255).astype(np.uint8)
+    still = np.clip(rng.normal((90, 115, 120), 2, (240, 320, 3)), 0, 255).astype(np.uint8)
+    for image in (bright, still):
+        if dark == "all":
+            image[:] = 0
+        elif dark == "nearly":
+            image[:64, :64] = 2
+        else:
+            image[:64, :64, : 2 if dark == "one channel left" else 3] = 0
+    estimator = DepthEstimator(Frame(bright, 0, 0), 62.5e-6)
+    assert estimator.measure(Frame(still, 1, 1)).area_fraction < 0.01

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, cast
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds_mocks.objects.catalogue import CATALOGUE, ObjectName, ShapeName, TextureName
+
+_PROPORTIONS = (1.0, 10.0)
+"""Of a pad: a higher one is a post, and the matrices of a flatter one outgrow a common computer."""
 
 
 class CellOptions(BaseModel):
@@ -90,17 +93,25 @@ class CellOptions(BaseModel):
     @classmethod
     def _take_object(cls, data: Any) -> Any:
         """Fill in what the catalogue says of the object, where nothing else is said."""
-        spec = CATALOGUE.get(data.get("object", "")) if isinstance(data, dict) else None
+        name = data.get("object", "") if isinstance(data, dict) else None
+        spec = CATALOGUE.get(cast(ObjectName, name)) if isinstance(name, str) else None
         if spec is None:
             return data
-        known = dataclasses.asdict(spec)
-        known["grip_height_mm"] = min(cls.model_fields["grip_height_mm"].default, known["length_mm"] / 2)
-        return known | data
+        known = dataclasses.asdict(spec) | data
+        length = known["length_mm"]
+        if "grip_height_mm" not in data and isinstance(length, int | float):
+            known["grip_height_mm"] = min(cls.model_fields["grip_height_mm"].default, length / 2)
+        return known
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.kinetic_friction > self.static_friction:
             raise ValueError("kinetic_friction must not exceed static_friction")
+        if self.shape == "box" and not self.height_map and 2 * self.edge_mm > self.width_mm:
+            raise ValueError("edge_mm must not exceed half of width_mm: rounded by more, the box would have no face")
+        for name in ("pad_width_mm", "pad_height_mm"):
+            if not _PROPORTIONS[0] <= getattr(self, name) / self.pad_thickness_mm <= _PROPORTIONS[1]:
+                raise ValueError(f"{name} must be {_PROPORTIONS[0]:g} to {_PROPORTIONS[1]:g} times pad_thickness_mm")
         if self.grip_height_mm > self.length_mm:
             raise ValueError("grip_height_mm must not exceed length_mm: the pads would close above the object")
         return self

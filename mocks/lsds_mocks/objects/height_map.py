@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+_MOST = 32_000
+"""Samples along an axis that OpenCV can look up."""
+_HIGHEST_M = 0.05
+
+
 def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
     """Read heights (rows, columns) in metres: `.npy` in metres, or a grey image, black 0 and white `range_mm` high.
 
@@ -25,13 +30,17 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
         try:
             heights = np.load(path, allow_pickle=False)
         except (OSError, ValueError, EOFError) as error:
-            raise DataError(f"{path}: not a NumPy array: {error}") from error
+            raise DataError(
+                f"{path}: not a NumPy array: {error}; write one with numpy.save, heights in metres"
+            ) from error
     else:
         image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
         if image is None:
             raise DataError(f"{path}: no height map: give a .npy of metres or a grey image")
         if image.ndim != 2:
             raise DataError(f"{path}: a height map is a grey image, this one has {image.shape[2]} channels")
+        if image.dtype not in (np.uint8, np.uint16):
+            raise DataError(f"{path}: its values are {image.dtype}; give 8 or 16 bits of grey, or a .npy of metres")
         white = 65535.0 if image.dtype == np.uint16 else 255.0
         heights = image / white * range_mm * 1e-3
     heights = np.asarray(heights)
@@ -39,6 +48,12 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
         raise DataError(f"{path}: a height map has two axes of at least 2 samples, not shape {heights.shape}")
     if not (np.issubdtype(heights.dtype, np.number) and np.isrealobj(heights) and np.isfinite(heights).all()):
         raise DataError(f"{path}: heights must be finite real numbers")
+    if max(heights.shape) > _MOST:
+        raise DataError(f"{path}: {heights.shape} samples are too many: at most {_MOST} along an axis")
+    if np.ptp(heights) > _HIGHEST_M:
+        raise DataError(
+            f"{path}: its relief is {np.ptp(heights):g} m high: heights are in metres, at most {_HIGHEST_M:g}"
+        )
     return heights.astype(np.float64)
 
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Relief(Surface):
-    """A shape whose surface lies `depth_m` (rows, columns) deeper; the map repeats, `pitch_m` from sample to sample."""
+    """A shape whose surface lies `depth_m` (rows, columns) deeper; row 0 is at the smallest y, the map's middle at the
+    shape's, and it repeats; `pitch_m` from sample to sample."""
 
     base: Shape
     depth_m: NDArray[np.float32]
@@ -31,8 +32,8 @@ class Relief(Surface):
             return self.base.gap(x_m, y_m)
         rows, columns = self.depth_m.shape
         # OpenCV takes images of two axes only, and wraps an image around once.
-        at_x = (x.reshape(1, -1) / self.pitch_m % columns).astype(np.float32)
-        at_y = (y.reshape(1, -1) / self.pitch_m % rows).astype(np.float32)
+        at_x = ((x.reshape(1, -1) / self.pitch_m + (columns - 1) / 2) % columns).astype(np.float32)
+        at_y = ((y.reshape(1, -1) / self.pitch_m + (rows - 1) / 2) % rows).astype(np.float32)
         pieces = [
             cv2.remap(self.depth_m, at_x[:, i : i + _REMAP], at_y[:, i : i + _REMAP], cv2.INTER_LINEAR,
                       borderMode=cv2.BORDER_WRAP)

@@ -24,12 +24,13 @@ OPEN_APERTURE_M = 0.05
 
 @dataclass(frozen=True, slots=True)
 class PlantParameters:
-    """The object (diameter, length, mass), where the pads meet it at the start (height of their centre above the
-    table), one finger's normal stiffness, the slip that counts as dropped, the pad's height, how far to the right of
-    the pads the centre of mass is, where in a step forces are taken (1: at its end, 1/2: in its middle), and the pad's
-    thickness."""
+    """The object (thickness between the pads, width and length in their plane, mass), where the pads meet it at the
+    start (height of their centre above the table), one finger's normal stiffness, the slip that counts as dropped, the
+    pad's height, how far to the right of the pads the centre of mass is, where in a step forces are taken (1: at its
+    end, 1/2: in its middle), and the pad's thickness."""
 
     diameter_m: float
+    width_m: float
     length_m: float
     mass_kg: float
     grip_height_m: float
@@ -61,7 +62,7 @@ class Plant:
         self.slip_x_m_s = 0.0
         self.slip_rate_rad_s = 0.0
         self.travel_m = 0.0
-        self.relative_m_s = 0.0
+        self.relative_m_s = self.relative_x_m_s = self.relative_rad_s = 0.0
         self.slip_m_s = 0.0
         self.slip_distance_m = 0.0
         self.normal_n = 0.0
@@ -80,8 +81,9 @@ class Plant:
         travelled = self.travel_m
         gel = self.gel
         points = gel.points_m
-        if self.normal_n > 0 and (self.friction.changed(points, travelled, self.relative_m_s) or pressed):
-            gel.set_friction(self.friction.at(points, travelled, gel.sliding, self.relative_m_s))
+        speed = self._sliding_speed()
+        if self.normal_n > 0 and (self.friction.changed(points, travelled, speed) or pressed):
+            gel.set_friction(self.friction.at(points, travelled, gel.sliding, speed))
         before = self.body.place if isinstance(self.body, PlanarMotion) else ORIGIN
         reaction = self._move(self.arm.velocity_m_s + (self._shake_m - shaken) / dt_s, dt_s)
         self.tangential_n = math.hypot(reaction.force_x_n, reaction.force_y_n)
@@ -94,11 +96,21 @@ class Plant:
         slips = self.normal_n > 0 and gel.fully_sliding
         self.slip_m_s = self.relative_m_s if slips else 0.0
         if isinstance(self.body, PlanarMotion):
-            self.slip_x_m_s = (self.body.place.x_m - before.x_m) / dt_s if slips else 0.0
-            self.slip_rate_rad_s = (self.body.place.angle_rad - before.angle_rad) / dt_s if slips else 0.0
+            self.relative_x_m_s = (self.body.place.x_m - before.x_m) / dt_s
+            self.relative_rad_s = (self.body.place.angle_rad - before.angle_rad) / dt_s
+            self.slip_x_m_s = self.relative_x_m_s if slips else 0.0
+            self.slip_rate_rad_s = self.relative_rad_s if slips else 0.0
         self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
+
+    def _sliding_speed(self) -> float:
+        """Return the mean speed (m/s) of the patch against the object, turning at its own radius of gyration."""
+        if not self.relative_rad_s:
+            return math.hypot(self.relative_m_s, self.relative_x_m_s)
+        x, y = self.gel.points_m
+        radius = math.sqrt(float(x.var() + y.var())) if x.size else 0.0
+        return math.hypot(self.relative_m_s, self.relative_x_m_s, self.relative_rad_s * radius)
 
     def _move(self, carrier_velocity_m_s: float, dt_s: float) -> Reaction:
         """Move the object, held by the gel whose base goes up at a velocity."""
@@ -109,7 +121,7 @@ class Plant:
                 self.body, self.gel, carrier_velocity_m_s=carrier_velocity_m_s, mass_kg=own.mass_kg, dt_s=dt_s,
                 fingers=FINGERS, limit_n=limit, theta=own.theta,
             )  # fmt: skip
-        inertia = own.mass_kg * (own.length_m**2 + own.diameter_m**2) / 12
+        inertia = own.mass_kg * (own.length_m**2 + own.width_m**2) / 12
         body = Body(own.mass_kg, inertia, (own.centre_x_m, own.grip_height_m - own.length_m / 2))
         return step_planar(
             self.body, self.gel, body, carrier_velocity_m_s=carrier_velocity_m_s, dt_s=dt_s, fingers=FINGERS,
@@ -147,19 +159,12 @@ class Plant:
         pull = GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0)
         return self.parameters.mass_kg * pull / (FINGERS * self.friction.static)
 
-    @property
-    def energy_j(self) -> float:
-        """Kinetic, potential and elastic energy of object and gels, for the energy audit."""
-        body = self.body
-        kinetic = 0.5 * self.parameters.mass_kg * body.velocity_m_s**2
-        return kinetic + self.parameters.mass_kg * GRAVITY_M_S2 * body.height_m + FINGERS * self.gel.elastic_energy_j
-
     def truth(self, t_ns: int) -> CellTruth:
         """Return the truth, stamped `t_ns`."""
         return CellTruth(
             t_ns=t_ns,
             slip_velocity_m_s=(self.slip_x_m_s, self.slip_m_s),
-            relative_velocity_m_s=(0.0, self.relative_m_s),
+            relative_velocity_m_s=(self.relative_x_m_s, self.relative_m_s),
             slip_angular_rad_s=self.slip_rate_rad_s,
             slip_distance_m=self.slip_distance_m,
             stick_ratio=self.gel.stick_ratio,

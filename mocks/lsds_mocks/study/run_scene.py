@@ -74,6 +74,6 @@ def rms_m(trace: Trace, truth: NDArray[np.float64]) -> tuple[float, float]:
 def timed(
     make: Callable[[], GelModel], scene: Scene, xy_m: NDArray[np.float64], repeats: int
 ) -> tuple[Trace, NDArray[np.float64]]:
-    """Return the last trace and, of `repeats` runs, each frame's best time in microseconds (frames - 1,)."""
+    """Return the last trace and the times in microseconds (repeats, frames - 1)."""
     traces = [lead(make(), scene, xy_m) for _ in range(repeats)]
-    return traces[-1], np.min([trace.frame_ns for trace in traces], axis=0) / 1e3
+    return traces[-1], np.array([trace.frame_ns for trace in traces]) / 1e3

@@ -20,7 +20,7 @@ from lsds_mocks.gel.auto.bound import NARROW, OverTheWay, across, share_of_motio
 from lsds_mocks.gel.auto.follower import Follower
 from lsds_mocks.gel.auto.path import Friction, Path
 from lsds_mocks.gel.auto.report import Choice, FidelityReport
-from lsds_mocks.gel.field.gel import FieldGel
+from lsds_mocks.gel.field.gel import TOLERANCE, FieldGel
 from lsds_mocks.gel.material import GelMaterial
 
 if TYPE_CHECKING:
@@ -86,7 +86,8 @@ class _Audit(NamedTuple):
 
 
 class AutoGel:
-    """A `GelModel` with a tolerance on the RMS error of its dots; `first` plants a grid to begin with."""
+    """A `GelModel` with a tolerance on the RMS error of its dots; `first` plants a grid to begin with, `settled` is how
+    far its grids' tractions are solved for."""
 
     def __init__(
         self,
@@ -96,11 +97,12 @@ class AutoGel:
         tolerance_m: float = DEFAULT_TOLERANCE_M,
         follows: bool = True,
         first: FieldGel | None = None,
+        settled: float = TOLERANCE,
     ) -> None:
         self.shape = shape
         self.material = material or GelMaterial()
         self.tolerance_m = tolerance_m
-        self._follows = follows
+        self._follows, self._settled = follows, settled
         self._main = first or self._new(next((fine for limit, fine in _FINEST_START if tolerance_m < limit), 1))
         self._views: dict[int, FieldGel] = {self._main.grid.fine: self._main}
         self._step = (0.0, 0.0, 0.0)
@@ -127,7 +129,7 @@ class AutoGel:
     _other: Follower | None
 
     def _new(self, fine: int) -> FieldGel:
-        return FieldGel(self.shape, self.material, fine=fine, follows=self._follows)
+        return FieldGel(self.shape, self.material, fine=fine, follows=self._follows, tolerance=self._settled)
 
     # What a gel does, the answering grid does.
 

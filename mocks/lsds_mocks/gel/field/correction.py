@@ -154,6 +154,8 @@ def _read(path: Path) -> CorrectionFile:
             quarter = 3 * (hats.columns // 2 + 1) * (hats.rows // 2 + 1)
             if classes.shape != (len(poisson), len(PARITIES), quarter * (quarter + 1) // 2):
                 raise ValueError(f"its arrays are not those of {hats.columns} x {hats.rows} hat intervals")
+            if not (np.isfinite(classes).all() and np.all(np.diff(poisson) > 0) and np.all(file["scale"] > 0)):
+                raise ValueError("its values are no compliances")
             return CorrectionFile(hats, poisson, classes, head["provenance"])
     except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile, zlib.error) as error:
         raise DataError(

@@ -36,8 +36,8 @@ _BESIDE = 1.15
 """Cells are looked after where the gap is below this many indentations: beside the contact the surface bulges."""
 _DEAD = 1.5
 """A patch is cleared of cells that touch no more when it is this many times as large as it need be."""
-_LOOK_M = 2e-6
-"""The object's surface over the cells is looked up anew when it has moved so far."""
+_LOOK_M, _LOOK_AGAIN_M = 2e-6, 20e-6
+"""The object's surface is looked up anew when it has moved so far; within a search for balance, so far."""
 _REFRESH = 64
 """Increments after which displacements, added up in single precision, are computed afresh."""
 _FORCE = 0.05
@@ -151,9 +151,8 @@ class FieldGel:
         x, y = np.abs(self._points[:, self._touching])
         if not x.size:
             return None
-        to_x = self.material.width_m / 2 - float(x.max()) - self.grid.dx_m / 2
-        to_y = self.material.height_m / 2 - float(y.max()) - self.grid.dy_m / 2
-        return min(to_x, to_y)
+        of, grid = self.material, self.grid
+        return min((of.width_m - grid.dx_m) / 2 - float(x.max()), (of.height_m - grid.dy_m) / 2 - float(y.max()))
 
     @property
     def points_m(self) -> NDArray[np.float64]:
@@ -166,9 +165,9 @@ class FieldGel:
         self._look_after(self.place)
         return self._solve(0.0, 0.0, 0.0).normal_n
 
-    def _look_after(self, place: Placement) -> None:
+    def _look_after(self, place: Placement, within_m: float = _LOOK_M) -> None:
         """Take in the cells that the object now comes near to; from time to time let those go that it has left."""
-        moved = self._looked_from is None or place.distance_m(self._looked_from) > _LOOK_M
+        moved = self._looked_from is None or place.distance_m(self._looked_from) > within_m
         if not moved and (self._indentation, self._reach) == self._looked_at:
             return
         if moved:
@@ -232,14 +231,14 @@ class FieldGel:
         """Carry the anchors with the object and solve."""
         if self._first and self._since.turns_with(dx_m, dy_m, dtheta_rad):
             self._end_increment()
-        self._first = False
-        return self._solve(dx_m, dy_m, dtheta_rad)
+        within, self._first = _LOOK_M if self._first else _LOOK_AGAIN_M, False
+        return self._solve(dx_m, dy_m, dtheta_rad, within)
 
-    def _solve(self, dx_m: float, dy_m: float, dtheta_rad: float) -> Reaction:
+    def _solve(self, dx_m: float, dy_m: float, dtheta_rad: float, within_m: float = _LOOK_M) -> Reaction:
         whole = self._since.and_then(dx_m, dy_m, dtheta_rad)
         moved = dx_m != 0.0 or dy_m != 0.0 or dtheta_rad != 0.0
         if moved and self._follows and not self.shape.slides_along(self.place, dx_m, dy_m, dtheta_rad):
-            self._look_after(self.place.moved(dx_m, dy_m, dtheta_rad))
+            self._look_after(self.place.moved(dx_m, dy_m, dtheta_rad), within_m)
         self._tried = (dx_m, dy_m, dtheta_rad)
         if not self._patch.size:
             return NO_REACTION
@@ -337,8 +336,7 @@ class FieldGel:
     @property
     def fully_sliding(self) -> bool:
         """Whether every cell in contact slid in the last committed step."""
-        touching = self._touching
-        return bool(touching.any()) and not bool((touching & ~self._now_sliding).any())
+        return self.touches and not bool((self._touching & ~self._now_sliding).any())
 
     @property
     def elastic_energy_j(self) -> float:

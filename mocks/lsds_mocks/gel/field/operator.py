@@ -43,9 +43,9 @@ def operator(material: GelMaterial, fine: int, kernel: Kernel) -> Operator:
     none = np.zeros((3, 0, 3, 0), np.float32)
     if kernel == "half-space":
         return Operator(grid, kernel, *halfspace_tables(grid), none)
+    # Before tables that take a while: there may be none for this pad.
+    correction = pad_correction(material) * np.float32(grid.cell_m2) if kernel == "pad" else none
     softness = np.float32(material.thickness_m / material.shear_modulus_pa)
     cells = softness * cell_table(grid.hats, fine, material.poisson)
     points = softness * point_table(grid.hats, fine, material.poisson)
-    if kernel == "layer":
-        return Operator(grid, kernel, cells, points, none)
-    return Operator(grid, kernel, cells, points, pad_correction(material) * np.float32(grid.cell_m2))
+    return Operator(grid, kernel, cells, points, correction)
