@@ -82,5 +82,3 @@ CATALOGUE: dict[ObjectName, ObjectSpec] = {
     "wooden-dowel": ObjectSpec("cylinder", 12, 250, 0.04, 0.60, 0.50, texture="bumps", texture_size_mm=1.0,
                                texture_depth_mm=0.02),
 }  # fmt: skip
-UNSEEN = ("book", "scissors", "plank", "sponge", "duster")
-EVERYDAY = tuple(name for name in CATALOGUE if name not in (*UNSEEN, "pvc-pipe"))
