@@ -53,8 +53,13 @@ def _scene(ax: Axes, scene: str, rows: list[dict[str, Value]]) -> None:
         x, y = float(row["us_p50"] or 0), float(row["rms_um"] or 0)
         ax.plot(x, y, style, color=colour, ms=9 if style == "*" else 6)
         if row["pitch_mm"] or style == "*":
-            side = {"xytext": (-4, -10), "ha": "right"} if style == "*" else {"xytext": (5, 4)}
             label = str(row["model"]).split(" ", 1)[1]
+            # Those of the choosing gel often lie upon each other.
+            side = (
+                {"xytext": (0, 7 if label.startswith("20") else -12), "ha": "center"}
+                if style == "*"
+                else {"xytext": (5, 4)}
+            )
             ax.annotate(label, (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
     pads = sorted((float(r["us_p50"] or 0), float(r["rms_um"] or 0)) for r in rows if str(r["model"]).startswith("pad"))
     ax.plot(*zip(*pads, strict=True), "-", color=STYLES["pad"][1], lw=1, alpha=0.6) if pads else None
