@@ -120,7 +120,7 @@ class AutoGel:
         """Begin a path here: nothing is known of what led to it, nor of the error."""
         self._path, self._other = Path(start=self._main.place), None
         self._audit: _Audit | None = None
-        self._gone_m = self._to_next_m = self._audited_at_m = self._worst = 0.0
+        self._gone_m = self._to_next_m = self._looked_at_m = self._worst = 0.0
         self._wait_m = _NEAR_M
         self._calm = 0
         self._motion, self._error = OverTheWay(), OverTheWay()
@@ -172,7 +172,8 @@ class AutoGel:
         if turned:
             self._wait_m, self._worst = _NEAR_M, 0.0
             self._to_next_m = min(self._to_next_m, _NEAR_M)
-        if abs(self._indentation - self._audited_at_m) > _PRESSED * self._indentation:
+        if abs(self._indentation - self._looked_at_m) > _PRESSED * self._indentation:
+            self._looked_at_m = self._indentation
             self._to_next_m = min(self._to_next_m, _SOON_M)
             if self._audit is None and self._is_narrow(self._main):
                 self._send_out()
@@ -202,7 +203,6 @@ class AutoGel:
         if self._other is None:
             self._other = Follower(self._new(self._beside()))
         self._path.close()
-        self._audited_at_m = self._indentation
         self._audit = _Audit(self._path.count, dots, self._gone_m)
 
     @staticmethod
