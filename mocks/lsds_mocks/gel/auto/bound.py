@@ -29,8 +29,13 @@ def share_of_motion(grid: CellGrid, cells: NDArray[np.int32], pressure: NDArray[
     """Return the bound for a contact of cells (N,) under pressure (N,)."""
     touching = pressure > 0
     bound = next(share for width, share in _SHARES if across(grid, cells[touching]) < width)
-    sharp = touching.any() and float(pressure.max()) > _SHARP * float(pressure[touching].mean())
-    return max(bound, _SHARP_SHARE) if sharp else bound
+    return max(bound, _SHARP_SHARE) if is_sharp(pressure) else bound
+
+
+def is_sharp(pressure: NDArray[np.floating]) -> bool:
+    """Tell by its pressure (N,) whether a face has an edge."""
+    under = pressure[pressure > 0]
+    return under.size > 0 and float(under.max()) > _SHARP * float(under.mean())
 
 
 def across(grid: CellGrid, cells: NDArray[np.int32]) -> float:

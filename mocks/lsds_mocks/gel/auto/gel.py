@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lsds_mocks.gel.auto.bound import NARROW, OverTheWay, across, share_of_motion
+from lsds_mocks.gel.auto.bound import NARROW, OverTheWay, across, is_sharp, share_of_motion
 from lsds_mocks.gel.auto.follower import Follower
 from lsds_mocks.gel.auto.path import Friction, Path
 from lsds_mocks.gel.auto.report import Choice, FidelityReport
@@ -63,6 +63,8 @@ _LATE_M = 0.05e-3
 _HURRY = 5
 """Multiplications that an audit may take of one step, two milliseconds; so many times that once the object has gone so
 far since."""
+_SHARP_M = 12e-6
+"""Under faces with an edge, the coarsest grid has seldom met tolerances below this."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
 
 
@@ -175,8 +177,8 @@ class AutoGel:
         if abs(self._indentation - self._looked_at_m) > _PRESSED * self._indentation:
             self._looked_at_m = self._indentation
             self._to_next_m = min(self._to_next_m, _SOON_M)
-            if self._audit is None and self._is_narrow(self._main):
-                self._send_out()
+            if self._audit is None:
+                self._look_at_pressure()
         if self._audit is None and self._to_next_m <= 0 and self._gone_m > 0:
             self._send_out()
         if self._audit is not None:
@@ -205,6 +207,14 @@ class AutoGel:
         self._path.close()
         self._audit = _Audit(self._path.count, dots, self._gone_m)
 
+    def _look_at_pressure(self) -> None:
+        """See while it is pressed whether the contact is of a kind that the coarsest grid is seldom right about."""
+        sharp = self._main.grid.fine == FINES[0] and self.tolerance_m <= _SHARP_M
+        if self._is_narrow(self._main):
+            self._send_out()
+        elif sharp and self._other is None and is_sharp(self._main.state().pressure_n):
+            self._go_finer(other_is=False)
+
     @staticmethod
     def _is_narrow(gel: FieldGel) -> bool:
         """Tell whether a contact is so narrow that its cells may not even have found all of it."""
@@ -228,7 +238,7 @@ class AutoGel:
             return
         self._audit = None
         if audit.answers:
-            self._swap("the coarser auditor disagrees by too much")
+            self._swap("the coarser grid is off by too much")
             return
         self._audits += 1
         motion, difference = _rms(audit.dots_m), _rms(audit.dots_m - other.gel.displacement_now(DOTS_M))
