@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from lsds_mocks.gel.auto.gel import AutoGel
 from lsds_mocks.gel.field.gel import TOLERANCE, FieldGel
@@ -42,6 +42,7 @@ def swing(gel, *, depth, friction, dt_s, steps, velocity=0.0, theta=1.0):
     velocity=st.floats(-0.3, 0.3),
     depth=st.floats(0.05e-3, 0.4e-3),
 )
+@example(shape="pipe", dt_s=math.exp(-7), friction=2.0, poisson=0.45, velocity=0.0, depth=5e-5)
 def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, friction, poisson, velocity, depth):
     # A pipe slides along itself. The others' surfaces stay in place, as a belt's would: one that goes off the pad by
     # millimetres a step takes and gives work in between that no rule of one step can know.
@@ -53,7 +54,7 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
         assert math.isfinite(energy + body.velocity_m_s)
         tractions = gel._traction
         assert (np.hypot(*tractions[:2]) <= friction * tractions[2] * (1 + 1e-4) + 0.1).all()
-        assert reaction.normal_n >= 0
+        assert (tractions[2] >= 0).all()
         most = max(most, 2 * gel.elastic_energy_j)
         # Up to what the sweeps leave of the stored energy.
         assert before is None or energy <= before + TOLERANCE * most + 1e-9

@@ -89,7 +89,8 @@ class SimulatedCell:
             report = getattr(self.plant.gel, "report", None)
             if report is None:
                 warnings = strain_warnings(self.plant.greatest_strain)
-                return {"model": self._model, "summary": self._model, "warnings": warnings}
+                summary = f"{self._model}: nothing checks its error (simulated)"
+                return {"model": self._model, "summary": summary, "warnings": warnings}
             found = report()
             return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
 

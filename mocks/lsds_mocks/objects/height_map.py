@@ -26,15 +26,15 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
 
     Raises DataError where the file cannot be read, is not a map, or holds values that are no numbers.
     """
+    if not path.is_file():
+        raise DataError(f"{path}: no such height map (cell.simulated.height_map; looked for from {Path.cwd()})")
     if path.suffix == ".npy":
         try:
             heights = np.load(path, allow_pickle=False)
         except (OSError, ValueError, EOFError) as error:
-            raise DataError(
-                f"{path}: not a NumPy array: {error}; write one with numpy.save, heights in metres"
-            ) from error
+            raise DataError(f"{path}: not a NumPy array; write one with numpy.save, heights in metres") from error
     else:
-        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         if image is None:
             raise DataError(f"{path}: no height map: give a .npy of metres or a grey image")
         if image.ndim != 2:

@@ -112,6 +112,7 @@ class AutoGel:
         self._reach: tuple[float, float] | None = None
         self._friction: Friction | None = None
         self._estimate: float | None = None
+        self._over_the_way = 0.0
         self._gave_up = False
         self._audits = 0
         self._audit_work = 0.0
@@ -258,6 +259,7 @@ class AutoGel:
         self._to_next_m = self._wait_m if self._gone_m > 0 else _SOON_M
         # The RMS over the whole way counts; but it may not be this grid that is to blame for it.
         so_far = self._error.add(self._gone_m, self._estimate)
+        self._over_the_way = so_far
         most = _RAISE if so_far > _RAISE_ALL * self.tolerance_m else _RAISE_NOW
         if self._estimate > most * self.tolerance_m:
             self._calm = 0
@@ -320,6 +322,7 @@ class AutoGel:
             self.tolerance_m,
             self._main.grid.pitch_m,
             self._estimate,
+            None if self._estimate is None else self._over_the_way,
             self._audits,
             tuple(self._choices),
             work,

@@ -32,7 +32,8 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class FidelityReport:
-    """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes; None before the first.
+    """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes, `error_m` its RMS over the
+    way the object has gone; None before the first.
 
     `strain` is the greatest indentation over the thickness. Work is counted in multiplications of the sweeps;
     `audit_share` is the part of it that the auditing grid took. `gave_up`: a finer grid would have been needed than
@@ -42,6 +43,7 @@ class FidelityReport:
     tolerance_m: float
     pitch_m: float
     estimate_m: float | None
+    error_m: float | None
     audits: int
     choices: tuple[Choice, ...]
     work: float
@@ -55,10 +57,10 @@ class FidelityReport:
     def summary(self) -> str:
         """In one line: the grid, and how far from the tolerance its error is."""
         of = f"{self.tolerance_m * 1e6:g} um allowed"
-        if self.estimate_m is None:
-            error = f"no error to be expected, and none looked for, {of}"
+        if self.error_m is None:
+            error = f"no audit was called for, {of}"
         else:
-            error = f"error {self.estimate_m * 1e6:.1f} um by the last of {self.audits} audits, {of}"
+            error = f"error {self.error_m * 1e6:.1f} um over the way by {self.audits} audits, {of}"
         return f"cells of {self.pitch_m * 1e3:.2f} mm, {error} (simulated)"
 
     @property
@@ -67,6 +69,8 @@ class FidelityReport:
         found = strain_warnings(self.strain)
         if self.gave_up and self.estimate_m is not None and self.estimate_m > self.tolerance_m:
             found.append("the finest grid that can keep up does not meet the tolerance")
+        elif self.error_m is not None and self.error_m > self.tolerance_m:
+            found.append(f"the dots' error over the way, {self.error_m * 1e6:.1f} um, exceeds the tolerance")
         if self.wall_distance_m is not None and self.wall_distance_m <= _AT_WALL_M:
             found.append("the contact reaches a wall of the pad, the shape of whose edge is not modelled")
         if self.unconverged:

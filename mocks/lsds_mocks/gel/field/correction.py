@@ -136,6 +136,11 @@ def read(path: str | None) -> CorrectionFile:
         name = resources.files("lsds_mocks.gel") / "data" / _SHIPPED
         with resources.as_file(name) as shipped:
             return _read(shipped)
+    if not Path(path).is_file():
+        raise DataError(
+            f"{path}: no such pad correction (cell.simulated.pad_correction; looked for from {Path.cwd()}); "
+            "make one with python -m lsds_mocks.gel.make_pad"
+        )
     return _read(Path(path))
 
 

@@ -99,8 +99,9 @@ def relax(
                 y = traction[1, i] + share * (y - traction[1, i])
             dx, dy = x - traction[0, i], y - traction[1, i]
             step = max(abs(dp), max(abs(dx), abs(dy)))
-            # Two things are never put off: letting go altogether, and coming back under a limit that has fallen.
-            held = friction[i] * p * np.float32(1.00001)
+            # Two things are never put off: letting go altogether, and coming back under a limit that has fallen, or
+            # been guessed below nothing.
+            held = friction[i] * max(p, np.float32(0.0)) * np.float32(1.00001)
             if step <= skip and new_p > 0.0 and traction[0, i] ** 2 + traction[1, i] ** 2 <= held * held:
                 continue
             change = max(change, step)
