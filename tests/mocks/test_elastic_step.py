@@ -48,7 +48,7 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
     # millimetres a step takes and gives work in between that no rule of one step can know.
     gel = FieldGel(SHAPES[shape], GelMaterial(poisson=poisson), fine=1, follows=shape == "pipe")
     before, most = None, 0.0
-    for body, reaction, energy in swing(
+    for body, _, energy in swing(
         gel, depth=depth, friction=friction, dt_s=dt_s, steps=min(max(10, round(0.15 / dt_s)), 60), velocity=velocity
     ):
         assert math.isfinite(energy + body.velocity_m_s)
