@@ -1,6 +1,6 @@
 """Every camera driver against every fault of its mock: errors that lsds can explain, no hang, nothing left behind."""
 
-from __future__ import annotations
+from __future__ import contextlib
 
 import os
 import socket
@@ -180,21 +180,27 @@ def answering(reply):
         while True:
             try:
                 connection, _ = listener.accept()
-                connection.recv(4096)
-                connection.sendall(reply)
-                held.append(connection)
             except OSError:
                 return
+            # Held before it is answered: who hangs up meanwhile must not keep it from being closed.
+            held.append(connection)
+            with contextlib.suppress(OSError):
+                connection.settimeout(1.0)
+                connection.recv(4096)
+                connection.sendall(reply)
 
-    threading.Thread(target=run, daemon=True).start()
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    address = f"http://127.0.0.1:{listener.getsockname()[1]}/"
 
     def close():
         listener.shutdown(socket.SHUT_RDWR)
         listener.close()
+        thread.join(timeout=3.0)
         for connection in held:
             connection.close()
 
-    return f"http://127.0.0.1:{listener.getsockname()[1]}/", close
+    return address, close
 
 
 MULTIPART = b"HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace;boundary=b\r\n\r\n"
