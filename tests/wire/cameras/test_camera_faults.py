@@ -1,7 +1,8 @@
 """Every camera driver against every fault of its mock: errors that lsds can explain, no hang, nothing left behind."""
 
-from __future__ import contextlib
+from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import threading
