@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -13,6 +14,19 @@ import click
 from lsds.cli.output import json_option, require_writable, table, write_json, write_text
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
+
+
+def _outputs(plot: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Options of where a study's picture, table and JSON go."""
+
+    def add(command: Callable[..., None]) -> Callable[..., None]:
+        to_plot = click.option(
+            "--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path(plot), show_default=True
+        )
+        to_csv = click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
+        return to_plot(to_csv(json_option(command)))
+
+    return add
 
 
 @click.group()
@@ -113,10 +127,8 @@ def scheduler(repeats: int, json_file: str | None) -> None:
 @click.option("--random", type=click.IntRange(min=0, max=1000), default=12, show_default=True,
               help="Random scenes for the choosing gel.")  # fmt: skip
 @click.option("--seed", type=click.IntRange(min=0), default=1000, show_default=True, help="Of the first random scene.")
-@click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs; the fastest counts.")
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("gel.png"), show_default=True)
-@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
-@json_option
+@click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs of each.")
+@_outputs("gel.png")
 def gel(
     scenes: tuple[str, ...], reference: str | None, random: int, seed: int, repeats: int, plot: Path,
     csv_file: str | None, json_file: str | None,
@@ -139,10 +151,7 @@ def gel(
 
 
 @chart.command()
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("dynamics.png"),
-              show_default=True)  # fmt: skip
-@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
-@json_option
+@_outputs("dynamics.png")
 def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
     """Chart integrators of dry friction where they fail: a grip is lost for a moment and regained.
 
@@ -159,11 +168,8 @@ def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
               help="Gel: choosing its grid, or on cells of 0.48 mm.")  # fmt: skip
 @click.option("--tolerance-um", type=click.FloatRange(0.5, 200), default=20.0, show_default=True,
               help="Of the gel that chooses its grid.")  # fmt: skip
-@click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs; the fastest counts.")
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("optics.png"),
-              show_default=True)  # fmt: skip
-@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
-@json_option
+@click.option("--repeats", type=click.IntRange(1, 100), default=3, show_default=True, help="Runs of each.")
+@_outputs("optics.png")
 def optics(
     scenes: tuple[str, ...], fidelity: str, tolerance_um: float, repeats: int, plot: Path, csv_file: str | None,
     json_file: str | None,
@@ -185,10 +191,7 @@ def optics(
               help="How many of them, spread evenly; 0 takes all.")  # fmt: skip
 @click.option("--clips", type=click.IntRange(1, 10_000), default=63, show_default=True, help="Simulated clips.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the simulated clips.")
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), default=Path("realism.png"),
-              show_default=True)  # fmt: skip
-@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
-@json_option
+@_outputs("realism.png")
 def realism(
     recordings: str, videos: int, clips: int, seed: int, plot: Path, csv_file: str | None, json_file: str | None
 ) -> None:

@@ -86,14 +86,19 @@ def cli(debug: bool) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit code.
+    """Run the command line and return its exit code, see `run_command`."""
+    return run_command(cli, "lsds", arguments)
+
+
+def run_command(command: click.Command, name: str, arguments: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit code.
 
     An error that lsds can explain becomes one message on stderr and the exit code of its class; `--debug` shows the
     traceback instead. An interrupt gives 130, a reader that went away 141, as a shell expects.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        result = cli.main(args=arguments, prog_name="lsds", standalone_mode=False)
+        result = command.main(args=arguments, prog_name=name, standalone_mode=False)
         sys.stdout.flush()
     except click.exceptions.Abort:
         click.echo("interrupted", err=True)

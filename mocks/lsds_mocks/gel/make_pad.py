@@ -12,8 +12,9 @@ from pathlib import Path
 
 import click
 
+from lsds.cli.main import run_command
 from lsds.cli.output import require_writable
-from lsds.errors import DataError, LsdsError
+from lsds.errors import DataError
 from lsds_mocks.gel.material import GelMaterial
 
 RATIOS = (0.3, 0.4, 0.48, 0.499)
@@ -106,24 +107,7 @@ def _require_sensible(width_mm: float, height_mm: float, thickness_mm: float, ra
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; an error that can be explained is one message on stderr."""
-    try:
-        make_pad.main(
-            args=list(sys.argv[1:] if arguments is None else arguments),
-            prog_name="python -m lsds_mocks.gel.make_pad",
-            standalone_mode=False,
-        )
-    except (click.exceptions.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
-        return 130
-    except click.exceptions.Exit as request:
-        return request.exit_code
-    except click.ClickException as error:
-        error.show()
-        return error.exit_code
-    except LsdsError as error:
-        click.echo(f"error: {error}", err=True)
-        return error.exit_code
-    return 0
+    return run_command(make_pad, "python -m lsds_mocks.gel.make_pad", arguments)
 
 
 if __name__ == "__main__":

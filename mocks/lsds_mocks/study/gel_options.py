@@ -11,7 +11,12 @@ class GelStudyOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     scenes: list[str] = Field(default_factory=list, description="scenes to measure; all where none is named")
-    repeats: int = Field(default=3, ge=1, le=100, description="runs of each, of which each frame's fastest counts")
+    repeats: int = Field(
+        default=3,
+        ge=1,
+        le=100,
+        description="runs of each; times are over the frames of all, cost ratios of the fastest",
+    )
     reference: str = Field(
         default="", description="folder of reference solutions (sphere.npz, ...); else the finest grid"
     )

@@ -195,11 +195,12 @@ class AutoGel:
     def _send_out(self) -> None:
         """Have the other grid of the pair come to where the answering one is now."""
         dots = self._main.displacement_now(DOTS_M)
-        if self._main.operator.kernel == "pad" and not self._is_narrow(self._main):
+        bound = self._bound() if self._main.operator.kernel == "pad" else math.inf
+        if bound < math.inf:
             now = _rms(dots)
             motion = max(self._motion.add(self._gone_m, now), now / _PEAK)
             # Dots move no faster than the object.
-            spare = self.tolerance_m / max(self._bound(), 1e-6) - motion
+            spare = self.tolerance_m / max(bound, 1e-6) - motion
             if spare > 0:
                 self._to_next_m = max(spare, _NEAR_M)
                 return
@@ -223,10 +224,11 @@ class AutoGel:
         return across(gel.grid, state.cells[state.pressure_n > 0]) < NARROW
 
     def _bound(self) -> float:
-        """Return how large the error may be, as part of the dots' motion."""
+        """Return how large the error may be, as part of the dots' motion; infinite where the contact is too narrow to
+        tell, whatever audits have found."""
         state = self._main.state()
         ever = share_of_motion(self._main.grid, state.cells, state.pressure_n)
-        return ever if self._share is None else min(ever, _GROWS * self._share)
+        return ever if self._share is None or ever == math.inf else min(ever, _GROWS * self._share)
 
     def _go_on(self, audit: _Audit) -> None:
         """Lead the other grid on; where it has arrived, estimate the answering one's error, and act on it."""
