@@ -59,7 +59,7 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
         # Up to what the sweeps leave of the stored energy.
         assert before is None or energy <= before + TOLERANCE * most + 1e-9
         before = energy
-    assert gel.unconverged == 0
+    assert gel.effort.unconverged == 0
 
 
 @pytest.mark.parametrize("fine", [1, 2])

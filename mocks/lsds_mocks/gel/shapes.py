@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from lsds_mocks.gel.placement import Placement
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds_mocks.gel.placement import Placement
+Motion = tuple[float, float, float]
+"""Of an object over the pad: dx and dy (m), and turning about the pad's centre (rad)."""
 
 
 class Shape(Protocol):
@@ -28,8 +31,9 @@ class Shape(Protocol):
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap of the shape without its texture, which only makes it larger."""
 
-    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
-        """Tell whether a motion carries the surface along itself, so that the gap stays as it is."""
+    def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
+        """Tell whether a motion carries the surface along itself, so that the gap stays as it is all over a pad of
+        width and height `pad_m`."""
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap at touch, broadcast over `x_m` and `y_m`."""
@@ -60,7 +64,7 @@ class Surface:
         """Gap of the shape: no texture."""
         return self.gap(x_m, y_m)
 
-    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+    def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
         """No motion leaves the gap as it is."""
         return False
 
@@ -112,8 +116,9 @@ class Cylinder(Surface):
     length_m: float
     angle_rad: float = 0.0
 
-    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+    def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
         """Along its axis."""
+        dx_m, dy_m, dtheta_rad = motion
         angle = self.angle_rad + place.angle_rad
         return dtheta_rad == 0.0 and dx_m * math.cos(angle) + dy_m * math.sin(angle) == 0.0
 
@@ -174,7 +179,7 @@ class Sphere(Surface):
 class Flat(Surface):
     """A face without an end."""
 
-    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+    def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
         """However it moves."""
         return True
 
@@ -191,6 +196,19 @@ class Box(Surface):
     height_m: float
     edge_m: float = 0.5e-3
     angle_rad: float = 0.0
+
+    def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
+        """Across edges that are beyond the pad before and after, and along all of them."""
+        after = place.moved(*motion)
+        angle = self.angle_rad + place.angle_rad
+        cos, sin = math.cos(angle), math.sin(angle)
+        ways = motion[0] * cos + motion[1] * sin, motion[1] * cos - motion[0] * sin
+        for axis, size in enumerate((self.width_m, self.height_m)):
+            reach = size / 2 - self.edge_m
+            beyond = all(_farthest(self.angle_rad, at, pad_m)[axis] <= reach for at in (place, after))
+            if not beyond and (motion[2] != 0.0 or ways[axis] != 0.0):
+                return False
+        return True
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Zero under the face, a quarter circle at its edges, a wall beyond."""
@@ -221,6 +239,15 @@ class Box(Surface):
         return (half_x + half_y) / (half_x * half_y)
 
 
+def _farthest(angle_rad: float, place: Placement, pad_m: tuple[float, float]) -> tuple[float, float]:
+    """Return how far (m) the pad reaches from an object's origin, along either of its axes, whichever the way."""
+    angle = angle_rad + place.angle_rad
+    cos, sin = math.cos(angle), math.sin(angle)
+    across = abs(place.x_m * cos + place.y_m * sin) + (pad_m[0] * abs(cos) + pad_m[1] * abs(sin)) / 2
+    along = abs(place.y_m * cos - place.x_m * sin) + (pad_m[0] * abs(sin) + pad_m[1] * abs(cos)) / 2
+    return across, along
+
+
 _WALL = 20.0
 """Slope of a wall: steep, but a cell's mean gap stays a number."""
 
@@ -241,6 +268,8 @@ class Moved(Surface):
         """The other's least gap, there."""
         return self.base.least_gap(x_m - self.x_m, y_m - self.y_m)
 
-    def slides_along(self, place: Placement, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
+    def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
         """When the other would."""
-        return self.base.slides_along(place, dx_m, dy_m, dtheta_rad)
+        cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
+        origin = place.x_m + cos * self.x_m - sin * self.y_m, place.y_m + sin * self.x_m + cos * self.y_m
+        return self.base.slides_along(Placement(*origin, place.angle_rad), motion, pad_m)

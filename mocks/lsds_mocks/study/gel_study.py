@@ -12,7 +12,8 @@ import numpy as np
 from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
 from lsds_mocks.gel.affine import AffineGel
-from lsds_mocks.gel.auto.gel import DOTS_M, AutoGel
+from lsds_mocks.gel.auto.audit import DOTS_M
+from lsds_mocks.gel.auto.gel import AutoGel
 from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.study.gel_plot import draw

@@ -4,7 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from lsds_mocks.gel.auto.gel import DOTS_M, AutoGel
+from lsds_mocks.gel.auto.audit import DOTS_M
+from lsds_mocks.gel.auto.gel import AutoGel
 from lsds_mocks.gel.auto.path import LEG_M, Friction, Path
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.grid import CellGrid
@@ -217,3 +218,26 @@ def test_a_state_put_back_leaves_no_trust_in_what_was_audited_before():
     gel.restore(start)
     assert gel.report().estimate_m is None
     assert "no audit" in gel.report().summary
+
+
+@pytest.mark.parametrize("name", ["pipe", "block"])
+@pytest.mark.parametrize("tolerance_m", [5e-6, 20e-6])
+def test_no_step_waits_for_all_of_an_audit(name, tolerance_m):
+    scene = reference_scenes()[name]
+    gel = AutoGel(scene.shape, tolerance_m=tolerance_m, follows=False)
+    for step in range(scene.presses):
+        gel.press((step + 1) / scene.presses * scene.indentation_m)
+        gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
+        gel.trial(0.0, 0.0)
+        gel.commit()
+    spent, last = [], gel._audit_work
+    for motion in scene.frames:
+        gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
+        gel.trial(*motion)
+        gel.commit()
+        spent.append(gel._audit_work - last)
+        last = gel._audit_work
+    portion = 1.5 * 200 / tolerance_m
+    assert sum(spent) > max(spent) > 0
+    # What is under way when the portion is spent is ended: a surface looked up, a solution of 1 ms.
+    assert max(spent) < portion + 4e7

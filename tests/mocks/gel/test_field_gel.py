@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lsds_mocks.gel.field.gel import SWEEPS, FieldGel
+from lsds_mocks.gel.field.effort import SWEEPS
+from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
 from lsds_mocks.gel.state import blend
@@ -68,7 +69,7 @@ def test_laws_hold_on_any_path(shape, friction, poisson, step, path, follows):
             assert (np.hypot(*state.shear_n) <= limit * (1 + 1e-4) + 1e-6 * limit.max(initial=0)).all()
             # Up to what the sweeps leave of the stored energy.
             assert energy - before - work <= gel.tolerance * most
-    assert gel.unconverged == 0
+    assert gel.effort.unconverged == 0
 
 
 @pytest.mark.parametrize("shape", sorted(SHAPES))
@@ -76,11 +77,11 @@ def test_settles_in_few_sweeps_under_high_friction(shape):
     for friction in (0.3, 1.0, 2.5):
         gel = make(shape, friction=friction, fine=2)
         for motion in [(40e-6, 30e-6, 0.002)] * 20 + [(-50e-6, 0.0, 0.0)] * 10:
-            before = gel.sweeps
+            before = gel.effort.sweeps
             gel.trial(*motion)
             gel.commit()
-            assert gel.sweeps - before < SWEEPS
-        assert gel.unconverged == 0
+            assert gel.effort.sweeps - before < SWEEPS
+        assert gel.effort.unconverged == 0
 
 
 @pytest.mark.parametrize("shape", sorted(SHAPES))

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from lsds_mocks.gel.field import choice
 from lsds_mocks.gel.field.box import Box
 from lsds_mocks.gel.field.choice import AnyPatch
-from lsds_mocks.gel.field.gel import SWEEPS, FieldGel
+from lsds_mocks.gel.field.effort import SWEEPS
+from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.operator import operator
 from lsds_mocks.gel.field.patch import Patch
 from lsds_mocks.gel.field.spectral import SpectralPatch
@@ -111,7 +112,7 @@ def sheared(scene, solver, tolerance):
         reaction = gel.trial(dx, dy, turn)
         gel.commit()
         forces.append((reaction.force_x_n, reaction.force_y_n, reaction.torque_nm * 100, reaction.normal_n))
-    assert gel.unconverged == 0
+    assert gel.effort.unconverged == 0
     state = gel.state()
     order = np.argsort(state.cells)
     return np.array(forces), np.vstack([state.shear_n, state.pressure_n])[:, order], state.slid[order]
@@ -135,16 +136,16 @@ def test_a_frame_takes_few_iterations(scene):
     gel.set_friction(np.full(gel.points_m.shape[1], MU))
     gel.trial(0.0, 0.0)
     gel.commit()
-    assert gel.sweeps <= 60
+    assert gel.effort.sweeps <= 60
     taken = []
     for way in [1] * 12 + [-1] * 12:
-        before = gel.sweeps
+        before = gel.effort.sweeps
         gel.trial(way * 50e-6, 0.0)
         gel.commit()
-        taken.append(gel.sweeps - before)
+        taken.append(gel.effort.sweeps - before)
     assert np.median(taken) <= 12
     assert max(taken) <= 50
-    assert gel.unconverged == 0
+    assert gel.effort.unconverged == 0
 
 
 # The laws of contact, at the end of any solution.
@@ -207,9 +208,9 @@ def test_what_is_solved_stays_as_it_is(scene):
     gel.press(depth)
     gel.set_friction(np.full(gel.points_m.shape[1], MU))
     first = gel.trial(100e-6, 20e-6)
-    traction, sweeps = gel._traction.copy(), gel.sweeps
+    traction, sweeps = gel._traction.copy(), gel.effort.sweeps
     again = gel.trial(100e-6, 20e-6)
-    assert gel.sweeps - sweeps == 1
+    assert gel.effort.sweeps - sweeps == 1
     assert np.abs(gel._traction - traction).max() <= 0.05 * gel.tolerance * traction[2].max()
     assert again.force_x_n == pytest.approx(first.force_x_n, rel=1e-3)
 
@@ -312,3 +313,62 @@ def test_a_gel_that_changes_solver_on_the_way_feels_the_same(monkeypatch):
         found[solver] = np.array(forces)
     assert used == {("auto", "blocks"), ("auto", "fft"), ("blocks", "blocks")}
     assert np.abs(found["auto"] - found["blocks"]).max() < 4e-3 * found["blocks"].max()
+
+
+def test_many_blocks_are_gathered_a_portion_at_a_time(monkeypatch):
+    monkeypatch.setattr(choice, "AT_ONCE", 400)
+    op = answer()
+    patch, whole = AnyPatch(op), Patch(op)
+    cells = rectangle(op.grid, 5, 5, 6, 8)
+    patch.add(cells)
+    assert patch.solver == "fft"
+    gathered = [patch.gathered]
+    traction, w, slid = rest(48)
+    kept = np.arange(48) % 7 > 0
+    for step in range(20):
+        if patch.solver == "blocks":
+            break
+        if step == 2:
+            patch.keep(kept)
+            traction, w, slid = rest(patch.size)
+        target, friction = np.zeros_like(traction), np.full(patch.size, MU, np.float32)
+        target[2] = 1e-4
+        assert patch.relax(traction, w, target, friction, slid, 1e-3, SWEEPS) > 0
+        gathered.append(patch.gathered)
+    assert patch.solver == "blocks"
+    assert max(np.diff(gathered)) <= 400
+    whole.add(cells[kept])
+    compare(whole, patch, np.random.default_rng(0))
+
+
+def test_a_patch_that_need_not_be_ready_gathers_nothing():
+    patch = AnyPatch(answer())
+    patch.grows = False
+    patch.add(np.arange(300, dtype=np.int32))
+    traction, w, slid = rest(300)
+    target, friction = np.full((3, 300), 1e-4, np.float32), np.full(300, MU, np.float32)
+    for _ in range(3):
+        patch.relax(traction, w, target, friction, slid, 1e-2, SWEEPS)
+    assert (patch.solver, patch.gathered) == ("fft", 0)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_gel_solved_in_portions_gets_where_it_would_at_once(name):
+    shape, depth, fine = SCENES[name]
+    found = []
+    for portions in (False, True):
+        gel = FieldGel(shape, fine=fine, tolerance=2e-3)
+        gel.solve_in_portions(portions)
+        calls = 0
+        for motion in ((0.0, 0.0), (40e-6, 10e-6), (-20e-6, 30e-6)):
+            gel.stand(depth)
+            gel.set_friction(np.full(gel.points_m.shape[1], MU))
+            gel.trial(*motion)
+            while not gel.solve_on():
+                calls += 1
+                assert calls < 500
+            gel.commit()
+        state = gel.state()
+        found.append(np.concatenate([state.shear_n, state.pressure_n[None]]).sum(axis=1))
+        assert calls == 0 or portions
+    assert np.abs(found[1] - found[0]).max() < 1e-3 * found[0].max()

@@ -12,10 +12,12 @@ catches up over several steps, and is compared with how the answering grid stood
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+import sys
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds_mocks.gel.auto.audit import DOTS_M, Audit, rms_m
 from lsds_mocks.gel.auto.bound import NARROW, OverTheWay, across, is_sharp, share_of_motion
 from lsds_mocks.gel.auto.follower import Follower
 from lsds_mocks.gel.auto.path import Friction, Path
@@ -58,33 +60,14 @@ _SOON_M = 0.02e-3
 """A change of the indentation by this part calls for an audit after this distance."""
 MOST_CELLS = 2500
 """Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
-_BUDGET = 1.5e7
+_WORK_M = 200.0
 _LATE_M = 0.05e-3
-_HURRY = 5
-"""Multiplications that an audit may take of one step, two milliseconds; so many times that once the object has gone so
-far since."""
+_HURRY = 1.5
+"""Multiplications that an audit may take of one step, times the tolerance: 1 ms at 20 um; so many times that once the
+object has gone so far since. Who asks for less error waits longer in a step."""
 _SHARP_M = 12e-6
 """Under faces with an edge, the coarsest grid has seldom met tolerances below this."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
-
-
-def _dots() -> NDArray[np.float64]:
-    x, y = np.meshgrid((np.arange(9) - 4) * 2e-3, (np.arange(7) - 3) * 2e-3)
-    return np.stack([x.ravel(), y.ravel()], axis=1)
-
-
-DOTS_M = _dots()
-"""Where errors are looked at: 9 x 7 dots, 2 mm apart."""
-
-
-class _Audit(NamedTuple):
-    """One under way: how many legs the path had, how the answering grid's dots (M, 2) stood and how far it had gone
-    when it was sent out, and whether the other grid is to answer in any case."""
-
-    until: int
-    dots_m: NDArray[np.float64]
-    sent_m: float
-    answers: bool = False
 
 
 class AutoGel:
@@ -104,6 +87,7 @@ class AutoGel:
         self.shape = shape
         self.material = material or GelMaterial()
         self.tolerance_m = tolerance_m
+        self._budget = _WORK_M / tolerance_m
         self._follows, self._settled = follows, settled
         self._main = first or self._new(next((fine for limit, fine in _FINEST_START if tolerance_m < limit), 1))
         self._views: dict[int, FieldGel] = {self._main.grid.fine: self._main}
@@ -122,7 +106,7 @@ class AutoGel:
     def _begin(self) -> None:
         """Begin a path here: nothing is known of what led to it, nor of the error."""
         self._path, self._other = Path(start=self._main.place), None
-        self._audit: _Audit | None = None
+        self._audit: Audit | None = None
         self._gone_m = self._to_next_m = self._looked_at_m = self._worst = 0.0
         self._wait_m = _NEAR_M
         self._calm = 0
@@ -197,7 +181,7 @@ class AutoGel:
         dots = self._main.displacement_now(DOTS_M)
         bound = self._bound() if self._main.operator.kernel == "pad" else math.inf
         if bound < math.inf:
-            now = _rms(dots)
+            now = rms_m(dots)
             motion = max(self._motion.add(self._gone_m, now), now / _PEAK)
             # Dots move no faster than the object.
             spare = self.tolerance_m / max(bound, 1e-6) - motion
@@ -207,7 +191,7 @@ class AutoGel:
         if self._other is None:
             self._other = Follower(self._new(self._beside()))
         self._path.close()
-        self._audit = _Audit(self._path.count, dots, self._gone_m)
+        self._audit = Audit(self._path.count, dots, self._gone_m)
 
     def _look_at_pressure(self) -> None:
         """See while it is pressed whether the contact is of a kind that the coarsest grid is seldom right about."""
@@ -230,28 +214,29 @@ class AutoGel:
         ever = share_of_motion(self._main.grid, state.cells, state.pressure_n)
         return ever if self._share is None or ever == math.inf else min(ever, _GROWS * self._share)
 
-    def _go_on(self, audit: _Audit) -> None:
+    def _go_on(self, audit: Audit) -> None:
         """Lead the other grid on; where it has arrived, estimate the answering one's error, and act on it."""
         other = self._other
         # What is known to be wrong is not waited for. While all of it slides, errors stay as they are.
         late = self._gone_m - audit.sent_m > _LATE_M and not self._main.fully_sliding
-        at_once = audit.answers or self._main.operator.kernel != "pad"
-        budget = math.inf if at_once else _BUDGET * (_HURRY if late else 1)
+        budget = (
+            math.inf if self._main.operator.kernel != "pad" else self._budget * (_HURRY if audit.answers or late else 1)
+        )
         if other is None or not self._lead(other, audit.until, budget):
             return
         self._audit = None
         if audit.answers:
-            self._swap("the coarser grid is off by too much")
+            self._swap(audit.answers, audit.legs)
             return
         self._audits += 1
-        motion, difference = _rms(audit.dots_m), _rms(audit.dots_m - other.gel.displacement_now(DOTS_M))
+        motion, difference = rms_m(audit.dots_m), rms_m(audit.dots_m - other.gel.displacement_now(DOTS_M))
         same = other.gel.operator.kernel == self._main.operator.kernel
         finer = other.gel.grid.pitch_m < self._main.grid.pitch_m or not same
         self._estimate = (_COARSER if finer else _FINER) * difference
         finest = other.gel if finer else self._main
         if self._is_narrow(finest):
             # Neither grid has found it all, and what they agree on means little; least of all that nothing touches.
-            motion = max(motion, _rms(finest.displacement_now(DOTS_M)))
+            motion = max(motion, rms_m(finest.displacement_now(DOTS_M)))
             self._estimate = max(self._estimate, _UNRESOLVED * motion if finest.touches else self._indentation)
         self._share = max(self._share or 0.0, self._estimate / max(motion, 1e-9))
         small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
@@ -297,17 +282,28 @@ class AutoGel:
             return
         self._other = Follower(self._new(FINES[at + 1]))
         self._path.close()
-        self._audit = _Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, answers=True)
+        self._audit = Audit(
+            self._path.count, np.zeros_like(DOTS_M), self._gone_m, "the coarser grid is off by too much"
+        )
         self._go_on(self._audit)
 
-    def _swap(self, why: str) -> None:
-        """Lead the other grid to where the answering one is, let it answer, and the answering grid audit."""
+    def _swap(self, why: str, legs: int = sys.maxsize) -> None:
+        """Lead the other grid to where the answering one is, let it answer, and the answering grid audit.
+
+        While it comes nearer, in fewer than the last time's `legs`, it is not led all the way at once.
+        """
         other = self._other
         if other is None:
             return
         self._path.close()
+        behind = self._path.count - other.retraced
+        if 1 < behind < legs and self._main.operator.kernel == "pad":
+            self._audit = Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, why, behind)
+            return
         self._lead(other, self._path.count, math.inf)
         self._main, other.gel = other.gel, self._main
+        self._main.solve_in_portions(False)
+        other.gel.solve_in_portions(True)
         self._gave_up = False
         if other.gel.operator.kernel != "pad":
             self._other = None
@@ -331,7 +327,7 @@ class AutoGel:
             self._audit_work / work if work else 0.0,
             self._deepest_m / self.material.thickness_m,
             self._main.wall_distance_m,
-            sum(gel.unconverged for gel in gels.values()),
+            sum(gel.effort.unconverged for gel in gels.values()),
             self._gave_up,
         )
 
@@ -390,7 +386,3 @@ class AutoGel:
     def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
         """See `lsds_mocks.gel.field.view`."""
         return self._view(state).contact_fraction(state, width_m, height_m)
-
-
-def _rms(difference: NDArray[np.float64]) -> float:
-    return float(np.sqrt((difference**2).sum(axis=1).mean()))

@@ -14,6 +14,8 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+_TILE = 16
+
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def hats_of(
@@ -38,19 +40,18 @@ def gather(
     count: int,
     table: NDArray[np.float32],
 ) -> None:
-    """Fill the rows and columns `known` to `count` from the table."""
+    """Fill the rows `known` to `count` from the table, up to the diagonal."""
     ny, nx = table.shape[2], table.shape[3]
     flat = table.reshape(3, 3, ny * nx)
     at = np.zeros(count, np.int64)
-    for i in range(count):
-        first = known if i < known else 0
-        for j in range(first, count):
+    for i in range(known, count):
+        for j in range(i + 1):
             dr, dc = rows[j] - rows[i], columns[j] - columns[i]
             at[j] = (dr + ny if dr < 0 else dr) * nx + (dc + nx if dc < 0 else dc)
         for a in range(3):
             for b in range(3):
                 t, out = flat[b, a], compliance[i, a, b]
-                for j in range(first, count):
+                for j in range(i + 1):
                     out[j] = t[at[j]]
 
 
@@ -66,44 +67,49 @@ def correct(
     hat_rows: int,
     hat_columns: int,
 ) -> None:
-    """Add the pad's correction, (3, nodes, 3, nodes) in metres per pascal in a cell, to new rows and columns."""
-    nodes = (hat_rows + 1) * (hat_columns + 1)
-    node, weight = np.zeros((count, 4), np.int64), np.zeros((count, 4))
-    used = np.zeros(nodes, np.bool_)
-    for i in range(count):
-        hats_of((rows[i] + 0.5) / fine, (columns[i] + 0.5) / fine, hat_rows, hat_columns, node[i], weight[i])
-        for h in range(4):
-            used[node[i, h]] = True
-    needed = np.nonzero(used)[0]
-    number = np.zeros(nodes, np.int64)
-    for k in range(needed.size):
-        number[needed[k]] = k
+    """Add the pad's correction, (3, nodes, 3, nodes) in metres per pascal in a cell, to the rows `known` to `count`, up
+    to the diagonal."""
     # Numbers without a sign are not checked for being negative, and columns are read one after another.
     place, share = np.zeros((4, count), np.uint32), np.zeros((4, count), np.float32)
+    node, weight = np.zeros(4, np.int64), np.zeros(4)
+    number, needed, many = np.full(correction.shape[1], -1), np.zeros(correction.shape[1], np.uint32), 0
     for i in range(count):
+        hats_of((rows[i] + 0.5) / fine, (columns[i] + 0.5) / fine, hat_rows, hat_columns, node, weight)
         for h in range(4):
-            place[h, i], share[h, i] = number[node[i, h]], weight[i, h]
+            if number[node[h]] < 0:
+                number[node[h]], needed[many] = many, node[h]
+                many += 1
+            place[h, i], share[h, i] = number[node[h]], weight[h]
     p0, p1, p2, p3 = place
     w0, w1, w2, w3 = share
-    part = np.empty((3, needed.size, 3, needed.size), np.float32)
-    for a in range(3):
-        for k in range(needed.size):
-            for b in range(3):
-                for m in range(needed.size):
-                    part[a, k, b, m] = correction[a, needed[k], b, needed[m]]
-    at_node = np.zeros((3, 3, needed.size), np.float32)
-    for i in range(count):
-        first = known if i < known else 0
+    at_node = np.zeros((3, many), np.float32)
+    for i in range(known, count):
         for a in range(3):
-            s0, s1, s2, s3 = part[a, p0[i]], part[a, p1[i]], part[a, p2[i]], part[a, p3[i]]
+            s0, s1 = correction[a, needed[p0[i]]], correction[a, needed[p1[i]]]
+            s2, s3 = correction[a, needed[p2[i]]], correction[a, needed[p3[i]]]
             for b in range(3):
-                for k in range(needed.size):
-                    at_node[a, b, k] = w0[i] * s0[b, k] + w1[i] * s1[b, k] + w2[i] * s2[b, k] + w3[i] * s3[b, k]
-        for a in range(3):
-            for b in range(3):
-                s, out = at_node[a, b], compliance[i, a, b]
-                for j in range(first, count):
+                s, out = at_node[b], compliance[i, a, b]
+                for k in range(many):
+                    n = needed[k]
+                    s[k] = w0[i] * s0[b, n] + w1[i] * s1[b, n] + w2[i] * s2[b, n] + w3[i] * s3[b, n]
+                for j in range(i + 1):
                     out[j] += w0[j] * s[p0[j]] + w1[j] * s[p1[j]] + w2[j] * s[p2[j]] + w3[j] * s[p3[j]]
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def mirror(compliance: NDArray[np.float32], known: int, count: int) -> None:
+    """Fill what lies beyond the diagonal in the columns `known` to `count` from the rows that they mirror, a tile at a
+    time, so that each line of the cache is fetched once."""
+    for i0 in range(known, count, _TILE):
+        i1 = min(i0 + _TILE, count)
+        for j0 in range(0, i1, _TILE):
+            j1 = min(j0 + _TILE, i1)
+            for a in range(3):
+                for b in range(3):
+                    for j in range(j0, j1):
+                        out = compliance[j, b, a]
+                        for i in range(max(i0, j + 1), i1):
+                            out[i] = compliance[i, a, b, j]
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]

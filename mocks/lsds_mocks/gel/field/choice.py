@@ -2,18 +2,21 @@
 
 Blocks are swept where something changes, in a time and memory that go with the square of their number; a rectangle
 takes what it takes. Both stand for the same operator, and tractions and displacements are their caller's, so to change
-from one to the other is to make it for the same cells.
+from one to the other is to make it for the same cells. To gather blocks takes as long as tens of steps: where many are
+missing, descent solves in the meantime, and with every solution a portion of them is gathered.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Literal
+
+import numpy as np
 
 from lsds_mocks.gel.field.patch import Patch
 from lsds_mocks.gel.field.spectral import SpectralPatch
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from lsds_mocks.gel.field.operator import Operator
@@ -24,6 +27,10 @@ MANY = 600
 """Cells beyond which descent is the faster (measured by `tests/mocks/gel/bench_spectral.py`),"""
 FEW = 400
 """and below which blocks are gone back to: making them costs as much as many a step."""
+_MOST_OF = 0.75
+"""Descent is the faster beyond this part of all of a pad's cells, too: then its rectangle holds little else."""
+AT_ONCE = 25_000
+"""Entries of the compliance that are gathered at a time, nine numbers each: less than a millisecond."""
 
 
 class AnyPatch:
@@ -33,6 +40,13 @@ class AnyPatch:
         self._operator = operator
         self._solver = solver
         self._patch: Patch | SpectralPatch = SpectralPatch(operator) if solver == "fft" else Patch(operator)
+        self._growing: Patch | None = None
+        """Blocks of the first of the cells, until they are those of all."""
+        self.grows = True
+        """Whether blocks that are missing are gathered: not worth it for a few solutions."""
+        self.gathered = 0
+        """Entries of the compliance that have been gathered so far."""
+        self._many = min(MANY, int(_MOST_OF * operator.grid.size))
 
     @property
     def cells(self) -> NDArray[np.int32]:
@@ -51,19 +65,40 @@ class AnyPatch:
 
     def add(self, cells: NDArray[np.int32]) -> None:
         """Take cells in that are not in yet."""
-        many = self._solver == "auto" and self.solver == "blocks" and self.size + len(cells) > MANY
-        if many:
-            known, self._patch = self._patch.cells, SpectralPatch(self._operator)
-            self._patch.add(known)
+        count = self.size + len(cells)
+        entries = count**2 - self.size**2
+        if self._solver == "auto" and isinstance(self._patch, Patch) and (count > self._many or entries > AT_ONCE):
+            self._growing, self._patch = self._patch, SpectralPatch(self._operator)
+            self._patch.add(np.concatenate([self._growing.cells, cells]))
+            self._grow()
+            return
+        self.gathered += entries if isinstance(self._patch, Patch) else 0
         self._patch.add(cells)
 
     def keep(self, which: NDArray[np.bool_]) -> None:
         """Let all other cells go."""
-        if self._solver == "auto" and self.solver == "fft" and int(which.sum()) < FEW:
-            kept, self._patch = self._patch.cells[which], Patch(self._operator)
-            self._patch.add(kept)
-        else:
-            self._patch.keep(which)
+        if self._growing is not None:
+            self._growing.keep(which[: self._growing.size])
+        self._patch.keep(which)
+        if self._solver == "auto" and self.solver == "fft" and self._growing is None and self.size < FEW:
+            self._growing = Patch(self._operator)
+            self._grow()
+
+    def _grow(self) -> None:
+        """Gather some more blocks, and go over to them when they are complete."""
+        blocks = self._growing
+        if blocks is None or not self.grows:
+            return
+        if self.size > self._many:
+            self._growing = None
+            return
+        known = blocks.size
+        blocks.reserve(self.size)
+        portion = max(1, int(math.sqrt(known**2 + AT_ONCE)) - known)
+        blocks.add(self._patch.cells[known : known + portion])
+        self.gathered += blocks.size**2 - known**2
+        if blocks.size == self.size:
+            self._patch, self._growing = blocks, None
 
     def respond(self, traction: NDArray[np.float32], w: NDArray[np.float32], known: int = 0) -> None:
         """Write the displacement of the cells from `known` on under `traction`."""
@@ -80,6 +115,7 @@ class AnyPatch:
         sweeps: int,
     ) -> int:
         """Solve for `traction` and `w`; return the iterations, or -1 where `sweeps` were not enough."""
+        self._grow()
         return self._patch.relax(traction, w, target, friction, slid, tolerance, sweeps)
 
     def work(self, iterations: int) -> float:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.choice import AnyPatch, Solver
+from lsds_mocks.gel.field.effort import Effort
 from lsds_mocks.gel.field.footprint import Footprint
 from lsds_mocks.gel.field.increment import Increment
 from lsds_mocks.gel.field.operator import Kernel, operator
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 0.02
 """Traction that is still let change when a solution is taken for one, as part of the greatest pressure."""
-SWEEPS = 200
 _BESIDE = 1.15
 """Cells are looked after where the gap is below this many indentations: beside the contact the surface bulges."""
 _DEAD = 1.5
@@ -72,9 +72,7 @@ class FieldGel:
         self.operator = operator(self.material, fine, kernel)
         self.grid = self.operator.grid
         self.tolerance = tolerance
-        self.unconverged = 0
-        self.sweeps = 0
-        self.work = 0.0
+        self.effort = Effort()
         self.place = ORIGIN
         self._follows = follows
         self._view = FieldView(self.operator, shape)
@@ -112,28 +110,31 @@ class FieldGel:
 
     def _resize(self, kept: NDArray[np.int64], count: int) -> None:
         """Keep the columns `kept` of all arrays, and append columns of nothing up to `count`."""
-        for name, rows, kind in (
-            ("_traction", 3, np.float32),
-            ("_w", 3, np.float32),
-            ("_old_traction", 3, np.float32),
-            ("_old_w", 3, np.float32),
-            ("_older_traction", 3, np.float32),
-            ("_older_w", 3, np.float32),
-            ("_anchor", 2, np.float64),
-            ("_carried", 2, np.float64),
-            ("_target", 3, np.float32),
+        for names, rows, kind in (
+            ("_traction _w _old_traction _old_w _older_traction _older_w _target", 3, np.float32),
+            ("_anchor _carried", 2, np.float64),
             ("_friction", 0, np.float32),
-            ("_slid", 0, np.bool_),
-            ("_now_sliding", 0, np.bool_),
             ("_slip", 0, np.float64),
+            ("_slid _now_sliding", 0, np.bool_),
         ):
             shape = (rows, count) if rows else (count,)
-            new = np.full(shape, kind is np.bool_, kind)
-            if len(kept):
-                new[..., : len(kept)] = getattr(self, name)[..., kept]
-            setattr(self, name, new)
+            for name in names.split():
+                new = np.full(shape, kind is np.bool_, kind)
+                if len(kept):
+                    new[..., : len(kept)] = getattr(self, name)[..., kept]
+                setattr(self, name, new)
         self._friction[len(kept) :] = self._mean_friction
         self._points = self.grid.centres_m(self._patch.cells)
+
+    def solve_in_portions(self, portions: bool) -> None:
+        """Set whether a call solves no more than a portion, which `solve_on` goes on from, and the contact is not made
+        ready for many solutions to come: for a gel that nobody waits for."""
+        self._patch.grows = not portions
+
+    @property
+    def work(self) -> float:
+        """Multiplications so far, or what takes as long."""
+        return self.effort.work(self._patch)
 
     @property
     def force_tolerance(self) -> float:
@@ -161,9 +162,13 @@ class FieldGel:
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
         """Set how deep the object stands, and over which stretch of y; return the normal force (N) at rest."""
+        self.stand(indentation_m, reach_m)
+        return self._solve(0.0, 0.0, 0.0).normal_n
+
+    def stand(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> None:
+        """Set how deep the object stands, for a trial to find the forces."""
         self._indentation, self._reach = indentation_m, reach_m
         self._look_after(self.place)
-        return self._solve(0.0, 0.0, 0.0).normal_n
 
     def _look_after(self, place: Placement, within_m: float = _LOOK_M) -> None:
         """Take in the cells that the object now comes near to; from time to time let those go that it has left."""
@@ -186,7 +191,7 @@ class FieldGel:
         if len(new):
             self._add(new)
         if moved or left or len(new):
-            self._stand(self._looked_from or place)
+            self._find_surface(self._looked_from or place)
         gap = self._gap
         if self._reach is not None:
             y = self._points[1]
@@ -206,19 +211,9 @@ class FieldGel:
             self._patch.respond(traction, w, known)
         self._anchor[:, known:] = self._old_w[:2, known:]
 
-    def take_in(self, indentation_m: float, most: int) -> int:
-        """Take in up to `most` of the cells that pressing so deep here would; return how many more there are."""
-        near = self._footprint.near(self.place, _BESIDE * indentation_m)
-        near[self._patch.cells] = False
-        new = np.flatnonzero(near).astype(np.int32)
-        if len(new):
-            self._add(new[:most])
-            self._looked_at = self._looked_from = None
-            self._stand(self.place)
-        return max(len(new) - most, 0)
-
-    def _stand(self, place: Placement) -> None:
+    def _find_surface(self, place: Placement) -> None:
         """Find the object's surface over the patch."""
+        self.effort.looked_up += self._patch.size
         self._gap, slope = self._footprint.over(self._patch.cells, place)
         self._slope = slope.astype(np.float32)
 
@@ -236,12 +231,13 @@ class FieldGel:
 
     def _solve(self, dx_m: float, dy_m: float, dtheta_rad: float, within_m: float = _LOOK_M) -> Reaction:
         whole = self._since.and_then(dx_m, dy_m, dtheta_rad)
-        moved = dx_m != 0.0 or dy_m != 0.0 or dtheta_rad != 0.0
-        if moved and self._follows and not self.shape.slides_along(self.place, dx_m, dy_m, dtheta_rad):
-            self._look_after(self.place.moved(dx_m, dy_m, dtheta_rad), within_m)
-        self._tried = (dx_m, dy_m, dtheta_rad)
+        self._tried = motion = (dx_m, dy_m, dtheta_rad)
+        pad_m = (self.material.width_m, self.material.height_m)
+        if any(motion) and self._follows and not self.shape.slides_along(self.place, motion, pad_m):
+            self._look_after(self.place.moved(*motion), within_m)
         if not self._patch.size:
             return NO_REACTION
+        self.effort.unsolved = 0
         carry(self._anchor, self._points, whole.dx_m, whole.dy_m, whole.dtheta_rad, self._carried, self._target)
         if self._fresh:
             self._fresh = False
@@ -250,11 +246,15 @@ class FieldGel:
         return self._reaction()
 
     def _relax(self, tolerance: float) -> None:
-        done = self._patch.relax(self._traction, self._w, self._target, self._friction, self._slid, tolerance, SWEEPS)
-        swept = done if done > 0 else SWEEPS
-        self.sweeps += swept
-        self.work += self._patch.work(swept)
-        self.unconverged += done < 0
+        most = self.effort.most(self._patch)
+        done = self._patch.relax(self._traction, self._w, self._target, self._friction, self._slid, tolerance, most)
+        self.effort.count(self._patch, done, most)
+
+    def solve_on(self) -> bool:
+        """Solve the last trial on by a portion; tell whether that, or any more of them, is of no use."""
+        if self.effort.unsolved:
+            self._relax(self.tolerance)
+        return not self.effort.may_go_on
 
     def _guess(self, motion: Increment) -> None:
         """Start from where the last increment's change, as far as this motion repeats it, would lead."""
@@ -384,7 +384,7 @@ class FieldGel:
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
         self._first = self._fresh = True
-        self._stand(self.place)
+        self._find_surface(self.place)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `lsds_mocks.gel.field.view`."""

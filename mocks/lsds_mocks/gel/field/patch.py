@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds_mocks.gel.field.blocks import correct, gather
+from lsds_mocks.gel.field.blocks import correct, gather, mirror
 from lsds_mocks.gel.field.sweep import own, relax, respond
 
 if TYPE_CHECKING:
@@ -34,9 +34,11 @@ class Patch:
         """Number of cells."""
         return len(self.cells)
 
-    def _reserve(self, room: int) -> None:
-        """Make room, keeping what is there."""
-        n = self.size
+    def reserve(self, count: int) -> None:
+        """Make room for so many cells, and some more, keeping what is there."""
+        if count <= len(self._diagonal):
+            return
+        n, room = self.size, -(-count * 5 // 4 // _STEP) * _STEP
         compliance = np.zeros((room, 3, 3, room), np.float32)
         diagonal = np.zeros((room, 4), np.float32)
         if n:
@@ -48,8 +50,7 @@ class Patch:
         """Take cells in that are not in yet."""
         known = self.size
         count = known + len(cells)
-        if count > len(self._diagonal):
-            self._reserve(-(-count * 5 // 4 // _STEP) * _STEP)
+        self.reserve(count)
         columns = self.operator.grid.columns
         self.cells = np.concatenate([self.cells, cells]).astype(np.int32)
         self._rows, self._columns = self.cells // columns, self.cells % columns
@@ -58,6 +59,7 @@ class Patch:
         if self.operator.correction.size:
             grid = self.operator.grid
             correct(*place, self.operator.correction, grid.fine, grid.hats.rows, grid.hats.columns)
+        mirror(self._compliance, known, count)
         own(self._compliance, self._diagonal, known, count)
 
     def keep(self, which: NDArray[np.bool_]) -> None:
