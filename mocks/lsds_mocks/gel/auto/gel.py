@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 FINES = (1, 2, 4)
 DEFAULT_TOLERANCE_M = 5e-6
 _COARSER = 1.15
-_FINER = 0.32
+_FINER = 0.42
 """Error of a grid over its difference to the next finer, and to the next coarser one: high quantiles of many scenes."""
 _GROWS = 2.5
 """How much larger, as part of the dots' motion, an error may get than the audits so far have found it."""
@@ -60,11 +60,11 @@ _SOON_M = 0.02e-3
 """A change of the indentation by this part calls for an audit after this distance."""
 MOST_CELLS = 2500
 """Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
-_WORK_M = 200.0
+_WORK_M2 = 4e-3
 _LATE_M = 0.05e-3
 _HURRY = 1.5
-"""Multiplications that an audit may take of one step, times the tolerance: 1 ms at 20 um; so many times that once the
-object has gone so far since. Who asks for less error waits longer in a step."""
+"""Multiplications that an audit may take of one step, times the tolerance's square: 1 ms at 20 um; so many times that
+once the object has gone so far since. Who asks for less error waits longer in a step."""
 _SHARP_M = 12e-6
 """Under faces with an edge, the coarsest grid has seldom met tolerances below this."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
@@ -87,7 +87,7 @@ class AutoGel:
         self.shape = shape
         self.material = material or GelMaterial()
         self.tolerance_m = tolerance_m
-        self._budget = _WORK_M / tolerance_m
+        self._budget = _WORK_M2 / tolerance_m**2
         self._follows, self._settled = follows, settled
         self._main = first or self._new(next((fine for limit, fine in _FINEST_START if tolerance_m < limit), 1))
         self._views: dict[int, FieldGel] = {self._main.grid.fine: self._main}
