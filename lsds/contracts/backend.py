@@ -24,6 +24,7 @@ Kind = Literal[
     "controller",
     "wire_mock",
     "study",
+    "learner",
 ]
 CONFIG_KINDS: tuple[Kind, ...] = (
     "sensor",
@@ -38,9 +39,9 @@ CONFIG_KINDS: tuple[Kind, ...] = (
 )
 """Kinds that have a section in a rig's config."""
 
-KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock", "study")
+KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock", "study", "learner")
 """All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it. A `study` measures speed
-against accuracy; `lsds chart` runs it."""
+against accuracy; `lsds chart` runs it. A `learner` fits a detector or an estimator; `lsds train` runs it."""
 
 T = TypeVar("T")
 

@@ -12,6 +12,7 @@ from typing import Any
 from lsds.contracts.backend import Kind
 from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
 from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
+from lsds.contracts.learning import Learner
 from lsds.contracts.study import Study
 from lsds.contracts.wire import WireMock
 from lsds.errors import ContractMismatch
@@ -28,6 +29,7 @@ PROTOCOLS: dict[Kind, type] = {
     "controller": Controller,
     "wire_mock": WireMock,
     "study": Study,
+    "learner": Learner,
 }
 
 _MISSING = object()

@@ -1,0 +1,1 @@
+"""Learning slip from recordings: datasets, splits, metrics, controls, model artefacts."""

@@ -1,0 +1,156 @@
+"""A trained model as the running cell has it: one ONNX file and a card, run by onnxruntime and nothing else.
+
+`NAME.onnx` maps windows `x` (n, length, F) float32 to `y`: for a detector (n,) the probability of slip, for an
+estimator (n, 8): vx, vy, angular velocity, speed, and their standard deviations. `NAME.json` is the card: what it
+looks at and in which units, what it was trained on, what it scored, and the file's checksum.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.errors import DataError, ModelError
+from lsds.learning.datasets import write_whole
+from lsds.learning.signals import UNITS, signal_indices
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FORMAT = "lsds model 1"
+OUTPUTS = {"detect": 1, "estimate": 8}
+"""How many numbers a row of `y` holds, by job."""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """What is told of a model. `threshold` is the probability above which a detector says slip; `intervals` the factor
+    by which an estimator's standard deviations are multiplied to make 90 % intervals (conformal), for vx, vy, angular
+    velocity and speed; `figures_are` "simulated" or "measured"."""
+
+    name: str
+    job: str
+    signals: tuple[str, ...]
+    length: int
+    figures_are: str
+    threshold: float = 0.5
+    intervals: tuple[float, ...] = (1.645, 1.645, 1.645, 1.645)
+    trained_on: Mapping[str, Any] | None = None
+    scores: Mapping[str, Any] | None = None
+    versions: Mapping[str, str] | None = None
+
+    def as_json(self, onnx: bytes) -> dict[str, Any]:
+        """Return the card for its model's file."""
+        return {
+            "format": FORMAT,
+            "name": self.name,
+            "job": self.job,
+            "signals": {name: UNITS[name] for name in self.signals},
+            "length": self.length,
+            "figures_are": self.figures_are,
+            "threshold": self.threshold,
+            "intervals": list(self.intervals),
+            "trained_on": dict(self.trained_on or {}),
+            "scores": dict(self.scores or {}),
+            "versions": dict(self.versions or {}),
+            "sha256": hashlib.sha256(onnx).hexdigest(),
+        }
+
+
+def save(path: Path, onnx: bytes, card: Card) -> None:
+    """Write `path` (.onnx) and its card beside it, each whole or not at all. Raises DataError."""
+    write_whole(path, onnx)
+    write_whole(path.with_suffix(".json"), (json.dumps(card.as_json(onnx), indent=2) + "\n").encode())
+
+
+class Artefact:
+    """A loaded model. `indices` say where its signals stand in the vector of all."""
+
+    def __init__(self, path: Path, card: Card, session: Any) -> None:
+        self.path = path
+        self.card = card
+        self.indices = np.array(signal_indices(card.signals))
+        self._session = session
+
+    def run(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return `y` for windows (n, length, F)."""
+        result: NDArray[np.float32] = self._session.run(None, {"x": x})[0]
+        return result
+
+
+def load(path: Path, job: str) -> Artefact:
+    """Load a model and its card.
+
+    Raises ModelError where either is missing, damaged, of another format or job, for signals or units that this
+    version does not know, or where they are not each other's.
+    """
+    card, told = _card(path, job)
+    try:
+        onnx = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one with lsds train)") from error
+    if hashlib.sha256(onnx).hexdigest() != told.get("sha256"):
+        raise ModelError(f"{path}: not the file that {path.stem}.json was written for (damaged, or copied alone?)")
+    session = _session(path, onnx)
+    inputs, outputs = session.get_inputs(), session.get_outputs()
+    expected = [card.length, len(card.signals)]
+    if len(inputs) != 1 or inputs[0].name != "x" or inputs[0].type != "tensor(float)":
+        raise ModelError(f"{path}: not a model of lsds: it takes {', '.join(i.name + ' ' + i.type for i in inputs)}")
+    if list(inputs[0].shape[1:]) != expected:
+        raise ModelError(f"{path}: takes windows of {inputs[0].shape[1:]}, but its card says {expected}")
+    artefact = Artefact(path, card, session)
+    found = artefact.run(np.zeros((1, *expected), np.float32)) if outputs else np.zeros(0)
+    if found.size != OUTPUTS[job]:
+        raise ModelError(f"{path}: gives {found.size} numbers a window, not {OUTPUTS[job]}")
+    return artefact
+
+
+def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
+    beside = path.with_suffix(".json")
+    try:
+        told = json.loads(beside.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"{beside}: a model needs its card there: {error.strerror or error}") from error
+    except ValueError as error:
+        raise ModelError(f"{beside}: not a model's card: {error}") from error
+    if not isinstance(told, dict) or told.get("format") != FORMAT:
+        raise ModelError(f"{beside}: not the card of an '{FORMAT}'; train the model anew")
+    if told.get("job") != job:
+        raise ModelError(f"{path}: is there to {told.get('job')}, not to {job}")
+    try:
+        signals = dict(told["signals"])
+        card = Card(
+            str(told["name"]), job, tuple(signals), int(told["length"]), str(told["figures_are"]),
+            float(told["threshold"]), tuple(float(v) for v in told["intervals"]), told.get("trained_on"),
+            told.get("scores"), told.get("versions"),
+        )  # fmt: skip
+        signal_indices(card.signals)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ModelError(f"{beside}: the card is incomplete: {type(error).__name__} {error}") from error
+    except DataError as error:
+        raise ModelError(f"{beside}: {error}") from error
+    for name, unit in signals.items():
+        if unit != UNITS[name]:
+            raise ModelError(f"{beside}: was trained on {name} in {unit}, here it is in {UNITS[name]}")
+    return card, told
+
+
+def _session(path: Path, onnx: bytes) -> Any:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    # One row at a time: more threads would only wait for each other.
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
+    options.log_severity_level = 3
+    try:
+        return onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
+    except Exception as error:
+        # onnxruntime's exceptions have no common base of their own.
+        raise ModelError(f"{path}: not a model that can be run: {str(error).splitlines()[0][:200]}") from error
