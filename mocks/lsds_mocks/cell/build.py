@@ -96,6 +96,7 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         pad_height_m=material.height_m,
         pad_thickness_m=material.thickness_m,
         centre_x_m=options.centre_x_mm * 1e-3,
+        clamped=options.clamped,
         theta=1.0 if options.integrator == "backward-euler" else 0.5,
     )
     return Plant(parameters, gel, friction, Vibration(options.vibration_um * 1e-6, shake_rng))

@@ -32,6 +32,8 @@ class Moment(NamedTuple):
     stalled: bool
     arm_z_m: float
     arm_v_m_s: float
+    turn_rad: float
+    turn_rad_s: float
 
 
 class Camera(Protocol):
@@ -145,7 +147,8 @@ class SimulatedCell:
             self._history.append(self.plant.truth(end))
 
     def _moment(self) -> Moment:
-        drive, arm = self.plant.fingers, self.plant.arm
+        drive, arm, turn = self.plant.fingers, self.plant.arm, self.plant.turn
         return Moment(
-            self._t_ns, drive.aperture_m, drive.target_m, drive.moving, drive.stalled, arm.position_m, arm.velocity_m_s
-        )
+            self._t_ns, drive.aperture_m, drive.target_m, drive.moving, drive.stalled, arm.position_m,
+            arm.velocity_m_s, turn.position_m, turn.velocity_m_s,
+        )  # fmt: skip

@@ -57,6 +57,7 @@ class CellOptions(BaseModel):
     centre_x_mm: float = Field(
         default=0.0, ge=-100, le=100, description="centre of mass to the right of the pads; not 0: the object can turn"
     )
+    clamped: bool = Field(default=False, description="the object is clamped to the table, and neither lifts nor turns")
     grip_height_mm: float = Field(default=50.0, ge=0, le=1000, description="pad centre above the table at the start")
 
     static_friction: float = Field(default=0.55, ge=0.02, le=3, description="friction coefficient at rest")

@@ -1,6 +1,7 @@
 """Mock UR5e: follows vertical Cartesian velocities of the TCP, with the controller's 500 Hz grid and limits.
 
-The plant models vertical motion only; commands with a horizontal or a turning part are refused rather than ignored.
+The plant models vertical motion, and turning about the pads' normal (y of the base) where the object is clamped;
+commands with any other part are refused rather than ignored.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ NAME = "mock-ur5e"
 CYCLE_NS = 2_000_000
 REACH_M = 0.85
 TCP_X_M, TCP_Y_M = 0.4, 0.0
+TURN_LIMIT_RAD_S, TURN_RAD_S2 = 3.14, 40.0
+"""The wrist's speed, and how fast it gets there."""
 
 
 class MockUR5e:
@@ -94,8 +97,8 @@ class MockUR5e:
         return ArmState(
             t_ns=moment.t_ns,
             seq=max(0, cycle // CYCLE_NS - self._connected_ns // CYCLE_NS),
-            tcp_pose=Pose((TCP_X_M, TCP_Y_M, moment.arm_z_m)),
-            tcp_twist=Twist((0.0, 0.0, moment.arm_v_m_s)),
+            tcp_pose=Pose((TCP_X_M, TCP_Y_M, moment.arm_z_m), _turned(moment.turn_rad)),
+            tcp_twist=Twist((0.0, 0.0, moment.arm_v_m_s), (0.0, moment.turn_rad_s, 0.0)),
             protective_stop=self._protective_stop,
         )
 
@@ -120,26 +123,33 @@ class MockUR5e:
         speed = min(max(speed, -limit), limit)
         acceleration = min(acceleration, self.options.acceleration_limit_m_s2)
         self._sent += 1
-        follow, expire = self._follow(self._sent, speed, acceleration), self._expire(self._sent)
+        turn = min(max(command.twist.angular_rad_s[1], -TURN_LIMIT_RAD_S), TURN_LIMIT_RAD_S)
+        follow, expire = self._follow(self._sent, speed, turn, acceleration), self._expire(self._sent)
         effect_ns = self._line.send(now, follow, lost=self.options.command_loss)
         self._line.post(max(effect_ns, command.expires_ns), expire)
-        return ArmCommand(Twist((0.0, 0.0, speed)), acceleration, command.expires_ns)
+        return ArmCommand(Twist((0.0, 0.0, speed), (0.0, turn, 0.0)), acceleration, command.expires_ns)
 
     def _check(self, command: ArmCommand) -> None:
         numbers = (*command.twist.linear_m_s, *command.twist.angular_rad_s, command.acceleration_m_s2)
         if not all(map(math.isfinite, numbers)):
             raise LimitExceeded(NAME, f"not a finite command: {command}", remedy="command numbers only")
-        if any(command.twist.linear_m_s[:2]) or any(command.twist.angular_rad_s):
+        x, y, _ = command.twist.linear_m_s
+        about_x, about_y, about_z = command.twist.angular_rad_s
+        if x or y or about_x or about_z:
             raise LimitExceeded(NAME, "the simulated cell models vertical motion only", remedy="command z only")
+        if about_y and not self.cell.plant.parameters.clamped:
+            remedy = "command z only, or clamp the object (cell.simulated.clamped)"
+            raise LimitExceeded(NAME, "the simulated cell models turning about a clamped object only", remedy=remedy)
         if command.acceleration_m_s2 <= 0:
             raise LimitExceeded(NAME, "acceleration must be above zero")
         if self._protective_stop:
             raise DeviceFault(NAME, "in protective stop", remedy="disarm and arm again")
 
-    def _follow(self, number: int, speed_m_s: float, acceleration_m_s2: float) -> Action:
+    def _follow(self, number: int, speed_m_s: float, turn_rad_s: float, acceleration_m_s2: float) -> Action:
         def action(plant: Plant) -> None:
             self._running = number
             plant.arm.target_m_s, plant.arm.limit_m_s2 = speed_m_s, acceleration_m_s2
+            plant.turn.target_m_s, plant.turn.limit_m_s2 = turn_rad_s, TURN_RAD_S2
 
         return action
 
@@ -152,3 +162,8 @@ class MockUR5e:
 
     def _brake(self, plant: Plant) -> None:
         plant.arm.target_m_s, plant.arm.limit_m_s2 = 0.0, self.options.stop_acceleration_m_s2
+        plant.turn.target_m_s, plant.turn.limit_m_s2 = 0.0, TURN_RAD_S2
+
+
+def _turned(angle_rad: float) -> tuple[float, float, float, float]:
+    return 0.0, math.sin(angle_rad / 2), 0.0, math.cos(angle_rad / 2)

@@ -35,11 +35,13 @@ _ARM_M = 5e-3
 @dataclass(slots=True)
 class PlanarMotion(ObjectMotion):
     """Beside height and vertical velocity of the centre of mass: its sideways velocity, the rate of turning (x to y),
-    and where the object's point that was first between the pads has got to, as seen from there."""
+    where the object's point that was first between the pads has got to, as seen from there, and whether the object is
+    clamped to the table."""
 
     velocity_x_m_s: float = 0.0
     rate_rad_s: float = 0.0
     place: Placement = ORIGIN
+    clamped: bool = False
     stiffness: NDArray[np.float64] = field(default_factory=lambda: np.zeros((3, 3)))
 
 
@@ -65,6 +67,7 @@ def step_planar(
     body: Body,
     *,
     carrier_velocity_m_s: float,
+    carrier_rate_rad_s: float = 0.0,
     dt_s: float,
     fingers: int,
     limit_n: float,
@@ -72,15 +75,17 @@ def step_planar(
 ) -> Reaction:
     """Advance `motion` and `gel` by `dt_s`; return what one finger's gel feels.
 
+    The carrier may turn only where the object is clamped; the object then turns the other way against the gel.
     `theta` 1 is backward Euler, 1/2 the midpoint rule.
     """
     weight = body.mass_kg * GRAVITY_M_S2
     if motion.supported:
         # The table's friction keeps it from turning and from going sideways.
-        reaction = gel.trial(0.0, dt_s * carrier_velocity_m_s)
-        if fingers * reaction.force_y_n <= weight:
+        passed = (0.0, dt_s * carrier_velocity_m_s, dt_s * carrier_rate_rad_s)
+        reaction = gel.trial(*passed)
+        if motion.clamped or fingers * reaction.force_y_n <= weight:
             gel.commit()
-            motion.place = motion.place.moved(0.0, dt_s * carrier_velocity_m_s, 0.0)
+            motion.place = motion.place.moved(*passed)
             motion.velocity_m_s = motion.velocity_x_m_s = motion.rate_rad_s = 0.0
             return reaction
     x, y = body.centre_at(motion.place)

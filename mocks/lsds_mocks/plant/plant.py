@@ -27,7 +27,7 @@ class PlantParameters:
     """The object (thickness between the pads, width and length in their plane, mass), where the pads meet it at the
     start (height of their centre above the table), one finger's normal stiffness, the slip that counts as dropped, the
     pad's height, how far to the right of the pads the centre of mass is, where in a step forces are taken (1: at its
-    end, 1/2: in its middle), and the pad's thickness."""
+    end, 1/2: in its middle), the pad's thickness, and whether the object is clamped to the table."""
 
     diameter_m: float
     width_m: float
@@ -40,6 +40,7 @@ class PlantParameters:
     centre_x_m: float = 0.0
     theta: float = 1.0
     pad_thickness_m: float = 4e-3
+    clamped: bool = False
 
 
 class Plant:
@@ -58,7 +59,10 @@ class Plant:
         self.arm = ArmAxis(parameters.grip_height_m)
         self.fingers = FingerDrive(OPEN_APERTURE_M, OPEN_APERTURE_M)
         # An object held in line with its centre of mass does not turn: one unknown instead of three.
-        self.body = PlanarMotion() if parameters.centre_x_m else ObjectMotion()
+        planar = parameters.centre_x_m or parameters.clamped
+        self.body = PlanarMotion(clamped=parameters.clamped) if planar else ObjectMotion()
+        self.turn = ArmAxis(0.0)
+        """The wrist: turning of the pads about their normal, which only a clamped object is modelled under."""
         self.slip_x_m_s = 0.0
         self.slip_rate_rad_s = 0.0
         self.travel_m = 0.0
@@ -75,6 +79,7 @@ class Plant:
         """Advance by one step."""
         self._time_s += dt_s
         self.arm.step(dt_s)
+        self.turn.step(dt_s)
         shaken, self._shake_m = self._shake_m, self.vibration.displacement_m(self._time_s)
         self.fingers.step(dt_s, self.normal_n)
         pressed = self._press()
@@ -124,8 +129,8 @@ class Plant:
         inertia = own.mass_kg * (own.length_m**2 + own.width_m**2) / 12
         body = Body(own.mass_kg, inertia, (own.centre_x_m, own.grip_height_m - own.length_m / 2))
         return step_planar(
-            self.body, self.gel, body, carrier_velocity_m_s=carrier_velocity_m_s, dt_s=dt_s, fingers=FINGERS,
-            limit_n=limit, theta=own.theta,
+            self.body, self.gel, body, carrier_velocity_m_s=carrier_velocity_m_s,
+            carrier_rate_rad_s=self.turn.velocity_m_s, dt_s=dt_s, fingers=FINGERS, limit_n=limit, theta=own.theta,
         )  # fmt: skip
 
     def _press(self) -> bool:
