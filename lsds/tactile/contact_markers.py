@@ -22,7 +22,7 @@ def markers_in_contact(observation: Observation, least: int) -> NDArray[np.bool_
     field, contact = observation.field, observation.contact
     if contact is None:
         return field.valid
-    touched = field.valid & (contact.depth_m.ravel()[_pixels(field.reference, contact)] > contact.threshold_m)
+    touched = field.valid & (contact.depth_m.take(_pixels(field.reference, contact)) > contact.threshold_m)
     return touched if np.count_nonzero(touched) >= least else field.valid
 
 

@@ -43,11 +43,12 @@ class Points:
         return np.asarray(translation + (1j * rotation) * self.offset)
 
 
-def residual_maker(offset: Plane, motion: Literal["affine", "quadratic"]) -> NDArray[np.float64]:
-    """Return the matrix (N, N) from vectors (N, 2) at the offsets to what the best smooth field leaves of them.
+def smooth_basis(offset: Plane, motion: Literal["affine", "quadratic"]) -> tuple[NDArray[np.float64], float]:
+    """Return (N, terms) orthonormal columns that span the smooth fields at the offsets, and the residual's scale.
 
-    Scaled by sqrt(N / (N - terms)), so that the residual's mean square estimates the errors' variance however many
-    markers there are. Too few markers for the terms step down to the simpler motion, and below five to the mean.
+    What a field leaves is v - B (B^T v), times sqrt(N / (N - terms)), so that the residual's mean square estimates the
+    errors' variance however many markers there are. Too few markers for the terms step down to the simpler motion,
+    and below five to the mean; columns that markers in one line cannot tell apart are left out.
     """
     count = len(offset)
     scale = float(np.abs(offset).max()) or 1.0
@@ -58,8 +59,11 @@ def residual_maker(offset: Plane, motion: Literal["affine", "quadratic"]) -> NDA
     elif count >= 5:
         terms = (x, y)
     basis = np.stack([np.ones(count), *terms], axis=1)
-    normal = basis.T @ basis
-    # A ridge far below any real moment keeps markers in one line from stopping the run.
-    normal.ravel()[:: len(normal) + 1] += 1e-9 * count
-    maker = np.eye(count) - basis @ np.linalg.solve(normal, basis.T)
-    return np.asarray(maker * math.sqrt(count / max(1, count - basis.shape[1])))
+    columns, size, _ = np.linalg.svd(basis, full_matrices=False)
+    return columns[:, size > 1e-6 * size[0]], math.sqrt(count / max(1, count - basis.shape[1]))
+
+
+def residual_maker(offset: Plane, motion: Literal["affine", "quadratic"]) -> NDArray[np.float64]:
+    """Return the matrix (N, N) from vectors (N, 2) at the offsets to what the best smooth field leaves of them."""
+    basis, scale = smooth_basis(offset, motion)
+    return np.asarray((np.eye(len(offset)) - basis @ basis.T) * scale)

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 import threading
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from lsds.tactile.contact_markers import markers_in_contact
-from lsds.tactile.plane_motion import Points, as_complex, residual_maker
+from lsds.tactile.plane_motion import Points, as_complex, smooth_basis
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,8 +25,7 @@ if TYPE_CHECKING:
 Motion = Literal["rigid", "affine", "quadratic"]
 
 
-@dataclass(frozen=True, slots=True)
-class SlipResidual:
+class SlipResidual(NamedTuple):
     """One frame's evidence, SI units. `along` and `across` are mean squares (m/s)^2 of the residual velocity.
 
     `translation` (m/s, squared) and `rim` (m/s, squared: rotation at the radius of gyration `radius_m`) are those of
@@ -65,31 +63,30 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
     field = observation.field
     chosen = markers_in_contact(observation, least)
     velocity = as_complex(field.velocity_m_s)
-    if not field.valid.all() or np.isnan(velocity[0]):
+    if np.count_nonzero(field.valid) < len(velocity) or math.isnan(field.velocity_m_s.item(0)):
         chosen = chosen & ~np.isnan(velocity)
-    count = int(np.count_nonzero(chosen))
-    if count < least:
-        return None
     contact = _contact(field, chosen, motion)
-    points = contact.points
-    if points.inertia <= 0:
+    count = contact.count
+    if count < least or contact.points.inertia <= 0:
         return None
+    points = contact.points
     velocity = velocity[contact.index]
-    held, twist = points.rigid(as_complex(field.displacement_m)[contact.index])
-    translation, rotation = points.rigid(velocity)
-    if contact.maker is None:
-        residual = velocity - points.motion(translation, rotation)
-    else:
-        residual = as_complex(contact.maker @ velocity.view(np.float64).reshape(count, 2))
+    # One product gives the rigid motion and the coordinates of the smooth one.
+    moved = contact.rows.dot(velocity)
+    translation, turned = moved[:2].tolist()
+    held, twisted = contact.rows[:2].dot(as_complex(field.displacement_m)[contact.index]).tolist()
+    rotation, twist = turned.imag, twisted.imag
+    smooth = points.motion(translation, rotation) if contact.basis is None else contact.basis.dot(moved[2:])
+    residual = velocity - smooth
     # Direction of the shear at each marker: translation and twist of the displacements, without the press's spread.
     shear = points.motion(held, twist)
     along = (residual * shear.conj()).real / np.maximum(np.abs(shear), 1e-12)
-    along_square = float(along @ along) / count
-    total = float(np.vdot(residual, residual).real) / count
+    along_square = contact.square * along.dot(along).item()
+    total = contact.square * np.vdot(residual, residual).real.item()
     return SlipResidual(
         along_square,
         max(0.0, total - along_square),
-        abs(translation) ** 2,
+        translation.real**2 + translation.imag**2,
         (points.radius * rotation) ** 2,
         (held.real, held.imag),
         twist,
@@ -99,14 +96,29 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
 
 
 class _Contact:
-    """One choice of markers of a reference: their indices, their points and the matrix that leaves the residual."""
+    """One choice of markers of a reference and what is linear in their vectors: worked out once for many frames.
 
-    __slots__ = ("index", "maker", "points")
+    `rows` (2 + terms, n) give translation, rotation (the imaginary part) and the coordinates in the smooth `basis`
+    (n, terms); `square` turns a sum of squared residuals into their mean square.
+    """
+
+    __slots__ = ("basis", "count", "index", "points", "rows", "square")
 
     def __init__(self, field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> None:
         self.index = np.flatnonzero(chosen)
-        self.points = Points(as_complex(field.position_m)[self.index])
-        self.maker = None if motion == "rigid" else residual_maker(self.points.offset, motion)
+        self.count = len(self.index)
+        if not self.count:
+            return
+        self.points = points = Points(as_complex(field.position_m)[self.index])
+        self.square = 1.0 / self.count
+        rows = [np.full(self.count, 1.0 / self.count), points.offset.conj() / (points.inertia or 1.0)]
+        self.basis = None
+        if motion != "rigid":
+            basis, scale = smooth_basis(points.offset, motion)
+            self.basis = basis.astype(np.complex128)
+            self.square *= scale**2
+            rows += list(basis.T)
+        self.rows = np.array(rows, np.complex128)
 
 
 #: A contact wavers between a few choices of markers; this many are kept.
