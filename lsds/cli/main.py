@@ -18,6 +18,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("lsds.cli.run:run", "Run the closed loop: grasp, lift, hold, on hardware or in the simulated cell."),
     "track": ("lsds.cli.track:track", "Track slip through recordings, moving nothing."),
     "chart": ("lsds.cli.chart:chart", "Draw speed against accuracy, and what each part costs."),
+    "collect": ("lsds.cli.collect:collect", "Record data to learn from, by the protocols of the study."),
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol, for any client."),
     "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera with a printed board."),
     "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),

@@ -79,8 +79,8 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     texture = Texture(length, options.texture_amplitude, texture_rng)
     friction = SurfaceFriction(
         texture,
-        static=options.static_friction,
-        kinetic=options.kinetic_friction,
+        static=options.static_friction * options.friction_scale,
+        kinetic=options.kinetic_friction * options.friction_scale,
         stribeck_m_s=options.stribeck_speed_mm_s * 1e-3,
         chatter=Chatter(length, chatter_rng),
         chatter_amplitude=options.chatter_amplitude,

@@ -62,6 +62,7 @@ class CellOptions(BaseModel):
 
     static_friction: float = Field(default=0.55, ge=0.02, le=3, description="friction coefficient at rest")
     kinetic_friction: float = Field(default=0.45, ge=0.01, le=3, description="friction coefficient while sliding fast")
+    friction_scale: float = Field(default=1.0, ge=0.2, le=5, description="of both: the same object on another day")
     stribeck_speed_mm_s: float = Field(default=10.0, gt=0, le=1000, description="speed over which friction falls")
     texture_amplitude: float = Field(
         default=0.08, ge=0, le=0.3, description="relative standard deviation of friction over the object's surface"

@@ -1,0 +1,65 @@
+"""`lsds collect`: record data by the protocols of the study, on the cell that a config names."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+import click
+
+from lsds.cli.output import json_option, table, write_json
+
+if TYPE_CHECKING:
+    from lsds.learning.collect.trials import Job
+
+
+@click.command()
+@click.argument("job", type=click.Choice(["detection", "severity", "pipe"]))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder of the dataset.")
+@click.option("--config", "config_file", type=click.Path(dir_okay=False), help="Config of the rig, TOML.")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change one key; repeatable.")
+@click.option("--object", "objects", multiple=True, metavar="NAME", help="Only this object; repeatable.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--quick", is_flag=True, help="About a tenth of the protocol, to try it out.")
+@click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True,
+              help="Processes; simulated cells only.")  # fmt: skip
+@json_option
+def collect(
+    job: str, out: Path, config_file: str | None, overrides: tuple[str, ...], objects: tuple[str, ...], seed: int,
+    quick: bool, jobs: int, json_file: str | None,
+) -> None:  # fmt: skip
+    """Record a dataset: JOB is detection, severity or pipe.
+
+    Each recording is on disk as soon as it is done. Interrupted, full disk, a trial that failed: the same command goes
+    on where it stopped. Without --config it is the simulated cell, and all figures from it are simulated.
+
+    \b
+    Examples:
+      lsds collect detection --out detection
+      lsds collect severity --out severity --object can --object ruler
+      lsds collect pipe --out pipe --quick --jobs 1
+    """
+    import numpy as np
+
+    from lsds.learning.collect.campaign import collect as run
+
+    with click.progressbar(length=1000, label=f"collecting {job}", file=sys.stderr) as bar:
+        data = run(
+            cast("Job", job), out, config_file=config_file, overrides=overrides, objects=objects or None, seed=seed,
+            quick=quick, jobs=jobs, tick=lambda done, whole, _: bar.update(1000 * done // max(whole, 1) - bar.pos),
+        )  # fmt: skip
+    rows = []
+    for name in dict.fromkeys(data["object"].tolist()):
+        own = data["object"] == name
+        slip = data["slip"][own]
+        rows.append((name, len(np.unique(data["recording"][own])), int(own.sum()), float(np.mean(slip == 1))))
+    if json_file is not None:
+        keys = ("object", "recordings", "frames", "slip_share")
+        write_json({"out": str(out), "card": data.card, "objects": [dict(zip(keys, row, strict=True)) for row in rows]},
+                   json_file)  # fmt: skip
+    if json_file != "-":
+        shown = [(name, str(count), str(frames), f"{share:.2f}") for name, count, frames, share in rows]
+        click.echo(table(shown, ("object", "recordings", "frames", "slips")))
+        click.echo(f"\n{len(data)} frames in {out} (simulated)")

@@ -1,0 +1,197 @@
+"""All trials of a job, over processes, each recording safe on disk as soon as it is done; then one dataset.
+
+A recording is a file in `parts`; those that are there are not done again, so that a campaign that was interrupted, or
+ran out of room, goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from importlib import metadata
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lsds import __version__
+from lsds.config import RigConfig, load_config
+from lsds.contracts import Kind
+from lsds.errors import DataError, LsdsError
+from lsds.learning.collect.drive import run_trial
+from lsds.learning.collect.trials import Job, Trial, trials
+from lsds.learning.datasets import CARD, COLUMNS, FORMAT, PARTS, Dataset, joined, read_table, write_table, write_whole
+from lsds.plugins.host import PluginHost
+
+_GEL = ("cell.simulated.fidelity=pad", "cell.simulated.grid=1", "cell.simulated.step_ms=4.0")
+_CAMERA = (
+    "pose_source.backend=mock-truth-camera",
+    "pose_source.mock-truth-camera.width=320",
+    "pose_source.mock-truth-camera.height=240",
+)
+PRESETS: dict[Job, tuple[str, ...]] = {
+    "detection": _GEL,
+    "severity": (*_GEL, *_CAMERA),
+    "pipe": (*_GEL, *_CAMERA),
+}
+"""What is set where no config names a cell: the simulated one, its gel on the coarsest grid in steps of 4 ms, and for
+velocities a small picture of the camera that measures them, which takes most of the time."""
+
+
+def collect(
+    job: Job,
+    out: Path,
+    *,
+    config_file: str | None = None,
+    overrides: Sequence[str] = (),
+    objects: Sequence[str] | None = None,
+    seed: int = 0,
+    quick: bool = False,
+    jobs: int = 1,
+    tick: Callable[[int, int, str], None] = lambda done, whole, name: None,
+) -> Dataset:
+    """Collect a job into a folder, or what of it is missing there; `tick(done, whole, recording)` on the way.
+
+    Raises DataError where the folder holds something else, or cannot be written; where trials failed, after all others
+    are done, naming each. What was recorded stays in any case.
+    """
+    settings = (*(() if config_file else PRESETS[job]), *overrides)
+    config = load_config(config_file, settings)
+    planned = trials(job, objects, seed, quick=quick)
+    asked = {
+        "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
+        "rig": _rig(config), "overrides": list(settings),
+    }  # fmt: skip
+    _claim(out, asked)
+    parts = out / PARTS
+    missing = [trial for trial in planned if not _part(parts, trial).is_file()]
+    done = len(planned) - len(missing)
+    tick(done, len(planned), "")
+    failed: list[str] = []
+
+    def finished(trial: Trial, problem: str) -> None:
+        nonlocal done
+        done += 1
+        if problem:
+            failed.append(f"{trial.recording}: {problem}")
+        tick(done, len(planned), trial.recording)
+
+    simulated = _is_simulated(config)
+    # There is one real cell, however many processors.
+    _run_all(missing, parts, config_file, settings, jobs if simulated else 1, finished)
+    if failed:
+        shown = "\n  ".join(failed[:5]) + (f"\n  and {len(failed) - 5} more" if len(failed) > 5 else "")
+        raise DataError(
+            f"{out}: {len(failed)} of {len(planned)} recordings failed (run it again to repeat them)\n  {shown}"
+        )
+    data = joined([_read_part(_part(parts, trial)) for trial in planned], asked | _made_with(simulated))
+    gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
+    whole = Dataset(data.columns, {**data.card, "gels": gels})
+    whole.save(out)
+    for trial in planned:
+        _part(parts, trial).unlink()
+    parts.rmdir()
+    return whole
+
+
+def _run_all(
+    missing: Sequence[Trial], parts: Path, config_file: str | None, settings: Sequence[str], jobs: int,
+    finished: Callable[[Trial, str], None],
+) -> None:  # fmt: skip
+    """Do the trials, in this process or over several. An interrupt keeps what is done."""
+    if jobs <= 1 or len(missing) <= 1:
+        for trial in missing:
+            finished(trial, _do(trial, parts, config_file, settings))
+        return
+    with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_quiet) as pool:
+        waiting: dict[Future[str], Trial] = {
+            pool.submit(_do, trial, parts, config_file, tuple(settings)): trial for trial in missing
+        }
+        try:
+            while waiting:
+                ready, _ = wait(waiting, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    finished(waiting.pop(future), future.result())
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
+    """Do a trial and keep it; return what went wrong with it. Raises DataError where it cannot be kept."""
+    try:
+        columns = run_trial(trial, config_file, settings)
+    except LsdsError as error:
+        return str(error)
+    write_table(columns, _part(parts, trial))
+    return ""
+
+
+def _quiet() -> None:
+    """One thread a process, and Ctrl-C is the parent's to answer."""
+    import signal
+
+    import cv2
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    cv2.setNumThreads(1)
+
+
+def _claim(out: Path, asked: dict[str, Any]) -> None:
+    """See that the folder is this campaign's, and say so in it. Raises DataError where it is another's."""
+    path = out / CARD
+    card = {**asked, "format": FORMAT, "complete": False}
+    if path.is_file():
+        try:
+            known = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path}: not a dataset's card: {error}") from error
+        if known.get("complete"):
+            raise DataError(f"{out}: holds a complete dataset already (choose another folder)")
+        other = [key for key in asked if known.get(key) != json.loads(json.dumps(asked[key]))]
+        if other:
+            raise DataError(
+                f"{out}: was begun with another {', '.join(other)} (say the same to go on, or choose another folder)"
+            )
+        return
+    if out.exists() and any(out.iterdir()):
+        raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
+    write_whole(path, json.dumps(card, indent=2, sort_keys=True).encode())
+
+
+def _part(parts: Path, trial: Trial) -> Path:
+    return parts / f"{trial.recording}.parquet"
+
+
+def _read_part(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    columns = read_table(path)
+    missing = [name for name in COLUMNS if name not in columns]
+    if missing:
+        raise DataError(f"{path}: column {', '.join(missing)} missing; delete the file and run it again")
+    return columns
+
+
+def _rig(config: RigConfig) -> dict[str, str]:
+    kinds: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source", "cell", "tracker")
+    return {kind: config.section(kind).backend for kind in kinds}
+
+
+def _is_simulated(config: RigConfig) -> bool:
+    host = PluginHost()
+    kinds: tuple[Kind, ...] = ("sensor", "gripper", "arm")
+    return all(host.find(kind, config.section(kind).backend).spec.virtual_time for kind in kinds)
+
+
+def _made_with(simulated: bool) -> dict[str, Any]:
+    names = ("numpy", "opencv-contrib-python-headless", "numba")
+    return {
+        "figures_are": "simulated" if simulated else "measured",
+        "versions": {
+            "lsds": __version__,
+            "python": platform.python_version(),
+            **{n: metadata.version(n) for n in names},
+        },
+    }
