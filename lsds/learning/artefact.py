@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,10 +19,12 @@ import numpy as np
 
 from lsds.errors import DataError, ModelError
 from lsds.learning.datasets import write_whole
-from lsds.learning.signals import UNITS, signal_indices
+from lsds.learning.signals import UNITS, signal_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from lsds.learning.windows import Window
 
 FORMAT = "lsds model 1"
 OUTPUTS = {"detect": 1, "estimate": 8}
@@ -70,18 +73,41 @@ def save(path: Path, onnx: bytes, card: Card) -> None:
 
 
 class Artefact:
-    """A loaded model. `indices` say where its signals stand in the vector of all."""
+    """A loaded model and its card."""
 
     def __init__(self, path: Path, card: Card, session: Any) -> None:
         self.path = path
         self.card = card
-        self.indices = np.array(signal_indices(card.signals))
         self._session = session
 
     def run(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return `y` for windows (n, length, F)."""
         result: NDArray[np.float32] = self._session.run(None, {"x": x})[0]
         return result
+
+    def bind(self, window: Window) -> Bound:
+        """Return what runs the model on that window's frames again and again, with no copy and no allocation."""
+        return Bound(self._session, window.frames, OUTPUTS[self.card.job])
+
+
+class Bound:
+    """A model and its one window."""
+
+    def __init__(self, session: Any, x: NDArray[np.float32], count: int) -> None:
+        self._x = x
+        self._y = np.zeros(count, np.float32)
+        self._run = session.run_with_iobinding
+        binding = self._binding = session.io_binding()
+        # Both arrays live as long as this object: the binding knows but their addresses.
+        binding.bind_input("x", "cpu", 0, np.float32, x.shape, x.ctypes.data)
+        shape = (1,) if count == 1 else (1, count)
+        binding.bind_output(session.get_outputs()[0].name, "cpu", 0, np.float32, shape, self._y.ctypes.data)
+
+    def __call__(self) -> list[float]:
+        """Return the numbers that the model gives for what is in the window now."""
+        self._run(self._binding)
+        numbers: list[float] = self._y.tolist()
+        return numbers
 
 
 def load(path: Path, job: str) -> Artefact:
@@ -90,25 +116,36 @@ def load(path: Path, job: str) -> Artefact:
     Raises ModelError where either is missing, damaged, of another format or job, for signals or units that this
     version does not know, or where they are not each other's.
     """
-    card, told = _card(path, job)
     try:
         onnx = path.read_bytes()
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one with lsds train)") from error
+    card, told = _card(path, job)
     if hashlib.sha256(onnx).hexdigest() != told.get("sha256"):
         raise ModelError(f"{path}: not the file that {path.stem}.json was written for (damaged, or copied alone?)")
     session = _session(path, onnx)
+    _check_interface(path, card, session)
+    return Artefact(path, card, session)
+
+
+def _check_interface(path: Path, card: Card, session: Any) -> None:
+    """Raise ModelError where the graph is not what the contract of a learner says."""
     inputs, outputs = session.get_inputs(), session.get_outputs()
+    if [(i.name, i.type) for i in inputs] != [("x", "tensor(float)")]:
+        raise ModelError(f"{path}: not a model of lsds: it takes {', '.join(f'{i.name} {i.type}' for i in inputs)}")
+    if [o.type for o in outputs] != ["tensor(float)"]:
+        raise ModelError(f"{path}: not a model of lsds: it gives {', '.join(f'{o.name} {o.type}' for o in outputs)}")
     expected = [card.length, len(card.signals)]
-    if len(inputs) != 1 or inputs[0].name != "x" or inputs[0].type != "tensor(float)":
-        raise ModelError(f"{path}: not a model of lsds: it takes {', '.join(i.name + ' ' + i.type for i in inputs)}")
     if list(inputs[0].shape[1:]) != expected:
         raise ModelError(f"{path}: takes windows of {inputs[0].shape[1:]}, but its card says {expected}")
-    artefact = Artefact(path, card, session)
-    found = artefact.run(np.zeros((1, *expected), np.float32)) if outputs else np.zeros(0)
-    if found.size != OUTPUTS[job]:
-        raise ModelError(f"{path}: gives {found.size} numbers a window, not {OUTPUTS[job]}")
-    return artefact
+    try:
+        # Two windows: one alone would not tell a fixed number of them.
+        found = session.run(None, {"x": np.zeros((2, *expected), np.float32)})[0]
+    except Exception as error:
+        raise ModelError(f"{path}: does not run: {_first_line(error)}") from error
+    count = OUTPUTS[card.job]
+    if found.shape != ((2,) if count == 1 else (2, count)):
+        raise ModelError(f"{path}: gives {list(found.shape[1:]) or 'one number'} for a window, not {count} numbers")
 
 
 def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
@@ -130,9 +167,13 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
             float(told["threshold"]), tuple(float(v) for v in told["intervals"]), told.get("trained_on"),
             told.get("scores"), told.get("versions"),
         )  # fmt: skip
-        signal_indices(card.signals)
+        signal_names(card.signals)
+        if not (card.length >= 1 and 0 <= card.threshold <= 1 and len(card.intervals) == 4):
+            raise ValueError("length, threshold or intervals are out of range")
+        if not all(0 < factor < math.inf for factor in card.intervals):
+            raise ValueError("intervals must be positive factors")
     except (KeyError, TypeError, ValueError) as error:
-        raise ModelError(f"{beside}: the card is incomplete: {type(error).__name__} {error}") from error
+        raise ModelError(f"{beside}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error
     except DataError as error:
         raise ModelError(f"{beside}: {error}") from error
     for name, unit in signals.items():
@@ -153,4 +194,8 @@ def _session(path: Path, onnx: bytes) -> Any:
         return onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
     except Exception as error:
         # onnxruntime's exceptions have no common base of their own.
-        raise ModelError(f"{path}: not a model that can be run: {str(error).splitlines()[0][:200]}") from error
+        raise ModelError(f"{path}: not a model that can be run: {_first_line(error)}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0][:200]

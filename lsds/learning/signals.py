@@ -6,12 +6,14 @@ One vector of named signals a frame, the same from a recording, from the simulat
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.tactile.feature_sets import FEATURE_SETS, FEATURES
+from lsds.tactile.feature_sets import FEATURE_SETS, FEATURES, NAMES
 from lsds.tactile.slip_residual import slip_residual
 
 if TYPE_CHECKING:
@@ -66,38 +68,78 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
 _LEAST_MARKERS = 6
 
 
+_UNDEFINED = (math.nan,) * len(EVIDENCE)
+
+
 def signals_of(observation: Observation, brightness: float = math.nan) -> NDArray[np.float32]:
     """Return all signals (S,) of a frame, NaN where undefined, in the order of `SIGNALS`."""
-    values = np.empty(len(SIGNALS), np.float32)
-    features = observation.features.values
-    values[: len(features)] = features
+    values = (*observation.features.values.tolist(), *_evidence(observation), *_nuisances(observation, brightness))
+    return np.array(values, np.float32)
+
+
+class Picker:
+    """Picks named signals out of frames, and works out no more than they need: what the running cell uses."""
+
+    def __init__(self, names: str | Sequence[str]) -> None:
+        """`names`: a set's name or signals. Raises DataError for an unknown one, and for the brightness, which a frame
+        no longer tells once it is an observation."""
+        self.names = signal_names(names)
+        if "brightness" in self.names:
+            raise DataError("the brightness cannot be had from a frame's observation; it is there as a control only")
+        self._evidence = any(name in EVIDENCE for name in self.names)
+        self._nuisances = any(name in NUISANCES for name in self.names)
+        where = signal_indices(self.names)
+        self._pick = itemgetter(*where) if len(where) > 1 else lambda values: (values[where[0]],)
+        self._known: tuple[str, ...] | None = None
+
+    def __call__(self, observation: Observation) -> tuple[float, ...] | None:
+        """Return the signals (F,) in the order of `names`; None where one of them is undefined.
+
+        Raises DataError where the observation's features are not those of this version.
+        """
+        features = observation.features
+        if features.names is not self._known:
+            if features.names != NAMES:
+                raise DataError(f"the frame has features {', '.join(features.names[:5])}...; not those of this version")
+            self._known = features.names
+        values = features.values.tolist()
+        if self._evidence:
+            values += _evidence(observation)
+        elif self._nuisances:
+            values += _UNDEFINED
+        if self._nuisances:
+            values += _nuisances(observation)
+        picked: tuple[float, ...] = self._pick(values)
+        # One addition a signal instead of one question: what is not finite stays so in the sum.
+        return picked if math.isfinite(sum(picked)) else None
+
+
+def _evidence(observation: Observation) -> tuple[float, ...]:
     evidence = slip_residual(observation, "quadratic", _LEAST_MARKERS)
-    field = observation.field
-    count = field.reference.count
-    at = len(features)
     if evidence is None:
-        values[at : at + len(EVIDENCE)] = np.nan
-    else:
-        x, y = evidence.shear_m
-        values[at : at + len(EVIDENCE)] = (
-            math.sqrt(evidence.along),
-            math.sqrt(evidence.across),
-            math.sqrt(evidence.excess),
-            math.sqrt(evidence.translation),
-            math.sqrt(evidence.rim),
-            x,
-            y,
-            math.hypot(x, y),
-            evidence.twist_rad,
-            evidence.markers / count,
-        )
-    kept = float(np.count_nonzero(field.valid)) / count
-    values[at + len(EVIDENCE) :] = (kept, count, brightness, observation.dt_s)
-    return values
+        return _UNDEFINED
+    x, y = evidence.shear_m
+    return (
+        math.sqrt(evidence.along),
+        math.sqrt(evidence.across),
+        math.sqrt(evidence.excess),
+        math.sqrt(evidence.translation),
+        math.sqrt(evidence.rim),
+        x,
+        y,
+        math.hypot(x, y),
+        evidence.twist_rad,
+        evidence.markers / observation.field.reference.count,
+    )
 
 
-def signal_indices(names: str | tuple[str, ...] | list[str]) -> list[int]:
-    """Return where a set's signals, or named ones, stand in the vector. Raises DataError for an unknown name."""
+def _nuisances(observation: Observation, brightness: float = math.nan) -> tuple[float, ...]:
+    count = observation.field.reference.count
+    return float(np.count_nonzero(observation.field.valid)) / count, count, brightness, observation.dt_s
+
+
+def signal_names(names: str | Sequence[str]) -> tuple[str, ...]:
+    """Return a set's signals, or the named ones. Raises DataError for an unknown name, one given twice, or none."""
     if isinstance(names, str):
         if names not in SIGNAL_SETS:
             raise DataError(f"unknown set of signals {names!r}; there are {', '.join(SIGNAL_SETS)}")
@@ -105,4 +147,11 @@ def signal_indices(names: str | tuple[str, ...] | list[str]) -> list[int]:
     unknown = [name for name in names if name not in UNITS]
     if unknown:
         raise DataError(f"unknown signal {', '.join(unknown)}; there are {', '.join(SIGNALS)}")
-    return [SIGNALS.index(name) for name in names]
+    if not names or len(set(names)) < len(names):
+        raise DataError(f"signals must be named, each once: {', '.join(names) or 'none is'}")
+    return tuple(names)
+
+
+def signal_indices(names: str | Sequence[str]) -> list[int]:
+    """Return where a set's signals, or named ones, stand in the vector. Raises DataError for an unknown name."""
+    return [SIGNALS.index(name) for name in signal_names(names)]

@@ -40,29 +40,24 @@ def windows(data: Dataset, names: Sequence[str], length: int) -> tuple[NDArray[n
 
 
 class Window:
-    """The same online: a ring that is written twice, so that the window is always one stretch of memory."""
+    """The same online: `frames` (1, length, F) float32 is one array, the same for good, so that it can be bound."""
 
     def __init__(self, length: int, width: int) -> None:
-        self._length = length
-        self._ring = np.zeros((2 * length, width), np.float32)
-        self.reset()
+        self.frames = np.zeros((1, length, width), np.float32)
+        self._rows = self.frames[0]
+        self._earlier, self._later, self._last = self._rows[:-1], self._rows[1:], self._rows[-1]
+        self._empty = True
 
     def reset(self) -> None:
         """Forget all frames."""
-        self._next = 0
         self._empty = True
 
-    def push(self, values: NDArray[np.float32]) -> NDArray[np.float32] | None:
-        """Take a frame's values (F,); return the window (1, length, F) of last frames, None for an unusable frame.
-
-        It is overwritten by the next push.
-        """
-        if not np.isfinite(values).all():
-            return None
+    def push(self, values: Sequence[float] | NDArray[np.float32]) -> None:
+        """Take a frame's values (F,), all finite; a frame with others must not come here (see `Picker`)."""
         if self._empty:
-            self._ring[:] = values
+            self._rows[:] = values
             self._empty = False
-        at, length = self._next, self._length
-        self._ring[at] = self._ring[at + length] = values
-        self._next = (at + 1) % length
-        return self._ring[None, at + 1 : at + 1 + length]
+            return
+        # NumPy copies overlapping stretches as if they were apart.
+        self._earlier[:] = self._later
+        self._last[:] = values

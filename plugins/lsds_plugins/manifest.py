@@ -2,15 +2,41 @@
 
 from __future__ import annotations
 
-from lsds.contracts import BackendSpec
+from lsds.contracts import BackendSpec, Kind
 from lsds.plugins import hookimpl
 
 _TRACKERS = "lsds_plugins.trackers"
+_LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
+    "detector": (
+        ("random-forest", "trained: the paper's forest"),
+        ("gradient-boosting", "trained: the paper's boosted trees"),
+        ("logistic", "trained: linear in a window of the field's evidence; the cheapest"),
+        ("field-mlp", "trained: a small net on a window of the field's evidence"),
+        ("onnx", "a trained model of your own (option model)"),
+    ),
+    "estimator": (
+        ("lstm", "trained: the paper's LSTM"),
+        ("mlp", "trained: the paper's MLP"),
+        ("linear-window", "trained: linear in a window of the field's evidence; the cheapest"),
+        ("field-gru", "trained: a small recurrent net on the field's evidence, which knows how sure it is"),
+        ("onnx", "a trained model of your own (option model)"),
+    ),
+}
+_LEARNERS = (
+    ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest, the paper's settings"),
+    ("gradient-boosting", "trees:GradientBoosting", ("sklearn",), "detector: boosted trees, the paper's settings"),
+    ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of the field's evidence"),
+    ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: a small net on a window of the field's evidence"),
+    ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM, the paper's settings"),
+    ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP, the paper's settings"),
+    ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge on a window of the field's evidence"),
+    ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: a small recurrent net that knows how sure it is"),
+)
 
 
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
-    """Return trackers, detectors, estimators, controllers and the sensor that replays recordings."""
+    """Return trackers, detectors, estimators, controllers, learners and the sensor that replays recordings."""
     return [
         BackendSpec(
             "tracker",
@@ -66,5 +92,28 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_plugins.replay.video:VideoOptions",
             summary="a recording: video file, or folder or pattern of images",
             virtual_time=True,
+        ),
+        *(
+            BackendSpec(
+                kind,
+                name,
+                f"lsds_plugins.{kind}s.learned:{name.replace('-', '_')}",
+                f"lsds_plugins.{kind}s.learned:LearnedOptions",
+                summary=summary,
+            )
+            for kind, offered in _LEARNED.items()
+            for name, summary in offered
+        ),
+        *(
+            BackendSpec(
+                "learner",
+                name,
+                f"lsds_plugins.learners.{target}",
+                f"lsds_plugins.learners.{target}Options",
+                summary=summary,
+                requires=(*requires, "onnx"),
+                extra="train",
+            )
+            for name, target, requires, summary in _LEARNERS
         ),
     ]

@@ -1,0 +1,75 @@
+"""Learned detectors: a trained model, run by onnxruntime on a window of the last frames' signals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.contracts import BuildContext, Detection, Observation
+from lsds.learning.running import RunningModel
+from lsds_plugins.models import model_path
+
+
+class LearnedOptions(BaseModel):
+    """Options of `[detector.NAME]` for every learned detector."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    model: str = Field(default="", description="the model's .onnx, its card beside it; empty: the one shipped")
+    threshold: float | None = Field(
+        default=None, gt=0, lt=1, description="probability above which it slips; the card's where it is not given"
+    )
+    abstain_below: float = Field(default=0.0, ge=0, le=1, description="less confidence than this: abstain")
+
+
+class LearnedDetector:
+    """A `Detector` whose score is a probability.
+
+    Confidence is 0 at the threshold and 1 at certainty on either side.
+    """
+
+    def __init__(self, options: LearnedOptions, context: BuildContext, name: str) -> None:
+        """Load the model. Raises ModelError."""
+        self._model = RunningModel(model_path(name, options.model), "detect")
+        self.card = self._model.card
+        self._threshold = self.card.threshold if options.threshold is None else options.threshold
+        self._abstain_below = options.abstain_below
+
+    def reset(self) -> None:
+        """Forget the past frames."""
+        self._model.reset()
+
+    def update(self, observation: Observation) -> Detection:
+        """Decide; abstain where a signal is undefined, or where the model is less sure than asked for."""
+        threshold = self._threshold
+        numbers = self._model.update(observation)
+        if numbers is None:
+            return Detection(None, math.nan, threshold, 0.0)
+        score = numbers[0]
+        if score > threshold:
+            slip, confidence = True, (score - threshold) / (1.0 - threshold)
+        elif score <= threshold:
+            slip, confidence = False, (threshold - score) / threshold if threshold > 0 else 0.0
+        else:
+            return Detection(None, math.nan, threshold, 0.0)
+        confidence = min(1.0, max(0.0, confidence))
+        return Detection(slip if confidence >= self._abstain_below else None, score, threshold, confidence)
+
+
+Factory = Callable[[LearnedOptions, BuildContext], LearnedDetector]
+
+
+def _named(name: str) -> Factory:
+    def build(options: LearnedOptions, context: BuildContext) -> LearnedDetector:
+        return LearnedDetector(options, context, name)
+
+    return build
+
+
+random_forest = _named("random-forest")
+gradient_boosting = _named("gradient-boosting")
+logistic = _named("logistic")
+field_mlp = _named("field-mlp")
+onnx = _named("onnx")

@@ -1,0 +1,76 @@
+"""Learned estimators: a trained model, run by onnxruntime on a window of the last frames' signals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.contracts import BuildContext, Observation, SlipEstimate
+from lsds.learning.running import RunningModel
+from lsds_plugins.models import model_path
+
+NORMAL_90 = 1.6448536269514722
+"""Half width of a normal distribution's middle 90 %, in standard deviations."""
+
+
+class LearnedOptions(BaseModel):
+    """Options of `[estimator.NAME]` for every learned estimator."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    model: str = Field(default="", description="the model's .onnx, its card beside it; empty: the one shipped")
+    abstain_above_std_m_s: float | None = Field(
+        default=None, gt=0, le=10, description="abstain where the speed's standard deviation is larger"
+    )
+
+
+class LearnedEstimator:
+    """An `Estimator` whose standard deviations are one sigma of what makes its 90 % intervals hold.
+
+    The card's conformal factors widen or narrow what the model says of itself.
+    """
+
+    def __init__(self, options: LearnedOptions, context: BuildContext, name: str) -> None:
+        """Load the model. Raises ModelError."""
+        self._model = RunningModel(model_path(name, options.model), "estimate")
+        self.card = self._model.card
+        self._factors = tuple(factor / NORMAL_90 for factor in self.card.intervals)
+        self._most = math.inf if options.abstain_above_std_m_s is None else options.abstain_above_std_m_s
+
+    def reset(self) -> None:
+        """Forget the past frames."""
+        self._model.reset()
+
+    def update(self, observation: Observation) -> SlipEstimate:
+        """Estimate; abstain where a signal is undefined, or where the model is less sure than asked for."""
+        numbers = self._model.update(observation)
+        if numbers is None or not math.isfinite(sum(numbers)):
+            return _ABSTAINED
+        x, y, turn, speed, x_std, y_std, turn_std, speed_std = numbers
+        by_x, by_y, by_turn, by_speed = self._factors
+        speed_std *= by_speed
+        return SlipEstimate(
+            (x, y), (x_std * by_x, y_std * by_y), turn, turn_std * by_turn, speed, speed_std, speed_std > self._most
+        )
+
+
+Factory = Callable[[LearnedOptions, BuildContext], LearnedEstimator]
+
+
+def _named(name: str) -> Factory:
+    def build(options: LearnedOptions, context: BuildContext) -> LearnedEstimator:
+        return LearnedEstimator(options, context, name)
+
+    return build
+
+
+lstm = _named("lstm")
+mlp = _named("mlp")
+linear_window = _named("linear-window")
+field_gru = _named("field-gru")
+onnx = _named("onnx")
+
+_NAN = math.nan
+_ABSTAINED = SlipEstimate((_NAN, _NAN), (_NAN, _NAN), _NAN, _NAN, _NAN, _NAN, abstained=True)

@@ -1,0 +1,72 @@
+"""Writing ONNX graphs node by node: what is exported is what is written here, and nothing is traced."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+OPSET, ML_OPSET, IR = 18, 5, 10
+"""What onnxruntime 1.20 and later run."""
+
+
+class Graph:
+    """A graph from windows `x` (n, length, F) to `y`; nodes are added in order, names are made up."""
+
+    def __init__(self, length: int, width: int) -> None:
+        self._shape = (length, width)
+        self._nodes: list[Any] = []
+        self._constants: list[Any] = []
+
+    def constant(self, values: NDArray[Any]) -> str:
+        """Add a constant, floats as float32; return its name."""
+        from onnx import numpy_helper
+
+        name = f"c{len(self._constants)}"
+        kept = values.astype(np.float32) if values.dtype.kind == "f" else values
+        self._constants.append(numpy_helper.from_array(np.ascontiguousarray(kept), name))
+        return name
+
+    def add(self, op: str, *inputs: str, outputs: int = 1, keep: int = 0, domain: str = "", **attributes: Any) -> str:
+        """Add a node; return the name of its output number `keep` of `outputs`, the others being dropped."""
+        from onnx import helper
+
+        name = f"n{len(self._nodes)}"
+        names = [name if index == keep else "" for index in range(outputs)]
+        self._nodes.append(helper.make_node(op, list(inputs), names, domain=domain, **attributes))
+        return name
+
+    def dense(self, value: str, weight: NDArray[Any], bias: NDArray[Any]) -> str:
+        """Add value (n, a) @ weight (a, b) + bias (b,)."""
+        return self.add("Gemm", value, self.constant(weight), self.constant(bias))
+
+    def columns(self, value: str, first: int, end: int) -> str:
+        """Add value (n, a)[:, first:end]."""
+        bounds = [self.constant(np.array([number])) for number in (first, end, 1)]
+        return self.add("Slice", value, *bounds)
+
+    def finish(self, value: str, shape: Sequence[int] = ()) -> bytes:
+        """Reshape to y (n, *shape) and return the checked model's bytes."""
+        from onnx import TensorProto, checker, helper
+
+        wanted = self.constant(np.array([-1, *shape]))
+        self._nodes.append(helper.make_node("Reshape", [value, wanted], ["y"]))
+        graph = helper.make_graph(
+            self._nodes,
+            "lsds",
+            [helper.make_tensor_value_info("x", TensorProto.FLOAT, ["n", *self._shape])],
+            [helper.make_tensor_value_info("y", TensorProto.FLOAT, ["n", *shape])],
+            self._constants,
+        )
+        domains = {node.domain for node in self._nodes}
+        opsets = [helper.make_opsetid("", OPSET)]
+        if "ai.onnx.ml" in domains:
+            opsets.append(helper.make_opsetid("ai.onnx.ml", ML_OPSET))
+        model = helper.make_model(graph, opset_imports=opsets, ir_version=IR, producer_name="lsds")
+        checker.check_model(model)
+        content: bytes = model.SerializeToString()
+        return content

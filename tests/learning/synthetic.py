@@ -1,0 +1,44 @@
+"""Windows of signals with the tails, the zeros and the groups of real ones, and truths that they tell something of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lsds.contracts.learning import Examples
+from lsds.learning.signals import SIGNAL_SETS
+
+UNIT = 1e-4
+
+
+def recordings(rows: int, seed: int = 0, group_rows: int = 200):
+    """(rows,) slip, (rows, 3) velocities, (rows, 2) log loudness and direction, group: slip comes in stretches."""
+    rng = np.random.default_rng(seed)
+    group = np.arange(rows) // group_rows
+    moving = np.repeat(rng.random(rows // 25 + 1) < 0.42, 25)[:rows]
+    speed = np.repeat(rng.choice([0.008, 0.023, 0.038, 0.045, 0.067], rows // 25 + 1), 25)[:rows] * moving
+    angle = rng.normal(np.pi / 2, 0.4, rows // group_rows + 1)[group]
+    turn = np.repeat(rng.normal(0, 0.6, rows // 25 + 1), 25)[:rows] * moving
+    y = np.stack([speed * np.cos(angle), speed * np.sin(angle), turn], axis=1).astype(np.float32)
+    return moving, y, group
+
+
+def examples(job: str, names, length: int, rows: int = 5000, seed: int = 0) -> Examples:
+    """Examples of a job: heavy-tailed signals, the louder the faster, with an object's own gain."""
+    names = SIGNAL_SETS[names] if isinstance(names, str) else tuple(names)
+    moving, y, group = recordings(rows, seed)
+    rng = np.random.default_rng([seed, 1])
+    width = len(names)
+    speed = np.hypot(y[:, 0], y[:, 1])
+    gain = rng.lognormal(0, 0.4, group.max() + 1)[group]
+    loud = (UNIT * (1 + 60 * speed * gain + 0.4 * np.abs(y[:, 2])))[:, None]
+    values = loud * np.exp(0.6 * rng.standard_normal((rows, width)))
+    signed = np.arange(width) % 3 == 2
+    way = np.where(np.arange(width)[None] % 2, y[:, :1] + y[:, 1:2], y[:, 2:]) * UNIT * 30
+    values[:, signed] = (way + loud * rng.standard_t(3, (rows, width)))[:, signed]
+    # Rare enormous frames, as when a dot jumps, and frames with exactly nothing.
+    values[rng.random(rows) < 0.002] *= 1e3
+    values[rng.random((rows, width)) < 0.02] = 0.0
+    values = values.astype(np.float32)
+    first = np.maximum.accumulate(np.where(np.r_[True, group[1:] != group[:-1]], np.arange(rows), 0))
+    back = np.maximum(np.arange(rows)[:, None] + np.arange(1 - length, 1), first[:, None])
+    return Examples(values[back], moving.astype(np.float32) if job == "detect" else y, group.astype(np.intp))
