@@ -74,15 +74,21 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
     # One product gives the rigid motion and the coordinates of the smooth one.
     moved = contact.rows.dot(velocity)
     translation, turned = moved[:2].tolist()
-    held, twisted = contact.rows[:2].dot(as_complex(field.displacement_m)[contact.index]).tolist()
+    held, twisted = contact.rigid_rows.dot(as_complex(field.displacement_m)[contact.index]).tolist()
     rotation, twist = turned.imag, twisted.imag
-    smooth = points.motion(translation, rotation) if contact.basis is None else contact.basis.dot(moved[2:])
-    residual = velocity - smooth
-    # Direction of the shear at each marker: translation and twist of the displacements, without the press's spread.
-    shear = points.motion(held, twist)
-    along = (residual * shear.conj()).real / np.maximum(np.abs(shear), 1e-12)
+    if contact.minus_basis is None:
+        residual = velocity - points.motion(translation, rotation)
+    else:
+        residual = contact.minus_basis.dot(moved[2:])
+        residual += velocity
+    # Direction of the shear at each marker: translation and twist of the displacements, without the press's spread;
+    # conjugate, so that the product's real part is the residual along it.
+    shear = contact.turn * twist
+    shear += held.conjugate()
+    along = (residual * shear).real / np.maximum(np.abs(shear), 1e-12)
+    parts = residual.view(np.float64)
     along_square = contact.square * along.dot(along).item()
-    total = contact.square * np.vdot(residual, residual).real.item()
+    total = contact.square * parts.dot(parts).item()
     return SlipResidual(
         along_square,
         max(0.0, total - along_square),
@@ -98,11 +104,12 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
 class _Contact:
     """One choice of markers of a reference and what is linear in their vectors: worked out once for many frames.
 
-    `rows` (2 + terms, n) give translation, rotation (the imaginary part) and the coordinates in the smooth `basis`
-    (n, terms); `square` turns a sum of squared residuals into their mean square.
+    `rows` (2 + terms, n) give translation, rotation (the imaginary part) and the coordinates in the smooth basis, of
+    which `minus_basis` (n, terms) is the negative; `rigid_rows` are the first two of them. `turn` (n,) is the conjugate
+    of a unit rotation's motion; `square` turns a sum of squared residuals into their mean square.
     """
 
-    __slots__ = ("basis", "count", "index", "points", "rows", "square")
+    __slots__ = ("count", "index", "minus_basis", "points", "rigid_rows", "rows", "square", "turn")
 
     def __init__(self, field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> None:
         self.index = np.flatnonzero(chosen)
@@ -112,13 +119,15 @@ class _Contact:
         self.points = points = Points(as_complex(field.position_m)[self.index])
         self.square = 1.0 / self.count
         rows = [np.full(self.count, 1.0 / self.count), points.offset.conj() / (points.inertia or 1.0)]
-        self.basis = None
+        self.minus_basis = None
         if motion != "rigid":
             basis, scale = smooth_basis(points.offset, motion)
-            self.basis = basis.astype(np.complex128)
+            self.minus_basis = -basis.astype(np.complex128)
             self.square *= scale**2
             rows += list(basis.T)
         self.rows = np.array(rows, np.complex128)
+        self.rigid_rows = self.rows[:2].copy()
+        self.turn = (1j * points.offset).conj()
 
 
 #: A contact wavers between a few choices of markers; this many are kept.

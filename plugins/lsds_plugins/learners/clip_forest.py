@@ -22,26 +22,38 @@ def clip_forest(trees: int = 300, leaf: int = 2, jobs: int = 1) -> Fit:
     """Return a fit: extremely randomised trees. Figures that are undefined take the median of the training rows."""
 
     def fit(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
-        from sklearn.ensemble import ExtraTreesClassifier
-
         middle = medians(x)
-        model = ExtraTreesClassifier(
-            trees, min_samples_leaf=leaf, max_features="sqrt", class_weight="balanced", random_state=seed, n_jobs=jobs
-        )
-        model.fit(filled(x, middle), slip)
-        return _predict(model, middle)
+        model = _fitted(filled(x, middle), slip, seed, trees, leaf, jobs)
+        at = int(np.flatnonzero(model.classes_ == 1)[0])
+
+        def predict(rows: Floats) -> Floats:
+            said: Floats = model.predict_proba(filled(rows, middle))[:, at]
+            return said
+
+        return predict
 
     return fit
 
 
-def _predict(model: Any, middle: Floats) -> Predict:
-    at = int(np.flatnonzero(model.classes_ == 1)[0])
+def exported(x: Floats, slip: NDArray[np.intp], seed: int, trees: int = 300, leaf: int = 2) -> tuple[bytes, Floats]:
+    """Return the same model as ONNX (`x` float32 (n, F); `probabilities` (n, 2)), and the medians that it needs."""
+    from skl2onnx import to_onnx
+    from skl2onnx.common.data_types import FloatTensorType
 
-    def predict(rows: Floats) -> Floats:
-        said: Floats = model.predict_proba(filled(rows, middle))[:, at]
-        return said
+    middle = medians(x)
+    model = _fitted(filled(x, middle), slip, seed, trees, leaf, 1)
+    shape = [("x", FloatTensorType([None, x.shape[1]]))]
+    onnx: bytes = to_onnx(model, initial_types=shape, options={id(model): {"zipmap": False}}).SerializeToString()
+    return onnx, middle
 
-    return predict
+
+def _fitted(x: Floats, slip: NDArray[np.intp], seed: int, trees: int, leaf: int, jobs: int) -> Any:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    model = ExtraTreesClassifier(
+        trees, min_samples_leaf=leaf, max_features="sqrt", class_weight="balanced", random_state=seed, n_jobs=jobs
+    )
+    return model.fit(x, slip)
 
 
 def medians(x: Floats) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,8 +45,17 @@ class Compression:
         return np.asarray(shaped * self.gain + self.offset, np.float32)
 
     def write(self, graph: Graph) -> str:
-        """Add it to a graph; return the name of what comes out, (n, length, F)."""
-        value = "x"
-        if self.tails:
-            value = graph.add("Asinh", graph.add("Mul", value, graph.constant(self.per_unit)))
-        return graph.add("Add", graph.add("Mul", value, graph.constant(self.gain)), graph.constant(self.offset))
+        """Add what is not linear to a graph; return the name of what comes out, (n, length, F).
+
+        Gain and offset go into the weights that follow (`folded`): two operations fewer a frame.
+        """
+        return graph.add("Asinh", graph.add("Mul", "x", graph.constant(self.per_unit))) if self.tails else "x"
+
+    def folded(
+        self, weight: NDArray[np.floating[Any]], bias: NDArray[np.floating[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return weight (F or length * F, b) and bias (b,) that do the same on what `write` gives."""
+        repeats = len(weight) // len(self.gain)
+        gain, offset = (np.tile(v.astype(np.float64), repeats) for v in (self.gain, self.offset))
+        own = weight.astype(np.float64)
+        return gain[:, None] * own, bias + offset @ own

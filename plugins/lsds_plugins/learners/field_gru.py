@@ -110,7 +110,7 @@ class FittedGru:
     def export(self) -> bytes:
         """Return the ONNX model."""
         graph = Graph(*self._shape)
-        raw = write_recurrent(graph, self._net.body, self._compression.write(graph))
+        raw = write_recurrent(graph, self._net.body, self._compression.write(graph), self._compression)
         raw = write_sequential(graph, self._net.head, raw)
         share = graph.add("Sigmoid", graph.columns(raw, 0, 1))
         speed = graph.add("Softplus", graph.columns(raw, 4, 5))

@@ -79,4 +79,4 @@ class FittedMlp:
         """Return the ONNX model."""
         graph = Graph(*self._shape)
         flat = graph.add("Flatten", self._compression.write(graph))
-        return graph.finish(graph.add("Sigmoid", write_sequential(graph, self._net[1:], flat)))
+        return graph.finish(graph.add("Sigmoid", write_sequential(graph, self._net[1:], flat, self._compression)))

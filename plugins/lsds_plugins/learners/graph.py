@@ -50,11 +50,14 @@ class Graph:
         return self.add("Slice", value, *bounds)
 
     def finish(self, value: str, shape: Sequence[int] = ()) -> bytes:
-        """Reshape to y (n, *shape) and return the checked model's bytes."""
+        """Make the last node's value y (n, *shape), () for one number a row; return the checked model's bytes."""
         from onnx import TensorProto, checker, helper
 
-        wanted = self.constant(np.array([-1, *shape]))
-        self._nodes.append(helper.make_node("Reshape", [value, wanted], ["y"]))
+        if not shape:
+            value = self.add("Reshape", value, self.constant(np.array([-1])))
+        if list(self._nodes[-1].output) != [value]:
+            raise ValueError(f"{value} is not what the last node gives")
+        self._nodes[-1].output[0] = "y"
         graph = helper.make_graph(
             self._nodes,
             "lsds",

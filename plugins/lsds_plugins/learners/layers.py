@@ -6,17 +6,25 @@ from typing import Any
 
 import numpy as np
 
+from lsds_plugins.learners.compression import Compression
 from lsds_plugins.learners.graph import Graph
 from lsds_plugins.learners.training import array
 
 
-def write_sequential(graph: Graph, layers: Any, value: str) -> str:
-    """Add a Sequential of linear layers, layer normalisations, ReLU and dropout; return what comes out."""
+def write_sequential(graph: Graph, layers: Any, value: str, compression: Compression | None = None) -> str:
+    """Add a Sequential of linear layers, layer normalisations, ReLU and dropout; return what comes out.
+
+    The first layer is linear, and takes in the rest of a `compression` where one is given.
+    """
     from torch import nn
 
     for layer in layers:
         if isinstance(layer, nn.Linear):
-            value = graph.dense(value, array(layer.weight).T, array(layer.bias))
+            affine: tuple[Any, Any] = array(layer.weight).T, array(layer.bias)
+            if compression is not None:
+                affine = compression.folded(*affine)
+                compression = None
+            value = graph.dense(value, *affine)
         elif isinstance(layer, nn.LayerNorm):
             scale, bias = graph.constant(array(layer.weight)), graph.constant(array(layer.bias))
             value = graph.add("LayerNormalization", value, scale, bias, axis=-1, epsilon=layer.eps)
@@ -27,8 +35,10 @@ def write_sequential(graph: Graph, layers: Any, value: str) -> str:
     return value
 
 
-def write_recurrent(graph: Graph, module: Any, value: str) -> str:
+def write_recurrent(graph: Graph, module: Any, value: str, compression: Compression) -> str:
     """Add an LSTM or a GRU of any depth, batch first; return the last layer's last state, (n, hidden).
+
+    The first layer takes in the rest of the `compression`.
 
     The gates stand in another order there: torch has input, forget, cell, output and reset, update, new; ONNX input,
     output, forget, cell and update, reset, new.
@@ -40,7 +50,11 @@ def write_recurrent(graph: Graph, module: Any, value: str) -> str:
     value = graph.add("Transpose", value, perm=[1, 0, 2])
     for layer in range(module.num_layers):
         names = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
-        blocks = [np.split(array(getattr(module, f"{name}_l{layer}")), len(order)) for name in names]
+        values: list[Any] = [array(getattr(module, f"{name}_l{layer}")) for name in names]
+        if layer == 0:
+            folded, values[2] = compression.folded(values[0].T, values[2])
+            values[0] = folded.T
+        blocks = [np.split(v, len(order)) for v in values]
         inward, back, *bias = (np.concatenate([parts[gate] for gate in order])[None] for parts in blocks)
         weights = [graph.constant(w) for w in (inward, back, np.concatenate(bias, axis=1))]
         last = layer == module.num_layers - 1

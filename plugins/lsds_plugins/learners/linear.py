@@ -70,8 +70,8 @@ class FittedLogistic:
         model: object = self._model
         graph = Graph(self._length, self._width)
         flat = graph.add("Flatten", self._compression.write(graph))
-        logit = graph.dense(flat, model.coef_.T, model.intercept_)  # type: ignore[attr-defined]
-        return graph.finish(graph.add("Sigmoid", logit))
+        weight, bias = self._compression.folded(model.coef_.T, model.intercept_)  # type: ignore[attr-defined]
+        return graph.finish(graph.add("Sigmoid", graph.dense(flat, weight, bias)))
 
 
 class LinearWindow(LearnerBase):
@@ -142,9 +142,10 @@ class FittedLinearWindow:
         """Return the ONNX model."""
         graph = Graph(*self._shape)
         flat = graph.add("Flatten", self._compression.write(graph))
-        value = graph.dense(flat, self._value.weight * self._scale, self._value.bias * self._scale)
+        folded = self._compression.folded
+        value = graph.dense(flat, *folded(self._value.weight * self._scale, self._value.bias * self._scale))
         value = graph.add("Max", value, graph.constant(np.array([[-np.inf, -np.inf, -np.inf, 0.0]])))
-        spread = graph.dense(flat, self._spread.weight, self._spread.bias)
+        spread = graph.dense(flat, *folded(self._spread.weight, self._spread.bias))
         low, high = (graph.constant(limit[None]) for limit in self._limits)
         spread = graph.add("Exp", graph.add("Min", graph.add("Max", spread, low), high))
         spread = graph.add("Mul", spread, graph.constant((self._factor * self._scale)[None]))

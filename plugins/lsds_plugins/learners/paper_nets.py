@@ -143,8 +143,10 @@ class FittedSquares:
         graph = Graph(*self.shape)
         value = self._compression.write(graph)
         body = self._net.body
-        value = graph.add("Flatten", value) if body is None else write_recurrent(graph, body, value)
-        value = write_sequential(graph, self._net.head, value)
+        if body is None:
+            value = write_sequential(graph, self._net.head, graph.add("Flatten", value), self._compression)
+        else:
+            value = write_sequential(graph, self._net.head, write_recurrent(graph, body, value, self._compression))
         # Bring in the constant standard deviations as four more columns: (n, 4) @ (4, 8) + (8,).
         widen = np.concatenate([np.diag(self._spread), np.zeros((4, 4), np.float32)], axis=1)
         value = graph.dense(value, widen, np.concatenate([self._centre, self._std]))
