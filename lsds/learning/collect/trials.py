@@ -33,6 +33,9 @@ DRAGS, LIFTS, STROKES = 12, 12, 6
 FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
 """Force over what carries the object: where it is held, where it is to slip."""
 DRAG_N = (1.0, 9.0)
+CHATTER = (0.25, 0.6)
+"""How unevenly a simulated surface slides. The upper end comes closest to how fast dots tremble in the study's released
+sample while slipping (median 11 px/s, 95 % below 53); one surface is not like another."""
 REST_S = 0.6
 PAST_END_M = 14e-3
 """How far the grip goes beyond where its middle has reached the object's end: the pad is off it then."""
@@ -192,6 +195,7 @@ def _start(
         "sensor.mock-gelsight-mini.drop_probability": rng.uniform(0.0, 0.03),
         "sensor.mock-gelsight-mini.swing_levels": float(min(rng.exponential(3.0), 15.0)),
         "cell.simulated.friction_scale": rng.uniform(0.85, 1.15),
+        "cell.simulated.chatter_amplitude": rng.uniform(*CHATTER),
     }
     start = {
         "recording": label, "object": name, "protocol": protocol, "condition": condition,

@@ -1,0 +1,1 @@
+"""Training and scoring learners: fits by name, splits by object and recording, rules and controls beside them."""

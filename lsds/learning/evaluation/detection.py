@@ -1,0 +1,111 @@
+"""Scores of detectors: by the paper's split and by recording and object, the rule and the controls beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.learning.evaluation.controls import NUISANCES, rule_score, rule_threshold, shuffled
+from lsds.learning.evaluation.fitting import Model, Task, fit, out_of_fold, task
+from lsds.learning.metrics import bootstrap, classification, onsets
+from lsds.learning.splits import SplitName, folds, random_folds
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.learning.datasets import Dataset
+    from lsds.plugins.host import PluginHost
+
+FOLDS = 5
+THRESHOLD = 0.5
+Row = dict[str, Any]
+
+
+def split(own: Task, by: SplitName, seed: int) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Yield rows to fit on and to test on. By frames at random is the paper's split, and leaks."""
+    slip = own.column("slip")
+    if by == "frames":
+        return random_folds(slip, FOLDS, seed)
+    return folds(own.column(by), slip, FOLDS, seed)
+
+
+def cross_validate(
+    data: Dataset, model: Model, host: PluginHost, by: SplitName, seed: int = 0, *, labels: str = "measured"
+) -> Row:
+    """Return one row of scores; `labels` "shuffled" is the control that has to end at chance."""
+    learner = model.build(host)
+    own = task(shuffled(data, seed) if labels == "shuffled" else data, learner)
+    said = out_of_fold(learner, own, split(own, by, seed), seed)
+    return {"model": model.name, "split": by, "labels": labels} | scored(own, said)
+
+
+def scored(own: Task, score: NDArray[Any], threshold: float | NDArray[Any] = THRESHOLD) -> Row:
+    """Return accuracy with its interval, precision, recall, F1, false positive rate, AUC; where time is known also
+    latency of onsets and false alarms a minute."""
+    slip = own.column("slip") == 1
+    said = np.asarray(score > threshold)
+    right = (said == slip).astype(float)
+    interval = bootstrap(own.column("recording"), lambda rows: float(right[rows].mean()))
+    latency, alarms = onsets(own.column("recording"), own.column("t_s"), slip, said)
+    found = latency[np.isfinite(latency)]
+    return {
+        **classification(slip, said, score - threshold),
+        "accuracy_low": interval.low,
+        "accuracy_high": interval.high,
+        "onset_latency_s": float(np.median(found)) if len(found) else None,
+        "onsets_missed": float(np.mean(~np.isfinite(latency))) if len(latency) else None,
+        "false_alarms_per_min": alarms,
+        "frames": len(slip),
+    }
+
+
+def one_parameter(data: Dataset, by: SplitName, seed: int = 0) -> Row:
+    """Return the row of the rule whose threshold is fitted on the training rows of each fold."""
+    known = data.where(data["slip"] >= 0)
+    own = Task(known, np.zeros((len(known), 0), np.float32), known["slip"].astype(np.float32), np.arange(len(known)))
+    score = rule_score(known)
+    threshold = np.zeros(len(known))
+    for train, test in split(own, by, seed):
+        threshold[test] = rule_threshold(score[train], own.column("slip")[train] == 1)
+    return {"model": "one-parameter rule", "split": by, "labels": "measured"} | scored(own, score, threshold)
+
+
+def majority(data: Dataset) -> Row:
+    """Return the row of the predictor that always says what is more frequent."""
+    slip = data["slip"][data["slip"] >= 0] == 1
+    said = np.full(len(slip), slip.mean() > 0.5)
+    return {"model": "majority", "split": "-", "labels": "measured", "frames": len(slip)} | classification(
+        slip, said, said.astype(float)
+    )
+
+
+def nuisance(model: Model) -> Model:
+    """Return the same learner on what must not tell slip from rest."""
+    return Model(model.learner, {**model.options, "signals": list(NUISANCES)}, f"{model.name}, nuisances only")
+
+
+def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginHost, seed: int = 0,
+           tick: Callable[[str], None] = lambda name: None) -> list[Row]:  # fmt: skip
+    """Return a row for each model and object of `test`, after fitting on all of `train`; the rule's rows last."""
+    rows: list[Row] = []
+    for model in models:
+        learner = model.build(host)
+        own, other = task(train, learner), task(test, learner)
+        said = fit(learner, own.examples(np.arange(len(own.rows))), seed).predict(other.x)
+        rows += _by_object(model.name, other, said, THRESHOLD)
+        tick(model.name)
+    threshold = rule_threshold(rule_score(train), train["slip"] == 1)
+    known = Task(test, np.zeros((len(test), 0), np.float32), test["slip"].astype(np.float32), np.arange(len(test)))
+    return rows + _by_object("one-parameter rule", known, rule_score(test), threshold)
+
+
+def _by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> list[Row]:
+    rows: list[Row] = []
+    objects = own.column("object")
+    for which in [*dict.fromkeys(objects.tolist()), "all"]:
+        rows_of = np.flatnonzero((objects == which) | (which == "all"))
+        part = Task(own.data, own.x[rows_of], own.y[rows_of], own.rows[rows_of])
+        rows.append({"model": name, "object": which} | scored(part, score[rows_of], threshold))
+    return rows

@@ -1,0 +1,108 @@
+"""A learner by its name, fitted on rows of a dataset; its answers out of fold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.clock import VirtualClock
+from lsds.contracts import BuildContext
+from lsds.contracts.learning import Examples, Fitted, Learner
+from lsds.errors import DataError
+from lsds.learning.windows import windows
+from lsds.plugins.host import PluginHost
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.learning.datasets import Dataset
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A learner to be built: its backend's name, its options, and what a table calls it."""
+
+    learner: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    title: str = ""
+
+    @property
+    def name(self) -> str:
+        """The title, or the backend's name."""
+        return self.title or self.learner
+
+    def build(self, host: PluginHost) -> Learner:
+        """Return the learner. Raises PluginError where its libraries are missing, ConfigError for its options."""
+        learner: Learner = host.build("learner", self.learner, dict(self.options), BuildContext(VirtualClock(), 0))
+        return learner
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """A dataset as one learner sees it: windows (n, length, F), targets (n,) or (n, 3), and the rows (n,) that they are
+    of; rows whose label is unknown are left out."""
+
+    data: Dataset
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    rows: NDArray[np.intp]
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a column's values (n,) for these windows."""
+        values: NDArray[Any] = self.data[name][self.rows]
+        return values
+
+    def examples(self, index: NDArray[np.intp]) -> Examples:
+        """Return the windows `index`, grouped by object; by recording where there is one object only."""
+        names = self.column("object")[index]
+        if len(set(names.tolist())) == 1:
+            names = self.column("recording")[index]
+        return Examples(self.x[index], self.y[index], np.unique(names, return_inverse=True)[1])
+
+
+def task(data: Dataset, learner: Learner, *, true: bool = False) -> Task:
+    """Return a dataset as a learner sees it; `true` takes the simulator's labels in place of the measured ones.
+
+    Raises DataError where no row has a label and all signals.
+    """
+    x, rows = windows(data, learner.signals, learner.length)
+    y = targets(data, learner.job, true=true)[rows]
+    known = np.isfinite(y).all(axis=1) if y.ndim == 2 else y >= 0
+    if not known.any():
+        raise DataError(f"no row of the dataset has a label and all of {', '.join(learner.signals)}")
+    return Task(data, x[known], y[known], rows[known])
+
+
+def targets(data: Dataset, job: str, *, true: bool = False) -> NDArray[np.float32]:
+    """Return what is to be learnt, (rows,) slip or (rows, 3) velocities; negative or NaN where it is not known."""
+    end = "_true" if true else ""
+    if job == "detect":
+        return data[f"slip{end}"].astype(np.float32)
+    turning = "angular_velocity_true" if true else "angular_velocity_label"
+    names = (f"velocity_x{end}", f"velocity_y{end}", turning)
+    return np.stack([data[name] for name in names], axis=1).astype(np.float32)
+
+
+def fit(learner: Learner, examples: Examples, seed: int) -> Fitted:
+    """Fit. Raises DataError where there is nothing to tell apart."""
+    if learner.job == "detect" and len(np.unique(examples.y)) < 2:
+        raise DataError("all rows to learn from have the same label; there has to be slip and rest in them")
+    return learner.fit(examples, seed)
+
+
+def out_of_fold(
+    learner: Learner, own: Task, folds: Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]], seed: int
+) -> NDArray[np.float32]:
+    """Return the answers to each window by the model that has not been fitted on its fold: (n,) or (n, 8)."""
+    answers: NDArray[np.float32] | None = None
+    for train, test in folds:
+        said = fit(learner, own.examples(train), seed).predict(own.x[test])
+        if answers is None:
+            answers = np.full((len(own.rows), *said.shape[1:]), np.nan, np.float32)
+        answers[test] = said
+    if answers is None:
+        raise DataError("no folds: nothing was fitted")
+    return answers

@@ -1,0 +1,75 @@
+"""Fit on everything, calibrate on objects left out, and write the artefact that the running cell loads."""
+
+from __future__ import annotations
+
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds import __version__
+from lsds.learning.artefact import Card, save
+from lsds.learning.evaluation import detection, severity
+from lsds.learning.evaluation.fitting import Model, fit, out_of_fold, task
+from lsds.learning.splits import folds
+
+if TYPE_CHECKING:
+    from lsds.learning.datasets import Dataset
+    from lsds.plugins.host import PluginHost
+
+FOLDS = 5
+_LIBRARIES = ("numpy", "onnx", "onnxruntime", "scikit-learn", "torch")
+
+
+def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int = 0) -> Card:
+    """Write `path` (.onnx) and its card; return the card. Its scores and its intervals are from objects left out.
+
+    Raises DataError where there is nothing to learn, or a file cannot be written.
+    """
+    learner = model.build(host)
+    own = task(data, learner)
+    detects = learner.job == "detect"
+    spread = own.y if detects else (severity.true_speed(own) > 1e-3)
+    said = out_of_fold(learner, own, folds(own.column("object"), np.asarray(spread, int), FOLDS, seed), seed)
+    intervals = (severity.NINETY,) * 4 if detects else severity.conformal(own, said)
+    scores = detection.scored(own, said) if detects else severity.scored(own, said, intervals)
+    fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed)
+    onnx = fitted.export()
+    card = Card(
+        name=path.stem,
+        job=learner.job,
+        signals=tuple(learner.signals),
+        length=learner.length,
+        figures_are=str(data.card.get("figures_are", "unknown")),
+        intervals=intervals,
+        trained_on=_origin(data, model, seed),
+        scores={"how": f"{FOLDS} folds by object", **{key: _short(value) for key, value in scores.items()}},
+        versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
+    )
+    save(path, onnx, card)
+    return card
+
+
+def _origin(data: Dataset, model: Model, seed: int) -> dict[str, Any]:
+    told = {key: data.card[key] for key in ("job", "seed", "rig", "overrides", "quick") if key in data.card}
+    objects = sorted(set(data["object"].tolist()))
+    return {
+        **told, "learner": model.learner, "options": dict(model.options), "fit_seed": seed, "objects": objects,
+        "frames": len(data), "recordings": len(data.starts) - 1,
+    }  # fmt: skip
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _LIBRARIES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def _short(value: Any) -> Any:
+    return round(value, 5) if isinstance(value, float) else value
