@@ -112,7 +112,7 @@ def scored(
     slips = np.broadcast_to(slip, said.shape)
     units = recordings
     if not per_video:
-        slips = np.array([by_recording(recordings, row.astype(np.float64)) for row in slips]) > 0.5
+        slips = np.array([by_recording(recordings, row.astype(np.float64)).round() for row in slips]).astype(np.intp)
         said = np.array([by_recording(recordings, row) for row in said])
         units = np.unique(recordings)
     pairs = list(zip(slips, said, strict=True))
@@ -146,8 +146,8 @@ def threshold_rule(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
 
 def majority_rule(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
     """Fit the label that most have."""
-    share = float(np.mean(slip))
-    return lambda rows: np.full(len(rows), share)
+    most = float(np.mean(slip) > 0.5)
+    return lambda rows: np.full(len(rows), most)
 
 
 def trained_elsewhere(fit: Fit, train: Videos, test: Videos, seed: int) -> tuple[Floats, NDArray[np.bool_]]:

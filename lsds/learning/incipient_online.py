@@ -60,17 +60,11 @@ class Windows:
 def online_windows(videos: Videos) -> Windows:
     """Return every causal window: of each clip signal the present value, and mean and maximum of the last frames."""
     signals = videos.data.signals(CLIP_SIGNALS).astype(np.float64)
-    parts, owners, picked = [], [], []
-    for number, (first, end) in enumerate(pairwise(videos.starts.tolist())):
-        found = _windows(signals[first:end])
-        at = sum(map(len, owners))
-        picked.append(at + np.unique(np.linspace(0, len(found) - 1, PER_VIDEO).astype(np.intp)))
-        parts.append(found)
-        owners.append(np.full(len(found), number))
-    own = np.concatenate(owners)
-    return Windows(
-        np.concatenate(parts), videos.slip[own], own, videos.recording[own], videos.object[own], np.concatenate(picked)
-    )
+    spans = list(pairwise(videos.starts.tolist()))
+    x = np.concatenate([_windows(signals[first:end]) for first, end in spans])
+    picked = [np.unique(np.linspace(first, end - 1, PER_VIDEO).astype(np.intp)) for first, end in spans]
+    own = np.repeat(np.arange(len(spans)), np.diff(videos.starts))
+    return Windows(x, videos.slip[own], own, videos.recording[own], videos.object[own], np.concatenate(picked))
 
 
 def _windows(signals: Floats) -> Floats:

@@ -66,7 +66,8 @@ def videos_of(data: Dataset) -> Videos:
 
 def two_frame(v_net: Floats) -> Floats:
     """Return the larger of each frame's v_net and the one before, as the detector `threshold` does."""
-    return np.fmax(v_net, np.concatenate([v_net[:1], v_net[:-1]]))
+    larger: Floats = np.fmax(v_net, np.concatenate([v_net[:1], v_net[:-1]]))
+    return larger
 
 
 def pooled(values: Floats, share: float, least: float = np.nan) -> float:
@@ -82,4 +83,5 @@ def pooled(values: Floats, share: float, least: float = np.nan) -> float:
 def _mean(values: Floats) -> Floats:
     seen = np.isfinite(values)
     total: Floats = np.where(seen, values, 0.0).sum(axis=0)
-    return total / np.maximum(seen.sum(axis=0), 1)
+    mean: Floats = total / np.maximum(seen.sum(axis=0), 1)
+    return mean

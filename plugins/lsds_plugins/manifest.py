@@ -93,6 +93,15 @@ def lsds_backends() -> list[BackendSpec]:
             summary="a recording: video file, or folder or pattern of images",
             virtual_time=True,
         ),
+        BackendSpec(
+            "study",
+            "incipient-slip",
+            "lsds_plugins.studies.incipient:IncipientStudy",
+            "lsds_plugins.studies.incipient_options:IncipientOptions",
+            summary="real recordings: slip or not, on objects never trained on, beside what knows nothing",
+            requires=("sklearn", "pyarrow"),
+            extra="train",
+        ),
         *(
             BackendSpec(
                 kind,
