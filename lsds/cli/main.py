@@ -21,6 +21,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "collect": ("lsds.cli.collect:collect", "Record data to learn from, by the protocols of the study."),
     "train": ("lsds.cli.train:train", "Fit a detector or an estimator, and write the model that a cell runs."),
     "evaluate": ("lsds.cli.evaluate:evaluate", "Train and test on real recordings, beside what knows nothing."),
+    "reproduce": ("lsds.cli.reproduce:reproduce", "Measure the study's tables on simulated data, beside the printed."),
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol, for any client."),
     "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera with a printed board."),
     "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),

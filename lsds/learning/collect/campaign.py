@@ -7,11 +7,12 @@ ran out of room, goes on where it stopped.
 from __future__ import annotations
 
 import json
+import os
 import platform
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from importlib import metadata
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +123,10 @@ def _run_all(
 
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
     """Do a trial and keep it; return what went wrong with it. Raises DataError where it cannot be kept."""
+    parent = parent_process()
+    if parent is not None and not parent.is_alive():
+        # Killed without a word: whoever goes on recording would do so beside the next campaign.
+        os._exit(1)
     try:
         columns = run_trial(trial, config_file, settings)
     except LsdsError as error:

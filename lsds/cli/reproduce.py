@@ -1,0 +1,65 @@
+"""`lsds reproduce`: the study's tables, measured here on the simulated cell."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lsds.cli.output import json_option, write_json
+from lsds.errors import DataError
+
+
+@click.command()
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("reproduction"),
+              show_default=True, help="Folder for data, tables and picture.")  # fmt: skip
+@click.option("--quick", is_flag=True, help="A tenth of the data, fewer fits: minutes.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True, help="Processes.")
+@json_option
+def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | None) -> None:
+    """Measure the study's tables on simulated data, side by side with what was printed.
+
+    Collects the data by the study's protocols (again only what is missing), fits every model by the paper's split and
+    grouped by recording and object, and writes tables.md, results.json and tables.png. Needs the train extra.
+
+    \b
+    Examples:
+      lsds reproduce --quick --out quick
+      lsds reproduce --out reproduction --jobs 2
+    """
+    from lsds.cli.threads import one_thread
+
+    one_thread()
+    from lsds.learning.datasets import write_whole
+    from lsds.learning.reproduce.measure import measure
+    from lsds.learning.reproduce.report import markdown
+    from lsds.plots.reproduce_plot import plot_reproduction
+
+    bars: dict[str, Any] = {}
+
+    def tick(what: str, done: int, whole: int) -> None:
+        if what not in bars:
+            bars[what] = click.progressbar(length=whole, label=what, file=sys.stderr)
+            bars[what].__enter__()
+        bars[what].update(done - bars[what].pos)
+        if done >= whole:
+            bars.pop(what).__exit__(None, None, None)
+
+    result = measure(out, seed=seed, quick=quick, jobs=jobs, tick=tick)
+    text = markdown(result)
+    write_whole(out / "tables.md", text.encode())
+    try:
+        plot_reproduction(out / "tables.png", result)
+    except OSError as error:
+        raise DataError(f"{out / 'tables.png'}: cannot be written: {error}") from error
+    if json_file is not None:
+        write_json(result, json_file)
+    if json_file != "-":
+        click.echo(text)
+    click.echo(f"tables and picture: {out}", err=json_file == "-")
+    if result["failed"]:
+        raise DataError(f"{len(result['failed'])} fits failed, see {out / 'tables.md'}")

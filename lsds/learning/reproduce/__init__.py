@@ -1,0 +1,1 @@
+"""The study's tables, measured here on simulated data, beside what was printed."""

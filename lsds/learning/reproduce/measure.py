@@ -1,0 +1,89 @@
+"""Collect what is missing, fit everything over processes, gather the rows."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from lsds import __version__
+from lsds.clock import perf_ns
+from lsds.errors import DataError, LsdsError
+from lsds.learning.collect.campaign import collect
+from lsds.learning.collect.trials import JOBS
+from lsds.learning.datasets import CARD, write_whole
+from lsds.learning.reproduce.jobs import FitJob, planned, run
+
+Tick = Callable[[str, int, int], None]
+RESULTS = "results.json"
+
+
+def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tick: Tick) -> dict[str, Any]:
+    """Return {"rows", "failed", "datasets", ...}; data goes to `out`/data and is used again where it is complete.
+
+    `tick(what, done, whole)` on the way. Raises DataError where data cannot be collected or written; a learner that
+    fails is named in "failed", and all others are measured.
+    """
+    data = out / "data"
+    cards = {}
+    for job in JOBS:
+        folder = data / job
+        if not _complete(folder):
+            collect(
+                job, folder, seed=seed, quick=quick, jobs=jobs,
+                tick=lambda done, whole, _, job=job: tick(f"collecting {job}", done, whole),
+            )  # fmt: skip
+        cards[job] = json.loads((folder / CARD).read_text(encoding="utf-8"))
+    rows: list[dict[str, Any]] = []
+    failed: list[dict[str, str]] = []
+    todo = planned(quick=quick)
+    for done, (job_done, found) in enumerate(_run(todo, str(data), seed, quick, jobs), 1):
+        if isinstance(found, str):
+            failed.append({"job": " ".join(str(v) for v in asdict(job_done).values() if v), "reason": found})
+        else:
+            rows += found
+        tick("fitting", done, len(todo))
+    result = {
+        "figures_are": "simulated", "seed": seed, "quick": quick, "rows": rows, "failed": failed, "datasets": cards,
+        "versions": {"lsds": __version__, "python": platform.python_version()},
+    }  # fmt: skip
+    write_whole(out / RESULTS, json.dumps(result, indent=1, default=float).encode())
+    return result
+
+
+def _run(todo: list[FitJob], data: str, seed: int, quick: bool, jobs: int) -> Any:
+    """Yield each job with its rows, or with what went wrong."""
+    if jobs <= 1:
+        yield from ((job, _guarded(job, data, seed, quick)) for job in todo)
+        return
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        futures: dict[Future[Any], FitJob] = {pool.submit(_guarded, job, data, seed, quick): job for job in todo}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:
+    begun = perf_ns()
+    try:
+        rows = run(job, data, seed, quick)
+    except LsdsError as error:
+        return str(error)
+    return [{**row, "seconds": (perf_ns() - begun) / 1e9} for row in rows]
+
+
+def _complete(folder: Path) -> bool:
+    try:
+        return bool(json.loads((folder / CARD).read_text(encoding="utf-8")).get("complete"))
+    except FileNotFoundError:
+        return False
+    except (OSError, ValueError) as error:
+        raise DataError(f"{folder / CARD}: not a dataset's card: {error}") from error
