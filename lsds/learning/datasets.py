@@ -158,10 +158,18 @@ def _check(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
         raise DataError(f"{path}: column{'s' * (len(missing) > 1)} {', '.join(missing)} missing")
     for name, kind in COLUMNS.items():
         own = columns[name].dtype.kind
-        if (kind == "str") != (own == "O") or (kind != "str" and own not in "iuf"):
+        text = all(isinstance(value, str) for value in columns[name]) if own == "O" else False
+        if text != (kind == "str") or (not text and own not in ("iu" if kind.startswith("int") else "iuf")):
             raise DataError(f"{path}: column {name} holds {columns[name].dtype}, not {kind}")
     if not np.isfinite(columns["t_s"]).all():
         raise DataError(f"{path}: column t_s is not finite in row {int(np.argmin(np.isfinite(columns['t_s'])))}")
+    names, t_s = columns["recording"], columns["t_s"]
+    same = names[1:] == names[:-1]
+    if np.count_nonzero(~same) + 1 != len(np.unique(names)) and len(names):
+        raise DataError(f"{path}: rows of a recording are not together in column recording")
+    back = np.flatnonzero(same & (np.diff(t_s) < 0))
+    if len(back):
+        raise DataError(f"{path}: column t_s goes back in row {int(back[0]) + 1}, within recording {names[back[0]]}")
     for name in ("slip", "slip_true"):
         if not np.isin(columns[name], (-1, 0, 1)).all():
             raise DataError(f"{path}: column {name} holds something else than 1 (slip), 0 (none) and -1 (unknown)")
@@ -174,7 +182,7 @@ def write_table(columns: Mapping[str, NDArray[Any]], path: Path) -> None:
     table = arrow.table({name: arrow.array(values) for name, values in columns.items()})
     table = table.replace_schema_metadata({b"format": FORMAT.encode(), **units})
     sink = arrow.BufferOutputStream()
-    parquet.write_table(table, sink, compression="zstd")
+    parquet.write_table(table, sink, compression="zstd", write_page_checksum=True)
     write_whole(path, sink.getvalue().to_pybytes())
 
 
@@ -182,17 +190,19 @@ def read_table(path: Path) -> dict[str, NDArray[Any]]:
     """Read columns from Parquet. Raises DataError where the file is missing, damaged, or in other units."""
     arrow, parquet = _arrow()
     try:
-        table = parquet.read_table(path)
-    except (OSError, arrow.ArrowException) as error:
-        raise DataError(f"{path}: cannot be read as Parquet: {error}") from error
-    told = table.schema.metadata or {}
-    for name in table.column_names:
-        unit = told.get(name.encode())
-        if name in UNITS and unit is not None and unit.decode() != UNITS[name]:
-            raise DataError(f"{path}: column {name} is in {unit.decode()}, not in {UNITS[name]}")
+        table = parquet.read_table(path, page_checksum_verification=True)
+        names = table.column_names
+        told = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    except (OSError, arrow.ArrowException, UnicodeDecodeError) as error:
+        raise DataError(f"{path}: cannot be read as Parquet: {str(error).partition(chr(10))[0]}") from error
+    for name in names:
+        if name in UNITS and told.get(name, UNITS[name]) != UNITS[name]:
+            raise DataError(f"{path}: column {name} is in {told[name]}, not in {UNITS[name]}")
+        if table[name].null_count:
+            raise DataError(f"{path}: column {name} has holes (what is unknown is NaN or -1 there, never left out)")
     return {
         name: np.array(table[name].to_pylist(), object) if COLUMNS.get(name) == "str" else table[name].to_numpy()
-        for name in table.column_names
+        for name in names
     }
 
 

@@ -115,8 +115,10 @@ def onsets(
         last_slip = np.maximum.accumulate(np.where(true, t, -math.inf))
         quiet = ~true & (t - last_slip > 0.2)
         still_s += float(steps[quiet].sum())
-        alarm = told & quiet
-        alarms += int(np.sum(alarm & ~np.concatenate([[False], told[:-1]])))
+        begins = told & ~np.concatenate([[False], told[:-1]])
+        run = np.cumsum(begins)
+        slips = np.bincount(run[told & true], minlength=len(rows) + 1) > 0
+        alarms += int(np.sum(begins & quiet & ~slips[run]))
     return np.array(latencies), 60 * alarms / still_s if still_s > 0 else math.nan
 
 

@@ -151,6 +151,15 @@ def test_onsets_and_false_alarms():
     assert none == 0
 
 
+def test_a_detection_that_runs_into_the_slip_or_out_of_it_is_no_false_alarm():
+    t = np.arange(0, 10, 0.1)
+    slip = (t > 2.95) & (t < 4.95)
+    early_and_late = (t > 2.45) & (t < 6.05)
+    latencies, alarms = metrics.onsets(np.zeros(100, int), t, slip, early_and_late)
+    assert latencies == pytest.approx([0.0])
+    assert alarms == 0
+
+
 def test_a_slip_that_a_recording_begins_with_has_no_onset():
     t = np.arange(5) * 0.1
     latencies, _ = metrics.onsets(np.zeros(5, int), t, np.ones(5, bool), np.ones(5, bool))
