@@ -31,6 +31,8 @@ def evaluate() -> None:
               help="Also train on this folder's objects and test on PATH's.")  # fmt: skip
 @click.option("--model", default="shipped", show_default=True, metavar="FILE",
               help="Simulation-trained detector (.onnx) to apply as it is; 'none' for none.")  # fmt: skip
+@click.option("--slower", type=click.FloatRange(0.1, 100), default=3.0, show_default=True,
+              help="True frame interval over the nominal: divides the rates that --model sees.")  # fmt: skip
 @click.option("--cache", metavar="DIR", default="", help="Keep what was read there; 'none' keeps nothing.  "
               "[default: the user's cache folder]")  # fmt: skip
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes; all cores if not given.")
@@ -41,7 +43,7 @@ def evaluate() -> None:
 @click.option("--plot", metavar="FILE", help="Draw ROC curves and the online course to this PNG.")
 @json_option
 def incipient_slip(
-    path: Path, train: Path | None, model: str, cache: str, jobs: int | None, repeats: int, seed: int,
+    path: Path, train: Path | None, model: str, slower: float, cache: str, jobs: int | None, repeats: int, seed: int,
     save_clip_model: str | None, csv_file: str | None, plot: str | None, json_file: str | None,
 ) -> None:  # fmt: skip
     """Tell recordings with slip from those without, on objects never trained on.
@@ -71,8 +73,8 @@ def incipient_slip(
     for folder in (path, *(() if train is None else (train,))):
         read_index(folder)  # What is wrong with it is told before anything is computed.
     options = {
-        "path": str(path), "train": str(train or ""), "model": model, "cache": cache, "repeats": repeats,
-        "jobs": jobs or os.cpu_count() or 1, "save_model": save_clip_model or "",
+        "path": str(path), "train": str(train or ""), "model": model, "slower": slower, "cache": cache,
+        "repeats": repeats, "jobs": jobs or os.cpu_count() or 1, "save_model": save_clip_model or "",
     }  # fmt: skip
     built: Study = PluginHost().build("study", "incipient-slip", options, BuildContext(WallClock(), seed))
     with click.progressbar(length=1000, label="reading, training", file=sys.stderr) as bar:
@@ -89,6 +91,8 @@ def incipient_slip(
         click.echo("".join(f"\n{note}" for note in result.notes))
     if csv_file is not None:
         write_text(_csv(rows), csv_file)
+    if save_clip_model is not None:
+        click.echo(f"clip model: {save_clip_model}", err=json_file == "-")
     if plot is not None:
         try:
             result.draw(Path(plot))

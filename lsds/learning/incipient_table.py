@@ -22,13 +22,20 @@ if TYPE_CHECKING:
 NUISANCES = ("markers", "brightness", "kept")
 _PLACES = 16
 
+MOVED_M = 6.25e-6
+"""A tenth of a pixel: what is less may be the codec, whose key frames shift all dots by 0.06 to 0.08 px."""
+
+MOVING_SHARE = 0.75
+_LEAST_MOVING = 3
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Videos:
     """Videos whose label is known, a row each: `data` their frames, `starts` the first row of each and the end.
 
     `slip` (n,) 0 or 1; `clip` (n, F) as `lsds.learning.clips.FEATURES`; `nuisance` (n, 3); `v_net` (n,) largest
-    two-frame maximum of v_net in a clip (m/s of the nominal clock); `frames` (n,).
+    two-frame maximum of v_net in a clip (m/s of the nominal clock); `speed` (n,) quantile of the mean speed over the
+    frames that moved; `frames` (n,).
     """
 
     data: Dataset
@@ -40,6 +47,7 @@ class Videos:
     clip: Floats
     nuisance: Floats
     v_net: Floats
+    speed: Floats
     frames: Floats
 
     def __len__(self) -> int:
@@ -56,11 +64,13 @@ def videos_of(data: Dataset) -> Videos:
     signals = data.signals(CLIP_SIGNALS)
     nuisances = data.signals(NUISANCES).astype(np.float64)
     v_net = np.asarray(data["v_net"], np.float64)
+    speed, moved = np.asarray(data["mean_speed"], np.float64), moving(data)
     clips = [clip_features(signals[span]) for span in spans]
     return Videos(
         data, starts, names, np.array([physical(name) for name in names], object), data["object"][firsts],
         data["slip"][firsts].astype(np.intp), np.array(clips), np.array([_mean(nuisances[s]) for s in spans]),
-        np.array([pooled(two_frame(v_net[s]), 1.0) for s in spans]), np.diff(starts).astype(np.float64),
+        np.array([pooled(two_frame(v_net[s]), 1.0) for s in spans]),
+        np.array([while_moving(speed[s], moved[s], MOVING_SHARE) for s in spans]), np.diff(starts).astype(np.float64),
     )  # fmt: skip
 
 
@@ -78,6 +88,22 @@ def pooled(values: Floats, share: float, least: float = np.nan) -> float:
     clips = values[placements(len(values), 1, _PLACES, FRAMES)][:, :, None]
     found = float(mean_of(quantiles(clips, [share]))[0, 0])
     return found if np.isfinite(found) else least
+
+
+def moving(data: Dataset) -> NDArray[np.bool_]:
+    """Return (rows,) whether the markers moved by more than `MOVED_M` since the frame before, on the mean."""
+    seen: NDArray[np.bool_] = np.nan_to_num(data["mean_speed"] * data["dt"]) > MOVED_M
+    return seen
+
+
+def while_moving(values: Floats, moved: NDArray[np.bool_], share: float, least: float = 0.0) -> float:
+    """Return a quantile of the values of frames that moved; `least` where too few did.
+
+    A recording that is wriggled throughout has many small motions, one that slips a few: over all frames every speed
+    tells the wrong way. A quantile does not grow with their number.
+    """
+    kept = values[moved & np.isfinite(values)]
+    return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING else least
 
 
 def _mean(values: Floats) -> Floats:

@@ -28,7 +28,7 @@ from lsds.learning.incipient_folds import (
 from lsds.learning.incipient_load import default_cache, load
 from lsds.learning.incipient_table import Videos, videos_of
 from lsds_plugins.learners.clip_forest import clip_forest, exported
-from lsds_plugins.studies.incipient_causal import Causal, causal
+from lsds_plugins.studies.incipient_causal import Causal, Curve, causal
 from lsds_plugins.studies.incipient_models import applied, clip_model_said
 from lsds_plugins.studies.incipient_options import IncipientOptions
 
@@ -77,13 +77,13 @@ class IncipientStudy:
             table.add("whole clips, " + words, said, tested="all here")
         notes = _notes(data, videos, courses)
         shipped = clip_model_said(videos)
-        if isinstance(shipped, str):
-            notes.append(shipped)
-        elif shipped is not None:
-            table.add(*shipped, tested="all here")
+        if shipped is not None:
+            name, said, unseen = shipped
+            objects = len(np.unique(videos.object[unseen]))
+            table.add(name, said, tested="all here" if unseen.all() else f"{objects} objects it lacks", keep=unseen)
         if options.save_model:
             self._save(Path(options.save_model), videos, Path(options.path).name)
-        for row in applied(options.model, videos, notes):
+        for row in applied(options.model, options.slower, videos, notes):
             table.add(*row, tested="all here")
         if not table.rows:
             require_both(videos.slip, videos.object)
@@ -119,6 +119,7 @@ class IncipientStudy:
         whole = said(forest, videos.clip, true, steps)
         table.add(f"whole clips of {FRAMES} frames", whole, videos=True)
         table.add("one number: two-frame maximum of v_net", said(threshold_rule, videos.v_net[:, None], true, _no))
+        table.add("one number: mean speed while moving", said(threshold_rule, videos.speed[:, None], true, _no))
         table.add("majority", said(majority_rule, videos.clip, true, _no))
         dealt = [permuted(videos.slip, videos.recording, seed) for seed in seeds]
         table.add("labels shuffled by recording", said(small, videos.clip, dealt, steps), slip=np.array(dealt))
@@ -147,7 +148,7 @@ class _Table:
     def __init__(self, videos: Videos, seed: int) -> None:
         self.videos = videos
         self.rows: list[tuple[Scored, str]] = []
-        self.curves: list[tuple[str, NDArray[np.intp], Floats]] = []
+        self.curves: list[Curve] = []
         self._seed = seed
 
     @property
@@ -158,15 +159,18 @@ class _Table:
 
     def add(
         self, name: str, said: Floats, threshold: float = 0.5, *, videos: bool = False,
-        slip: NDArray[np.intp] | None = None, tested: str = _BY_OBJECT,
+        slip: NDArray[np.intp] | None = None, tested: str = _BY_OBJECT, keep: NDArray[np.bool_] | None = None,
     ) -> None:  # fmt: skip
-        """Score probabilities (repeats, n) or (n,); `videos` adds a row in which each camera stands alone."""
-        true = self.videos.slip if slip is None else slip
+        """Score probabilities (repeats, n) or (n,), of all videos or those to `keep`; `videos` adds a row in which each
+        camera stands alone."""
+        chosen = np.ones(len(self.videos), bool) if keep is None else keep
+        true = (self.videos.slip if slip is None else slip)[..., chosen]
+        said, recordings = said[..., chosen], self.videos.recording[chosen]
         for alone in (False, True)[: 1 + videos]:
-            row = scored(name, self.videos.recording, true, said, threshold, per_video=alone, seed=self._seed)
+            row = scored(name, recordings, true, said, threshold, per_video=alone, seed=self._seed)
             self.rows.append((row, tested))
         told = self.rows[-1 - videos][0].auc.value
-        self.curves.append((f"{told:.3f}  {name}", np.atleast_2d(true)[0], np.atleast_2d(said)[0]))
+        self.curves.append(Curve(f"{told:.3f}  {name}", recordings, np.atleast_2d(true)[0], np.atleast_2d(said)[0]))
 
 
 def _both(videos: Videos) -> bool:

@@ -33,6 +33,16 @@ if TYPE_CHECKING:
 _TREES, _LEAF = 100, 5
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """What is drawn of one model: videos' recordings, labels and probabilities, (n,) each."""
+
+    name: str
+    recordings: NDArray[Any]
+    slip: NDArray[np.intp]
+    said: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class Causal:
     """`parts` and `counts`: by rule, the AUC of recordings after shares and numbers of frames seen."""

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.learning import artefact, clips_model
-from lsds.learning.incipient_table import pooled
+from lsds.learning.datasets import Dataset
+from lsds.learning.incipient_table import MOVING_SHARE, moving, while_moving
+from lsds.learning.signals import UNITS
 from lsds.learning.windows import windows
 from lsds_plugins import models
 
@@ -22,19 +24,22 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-POOLINGS: dict[str, float] = {"90 % quantile": 0.9, "median": 0.5, "maximum": 1.0}
-"""How a recording's score comes out of its frames' probabilities; each over clips of equal length."""
-
-POOLING = "90 % quantile"
-"""The one that is shown of a shipped model."""
+POOLINGS: dict[str, tuple[float, bool]] = {
+    "75 % of moving frames": (MOVING_SHARE, True),
+    "median of moving frames": (0.5, True),
+    "90 % of all frames": (0.9, False),
+}
+"""How a recording's score comes out of its frames' probabilities: a quantile, and whether of frames that move only. The
+first is the one that counts, and is shown of a shipped model; the others show what it is worth."""
 
 CLIP_MODEL = "clip-forest"
 _BLOCK = 8192
 
 
-def applied(told: str, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:
+def applied(told: str, slower: float, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:
     """Return name, probabilities (n,) and threshold of each simulation-trained detector that is told: a file's path,
-    `shipped` or `none`. Raises ModelError for a file that is no detector."""
+    `shipped` or `none`. `slower` is how many times the true frame interval is the nominal one: rates are divided by it.
+    Raises ModelError for a file that is no detector."""
     if told == "none":
         return []
     shipped = told == "shipped"
@@ -44,11 +49,10 @@ def applied(told: str, videos: Videos, notes: list[str]) -> list[tuple[str, Floa
     found = []
     for path in paths:
         model = artefact.load(path, "detect")
-        said, rows = frame_scores(model, videos)
-        for name, share in POOLINGS.items():
-            if name == POOLING or not shipped:
-                words = f"{model.card.name}, trained on {model.card.figures_are} data, as it is: {name} of frames"
-                found.append((words, video_scores(videos, said, rows, share), model.card.threshold))
+        said = frame_scores(model, videos, slower)
+        for name, (share, only_moving) in list(POOLINGS.items())[: 1 if shipped else None]:
+            words = f"{model.card.name}, trained on {model.card.figures_are} data, as it is: {name}"
+            found.append((words, video_scores(videos, said, share, only_moving), model.card.threshold))
     return found
 
 
@@ -63,27 +67,38 @@ def _detects(path: Path) -> bool:
         return False
 
 
-def clip_model_said(videos: Videos) -> tuple[str, Floats] | str | None:
-    """Return name and probabilities (n,) of the shipped clip model; why it cannot be shown where it has seen some of
-    these objects, None where none is shipped."""
+def clip_model_said(videos: Videos) -> tuple[str, Floats, NDArray[np.bool_]] | None:
+    """Return name, probabilities (n,) of the shipped clip model, and which videos (n,) are of objects that it has not
+    seen; None where there are none, or no model is shipped."""
     path = Path(models.__file__).parent / f"{CLIP_MODEL}.onnx"
     if not path.is_file():
         return None
     model = clips_model.load(path)
-    known = sorted(set(model.objects) & {str(name) for name in videos.object})
-    if known:
-        return f"the shipped clip model has seen {len(known)} of these objects and is not shown"
-    return f"shipped clip model, fitted on {len(model.objects)} other objects", model(videos.clip)
+    unseen: NDArray[np.bool_] = ~np.isin(videos.object.astype(str), model.objects)
+    if len(np.unique(videos.slip[unseen])) < 2:
+        return None
+    return f"shipped clip model, fitted on {len(model.objects)} other objects", model(videos.clip), unseen
 
 
-def frame_scores(model: Artefact, videos: Videos) -> tuple[Floats, NDArray[np.intp]]:
-    """Return the probability of slip of each usable window (m,), and the rows (m,) of their last frames."""
-    x, rows = windows(videos.data, model.card.signals, model.card.length)
-    said = [model.run(x[at : at + _BLOCK]).reshape(-1) for at in range(0, len(x), _BLOCK)]
-    return np.concatenate(said).astype(np.float64) if said else np.zeros(0), rows
+def frame_scores(model: Artefact, videos: Videos, slower: float) -> Floats:
+    """Return (rows,) the probability of slip at each frame, NaN where the window is not usable."""
+    data = videos.data
+    named = {name: data[name] / _rate(name, slower) for name in model.card.signals}
+    x, rows = windows(Dataset({**data.columns, **named}), model.card.signals, model.card.length)
+    found = np.full(len(data), np.nan)
+    for at in range(0, len(x), _BLOCK):
+        found[rows[at : at + _BLOCK]] = model.run(x[at : at + _BLOCK]).reshape(-1)
+    return found
 
 
-def video_scores(videos: Videos, said: Floats, rows: NDArray[np.intp], share: float) -> Floats:
-    """Return (n,) each video's score: a quantile of its windows' probabilities, 0 where it has no usable window."""
-    edges = np.searchsorted(rows, videos.starts)
-    return np.array([pooled(said[first:end], share, 0.0) for first, end in pairwise(edges.tolist())])
+def _rate(name: str, slower: float) -> float:
+    if name == "dt":
+        return 1 / slower
+    return slower if UNITS[name].endswith("/s") else 1.0
+
+
+def video_scores(videos: Videos, said: Floats, share: float, only_moving: bool) -> Floats:
+    """Return (n,) each video's score: a quantile of its frames' probabilities, 0 where too few are known."""
+    moved = moving(videos.data) if only_moving else np.isfinite(said)
+    spans = [slice(first, end) for first, end in pairwise(videos.starts.tolist())]
+    return np.array([while_moving(said[span], moved[span], share) for span in spans])

@@ -17,24 +17,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.learning.incipient_table import Videos
-    from lsds_plugins.studies.incipient_causal import Causal
+    from lsds_plugins.studies.incipient_causal import Causal, Curve
 
     Floats = NDArray[np.float64]
 
 
-def draw(
-    path: Path, videos: Videos, curves: Sequence[tuple[str, NDArray[np.intp], Floats]], courses: Causal | None
-) -> None:
+def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | None) -> None:
     """Write the picture."""
     figure = Figure(figsize=(13, 5.6), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
-    for number, (name, slip, said) in enumerate(curves):
-        true = by_recording(videos.recording, slip.astype(np.float64)) > 0.5
-        told = by_recording(videos.recording, said)
+    for number, curve in enumerate(curves):
+        true = by_recording(curve.recordings, curve.slip.astype(np.float64)) > 0.5
+        told = by_recording(curve.recordings, curve.said)
         false, found = roc(true, told)
         first = number == 0
-        left.plot(false, found, lw=2.5 if first else 1.3, ls="-" if first else "--", label=name)
+        left.plot(false, found, lw=2.5 if first else 1.3, ls="-" if first else "--", label=curve.name)
     left.plot([0, 1], [0, 1], color="0.8", lw=1, zorder=0)
     left.set_xlabel("share of recordings without slip that are called slip")
     left.set_ylabel("share of recordings with slip that are found")
