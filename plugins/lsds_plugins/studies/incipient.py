@@ -28,7 +28,7 @@ from lsds.learning.incipient_folds import (
 from lsds.learning.incipient_load import default_cache, load
 from lsds.learning.incipient_table import Videos, videos_of
 from lsds_plugins.learners.clip_forest import clip_forest, exported
-from lsds_plugins.studies.incipient_causal import Causal, Curve, causal
+from lsds_plugins.studies.incipient_causal import Causal, Curve, causal, fewer
 from lsds_plugins.studies.incipient_models import applied, clip_model_said
 from lsds_plugins.studies.incipient_options import IncipientOptions
 
@@ -68,7 +68,7 @@ class IncipientStudy:
         if _both(videos):
             steps = _Steps(tick, options.repeats * (3 * fold_count(videos.object)) + 6 * fold_count(videos.object))
             self._cross_validate(table, steps)
-            courses = causal(videos, options.jobs, self._seed, steps)
+            courses = causal(videos, options.trees, options.jobs, self._seed, steps)
             table.rows += courses.rows
         if elsewhere is not None:
             fit = clip_forest(options.trees, jobs=options.jobs)
@@ -83,8 +83,8 @@ class IncipientStudy:
             table.add(name, said, tested="all here" if unseen.all() else f"{objects} objects it lacks", keep=unseen)
         if options.save_model:
             self._save(Path(options.save_model), videos, Path(options.path).name)
-        for row in applied(options.model, options.slower, videos, notes):
-            table.add(*row, tested="all here")
+        for number, row in enumerate(applied(options.model, options.slower, videos, notes)):
+            table.add(*row, tested="all here", drawn=number == 0 or options.model == "shipped")
         if not table.rows:
             require_both(videos.slip, videos.object)
         details = {
@@ -108,7 +108,7 @@ class IncipientStudy:
     def _cross_validate(self, table: _Table, steps: _Steps) -> None:
         videos, options = table.videos, self._options
         forest = clip_forest(options.trees, jobs=options.jobs)
-        small = clip_forest(100, jobs=options.jobs)
+        small = clip_forest(fewer(options.trees), jobs=options.jobs)
         seeds = [self._seed + k for k in range(options.repeats)]
 
         def said(fit: Fit, x: Floats, slips: list[NDArray[np.intp]], tick: Callable[[], object]) -> Floats:
@@ -120,7 +120,7 @@ class IncipientStudy:
         table.add(f"whole clips of {FRAMES} frames", whole, videos=True)
         table.add("one number: two-frame maximum of v_net", said(threshold_rule, videos.v_net[:, None], true, _no))
         table.add("one number: mean speed while moving", said(threshold_rule, videos.speed[:, None], true, _no))
-        table.add("majority", said(majority_rule, videos.clip, true, _no))
+        table.add("majority", said(majority_rule, videos.clip, true, _no), drawn=False)
         dealt = [permuted(videos.slip, videos.recording, seed) for seed in seeds]
         table.add("labels shuffled by recording", said(small, videos.clip, dealt, steps), slip=np.array(dealt))
         table.add("nuisances: dots, brightness, kept", said(small, videos.nuisance, true, steps))
@@ -160,6 +160,7 @@ class _Table:
     def add(
         self, name: str, said: Floats, threshold: float = 0.5, *, videos: bool = False,
         slip: NDArray[np.intp] | None = None, tested: str = _BY_OBJECT, keep: NDArray[np.bool_] | None = None,
+        drawn: bool = True,
     ) -> None:  # fmt: skip
         """Score probabilities (repeats, n) or (n,), of all videos or those to `keep`; `videos` adds a row in which each
         camera stands alone."""
@@ -170,7 +171,8 @@ class _Table:
             row = scored(name, recordings, true, said, threshold, per_video=alone, seed=self._seed)
             self.rows.append((row, tested))
         told = self.rows[-1 - videos][0].auc.value
-        self.curves.append(Curve(f"{told:.3f}  {name}", recordings, np.atleast_2d(true)[0], np.atleast_2d(said)[0]))
+        if drawn:
+            self.curves.append(Curve(f"{told:.3f}  {name}", recordings, np.atleast_2d(true)[0], np.atleast_2d(said)[0]))
 
 
 def _both(videos: Videos) -> bool:

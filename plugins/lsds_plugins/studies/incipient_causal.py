@@ -30,7 +30,12 @@ if TYPE_CHECKING:
 
     from lsds.learning.incipient_table import Videos
 
-_TREES, _LEAF = 100, 5
+_LEAF = 5
+
+
+def fewer(trees: int) -> int:
+    """Return how many trees do for what is fitted often: a third."""
+    return max(5, trees // 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,9 +79,9 @@ class Causal:
         }  # fmt: skip
 
 
-def causal(videos: Videos, jobs: int, seed: int, tick: Callable[[], object]) -> Causal:
+def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], object]) -> Causal:
     """Score every window by a model that has not seen its object, and what a running decision makes of them."""
-    fit = clip_forest(_TREES, _LEAF, jobs)
+    fit = clip_forest(fewer(trees), _LEAF, jobs)
     windows = online_windows(videos)
     said = window_scores(fit, windows, seed, tick)
     courses = {name: running(windows, said, rule) for name, rule in RULES.items()}

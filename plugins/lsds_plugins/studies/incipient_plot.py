@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | None) -> None:
     """Write the picture."""
-    figure = Figure(figsize=(13, 5.6), layout="constrained")
+    figure = Figure(figsize=(13, 7), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     for number, curve in enumerate(curves):
@@ -37,11 +37,12 @@ def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | 
     left.set_xlabel("share of recordings without slip that are called slip")
     left.set_ylabel("share of recordings with slip that are found")
     left.legend(
-        fontsize=7.5,
-        loc="lower right",
+        fontsize=8,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.13),
+        ncols=2,
         title="AUC, mean of repeats; the curve is of the first",
         title_fontsize=8,
-        alignment="left",
     )
     left.set_title("whole recordings, objects not trained on", fontsize=10)
     if courses is None:
