@@ -68,6 +68,7 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
 _LEAST_MARKERS = 6
 
 
+_LARGEST = float(np.finfo(np.float32).max)
 _UNDEFINED = (math.nan,) * len(EVIDENCE)
 
 
@@ -110,8 +111,8 @@ class Picker:
         if self._nuisances:
             values += _nuisances(observation)
         picked: tuple[float, ...] = self._pick(values)
-        # One addition a signal instead of one question: what is not finite stays so in the sum.
-        return picked if math.isfinite(sum(picked)) else None
+        # One addition a signal instead of one question: what is NaN, infinite or beyond float32 stays so in the sum.
+        return picked if -_LARGEST < sum(picked) < _LARGEST else None
 
 
 def _evidence(observation: Observation) -> tuple[float, ...]:

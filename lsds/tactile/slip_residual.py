@@ -85,7 +85,9 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
     # conjugate, so that the product's real part is the residual along it.
     shear = contact.turn * twist
     shear += held.conjugate()
-    along = (residual * shear).real / np.maximum(np.abs(shear), 1e-12)
+    along = (residual * shear).real
+    if held or twist:
+        along /= np.abs(shear)
     parts = residual.view(np.float64)
     along_square = contact.square * along.dot(along).item()
     total = contact.square * parts.dot(parts).item()

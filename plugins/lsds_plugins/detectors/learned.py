@@ -54,7 +54,6 @@ class LearnedDetector:
             slip, confidence = False, (threshold - score) / threshold if threshold > 0 else 0.0
         else:
             return Detection(None, math.nan, threshold, 0.0)
-        confidence = min(1.0, max(0.0, confidence))
         return Detection(slip if confidence >= self._abstain_below else None, score, threshold, confidence)
 
 
