@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.clock import NS_PER_S
 from lsds.pose_velocity import PoseVelocity
 
 if TYPE_CHECKING:
@@ -21,17 +22,20 @@ if TYPE_CHECKING:
 SLIP_M_S, SLIP_RAD_S = 3e-3, 0.05
 """Measured faster than this is slip: above what the poses' noise makes of rest."""
 TRUE_SLIP_M_S, TRUE_SLIP_RAD_S = 1e-3, 0.02
+SMOOTHING_S = 0.03
+"""Time constant of the exponential smoothing: that of `lsds.pose_velocity`."""
 SLOP_NS = 40_000_000
 """A frame has the label of the pose nearest in time, if there is one within this."""
 
 
 class SlipLabels:
-    """Gathers poses; tells labels at the end. `measured` false: there is no pose source, the truth serves for both."""
+    """Gathers poses; tells labels at the end. `measured` false: there is no pose source, and the truth, smoothed as a
+    pose source's velocity is, stands in."""
 
     def __init__(self, truth: TruthLog, *, measured: bool) -> None:
         self._truth = truth
         self._measured = measured
-        self._velocity = PoseVelocity()
+        self._velocity = PoseVelocity(SMOOTHING_S)
         self._times_ns: list[int] = []
         self._slips: list[tuple[float, float]] = []
 
@@ -63,22 +67,42 @@ class SlipLabels:
             "stick_true": true[:, 3],
             "slip_true": np.where(known, slips, -1),
         }
+        smooth = self._smoothed(times_ns)
         if not self._measured:
+            speed = np.hypot(smooth[:, 0], smooth[:, 1])
+            moves = (speed > SLIP_M_S) | (np.abs(smooth[:, 2]) > SLIP_RAD_S)
             return columns | {
-                "velocity_x": true[:, 0], "velocity_y": true[:, 1], "angular_velocity_label": true[:, 2],
-                "speed": columns["speed_true"], "slip": columns["slip_true"],
+                "velocity_x": smooth[:, 0], "velocity_y": smooth[:, 1], "angular_velocity_label": smooth[:, 2],
+                "speed": speed, "slip": np.where(known, moves, -1),
             }  # fmt: skip
         seen = np.array([self._nearest_pose(t_ns) for t_ns in times_ns]).reshape(-1, 2)
         # Where pads and object are apart there is nothing to slip: the grip's own contact says so.
         touching = ~(true[:, 4] <= 0)
         seen[~touching] = 0.0
         speed = np.hypot(seen[:, 0], seen[:, 1])
-        turning = np.nan_to_num(np.abs(true[:, 2])) > SLIP_RAD_S
+        turning = np.nan_to_num(np.abs(smooth[:, 2])) > SLIP_RAD_S
         slip = np.where(np.isfinite(speed), (speed > SLIP_M_S) | turning, -1)
         return columns | {
-            "velocity_x": seen[:, 0], "velocity_y": seen[:, 1], "angular_velocity_label": true[:, 2],
+            "velocity_x": seen[:, 0], "velocity_y": seen[:, 1], "angular_velocity_label": smooth[:, 2],
             "speed": speed, "slip": slip,
         }  # fmt: skip
+
+    def _smoothed(self, times_ns: Sequence[int]) -> NDArray[np.float64]:
+        """Return (frames, 3): the true slip velocity and rate smoothed as a pose source's are, lag included.
+
+        Stick and slip follow each other within a frame; no laboratory sees that, and no grip can answer it.
+        """
+        samples = self._truth.samples
+        if not samples:
+            return np.full((len(times_ns), 3), math.nan)
+        values = np.array([(*s.slip_velocity_m_s, s.slip_angular_rad_s) for s in samples])
+        steps = np.diff([s.t_ns for s in samples], prepend=samples[0].t_ns) / NS_PER_S
+        state, found = values[0], np.empty_like(values)
+        for k, new in enumerate(1 - np.exp(-steps / SMOOTHING_S)):
+            state = state + new * (values[k] - state)
+            found[k] = state
+        at = np.searchsorted([s.t_ns for s in samples], times_ns).clip(0, len(samples) - 1)
+        return found[at]
 
     def _nearest_truth(self, t_ns: int) -> CellTruth | None:
         samples = self._truth.samples

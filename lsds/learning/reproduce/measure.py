@@ -36,7 +36,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
         if not _complete(folder):
             collect(
                 job, folder, seed=seed, quick=quick, jobs=jobs,
-                tick=lambda done, whole, _, job=job: tick(f"collecting {job}", done, whole),
+                tick=_told(tick, f"collecting {job}"),
             )  # fmt: skip
         cards[job] = json.loads((folder / CARD).read_text(encoding="utf-8"))
     rows: list[dict[str, Any]] = []
@@ -78,6 +78,10 @@ def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, A
     except LsdsError as error:
         return str(error)
     return [{**row, "seconds": (perf_ns() - begun) / 1e9} for row in rows]
+
+
+def _told(tick: Tick, what: str) -> Callable[[int, int, str], None]:
+    return lambda done, whole, _: tick(what, done, whole)
 
 
 def _complete(folder: Path) -> bool:
