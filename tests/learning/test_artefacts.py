@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from functools import partial
 
 import numpy as np
 import onnx
@@ -13,8 +14,10 @@ from lsds_plugins.learners.graph import Graph
 from onnx import TensorProto, helper
 
 from lsds.errors import DataError, ModelError
+from lsds.learning import artefact
 from lsds.learning.artefact import Card, load, save
 from lsds.learning.signals import SIGNAL_SETS, UNITS
+from lsds.learning.windows import Window
 
 FIELD = SIGNAL_SETS["field"]
 
@@ -189,6 +192,26 @@ def test_a_graph_that_ends_elsewhere_is_not_written():
     with pytest.raises(ValueError, match="not what the last node gives"):
         own.finish(first, (3,))
     assert onnx.load_from_string(graph(1, 3, 2)).producer_name == "lsds"
+
+
+def test_a_bound_model_gives_what_a_free_one_gives_past_the_wrapper_and_through_it(model, monkeypatch):
+    loaded = load(model, "detect")
+    window = Window(4, len(FIELD))
+    past = loaded.bind(window)
+    monkeypatch.setattr(artefact, "_bound", lambda session, binding: partial(session.run_with_iobinding, binding))
+    through = loaded.bind(window)
+    rng = np.random.default_rng(0)
+    for _ in range(6):
+        window.push((1e-4 * rng.standard_normal(len(FIELD))).tolist())
+        assert past() == through() == loaded.run(window.frames).tolist()
+
+
+def test_a_runtime_without_the_short_way_is_run_through_its_wrapper():
+    class Session:
+        def run_with_iobinding(self, binding):
+            return f"ran {binding}"
+
+    assert artefact._bound(Session(), "it")() == "ran it"
 
 
 def test_a_model_that_cannot_be_written_is_one_clear_error(tmp_path):
