@@ -68,6 +68,13 @@ def _pooled(clips: NDArray[np.float32], width: int) -> NDArray[np.float64]:
     return mean_of([*quantiles(own, QUANTILES), spread(own)]).T.ravel()
 
 
+def logged(x: NDArray[np.float64], middle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return figures (n, F) as signed logarithms, linear below a thousandth (of a pitch); `middle` (F,) stands in for
+    what is undefined. What float32 cannot hold is rounded off, so that a model sees the same wherever it runs."""
+    seen = np.where(np.isfinite(x), x, middle)
+    return (np.sign(seen) * np.log1p(np.abs(seen) * 1e3)).astype(np.float32).astype(np.float64)
+
+
 def quantiles(clips: NDArray[np.float64], wanted: Sequence[float]) -> list[NDArray[np.float64]]:
     """Return for each wanted share the quantile over the frames of clips (times, frames, S) that are defined, (times,
     S); NaN where none is."""

@@ -1,8 +1,8 @@
 """A clip model as a file: fitted once on recordings of some objects, applied to those of others.
 
-`NAME.onnx` maps `x` (n, F) float32, the figures of whole clips, to the probability of slip; `NAME.json` is its card:
-the objects it has seen, what stands for an undefined figure, and the checksum. Nothing that trains is needed to apply
-it.
+`NAME.onnx` maps `x` (n, F) float32, logarithms of the figures of whole clips, to the probability of slip; `NAME.json`
+is its card: the objects it has seen, what stands for an undefined figure, and the checksum. Nothing that trains is
+needed to apply it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import ModelError
-from lsds.learning.clips import FEATURES, FRAMES
+from lsds.learning.clips import FEATURES, FRAMES, logged
 from lsds.learning.datasets import write_whole
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class ClipModel:
 
     def __call__(self, x: Floats) -> Floats:
         """Return (n,) the probability of slip of clips' figures (n, F)."""
-        rows = np.where(np.isfinite(x), x, self.middle).astype(np.float32)
+        rows = logged(x, self.middle).astype(np.float32)
         said: Floats = self.session.run(["probabilities"], {"x": rows})[0][:, 1].astype(np.float64)
         return said
 
@@ -53,7 +53,7 @@ def save(path: Path, onnx: bytes, middle: Floats, objects: Sequence[str], traine
         "objects": sorted(objects),
         "trained_on": trained_on,
         "figures_are": "measured",
-        "middle": [float(value) for value in np.asarray(middle, np.float32)],
+        "middle": [float(value) for value in middle],
         "sha256": hashlib.sha256(onnx).hexdigest(),
     }
     write_whole(path, onnx)

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from learning.labelled import dataset, row, write_index
-from lsds_plugins.learners.clip_forest import clip_forest, exported
+from lsds_plugins.learners.clip_model import clip_model, exported
 from lsds_plugins.studies import incipient, incipient_models
 from lsds_plugins.studies.incipient_models import frame_scores, video_scores
 from lsds_plugins.studies.incipient_options import IncipientOptions
@@ -100,7 +100,7 @@ def test_a_clip_model_is_the_forest_that_it_was_fitted_as(videos, tmp_path):
     assert model.objects == ("a", "b")
     rows = videos.clip.copy()
     rows[0, :5] = np.nan
-    expected = clip_forest(20)(videos.clip, videos.slip, 0)(rows)
+    expected = clip_model(20)(videos.clip, videos.slip, 0)(rows)
     np.testing.assert_allclose(model(rows), expected, atol=1e-5)
 
 
@@ -124,7 +124,7 @@ def test_a_damaged_or_foreign_clip_model_is_one_clear_error(videos, tmp_path):
 
 def test_a_shipped_clip_model_speaks_of_objects_that_it_has_not_seen(small, videos, tmp_path, monkeypatch):
     monkeypatch.setattr(incipient_models.models, "__file__", str(tmp_path / "__init__.py"))
-    path = tmp_path / "clip-forest.onnx"
+    path = tmp_path / "clips.onnx"
     clips_model.save(path, *exported(videos.clip, videos.slip, 0, trees=20), ["thing0", "other"], "here")
     small(4)
     found = [r for r in study().run(lambda *_: None).rows if r["model"].startswith("shipped clip model")]

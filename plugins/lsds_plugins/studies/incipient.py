@@ -27,7 +27,7 @@ from lsds.learning.incipient_folds import (
 )  # fmt: skip
 from lsds.learning.incipient_load import default_cache, load
 from lsds.learning.incipient_table import Videos, videos_of
-from lsds_plugins.learners.clip_forest import clip_forest, exported
+from lsds_plugins.learners.clip_model import clip_model, exported
 from lsds_plugins.studies.incipient_causal import Causal, Curve, causal, fewer
 from lsds_plugins.studies.incipient_models import applied, clip_model_said
 from lsds_plugins.studies.incipient_options import IncipientOptions
@@ -71,7 +71,7 @@ class IncipientStudy:
             courses = causal(videos, options.trees, options.jobs, self._seed, steps)
             table.rows += courses.rows
         if elsewhere is not None:
-            fit = clip_forest(options.trees, jobs=options.jobs)
+            fit = clip_model(options.trees, jobs=options.jobs)
             said, own = trained_elsewhere(fit, elsewhere, videos, self._seed)
             words = f"trained on {len(np.unique(elsewhere.object[own]))} objects of {Path(options.train).name}"
             table.add("whole clips, " + words, said, tested="all here")
@@ -107,8 +107,8 @@ class IncipientStudy:
 
     def _cross_validate(self, table: _Table, steps: _Steps) -> None:
         videos, options = table.videos, self._options
-        forest = clip_forest(options.trees, jobs=options.jobs)
-        small = clip_forest(fewer(options.trees), jobs=options.jobs)
+        forest = clip_model(options.trees, jobs=options.jobs)
+        small = clip_model(fewer(options.trees), jobs=options.jobs)
         seeds = [self._seed + k for k in range(options.repeats)]
 
         def said(fit: Fit, x: Floats, slips: list[NDArray[np.intp]], tick: Callable[[], object]) -> Floats:

@@ -23,7 +23,7 @@ from lsds.learning.incipient_online import (
     window_scores,
 )  # fmt: skip
 from lsds.learning.metrics import Interval, auc, bootstrap
-from lsds_plugins.learners.clip_forest import clip_forest
+from lsds_plugins.learners.clip_model import clip_model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,7 +81,7 @@ class Causal:
 
 def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], object]) -> Causal:
     """Score every window by a model that has not seen its object, and what a running decision makes of them."""
-    fit = clip_forest(fewer(trees), _LEAF, jobs)
+    fit = clip_model(fewer(trees), _LEAF, jobs)
     windows = online_windows(videos)
     said = window_scores(fit, windows, seed, tick)
     courses = {name: running(windows, said, rule) for name, rule in RULES.items()}

@@ -32,7 +32,7 @@ POOLINGS: dict[str, tuple[float, bool]] = {
 """How a recording's score comes out of its frames' probabilities: a quantile, and whether of frames that move only. The
 first is the one that counts, and is shown of a shipped model; the others show what it is worth."""
 
-CLIP_MODEL = "clip-forest"
+CLIP_MODEL = "clips"
 _BLOCK = 8192
 
 
