@@ -41,6 +41,8 @@ def chart() -> None:
       lsds chart dynamics
       lsds chart optics
       lsds chart realism --recordings videos
+      lsds chart detectors --data detection
+      lsds chart estimators --data severity
     """
 
 
@@ -207,6 +209,51 @@ def realism(
     """
     options: dict[str, object] = {"recordings": recordings, "videos": videos, "clips": clips, "seed": seed}
     _study("realism", options, seed, plot, csv_file, json_file)
+
+
+def _brains(command: Callable[..., None]) -> Callable[..., None]:
+    """Options of both charts of learned models."""
+    data = click.option("--data", required=True, metavar="FOLDER", help="Dataset: lsds collect, or lsds reproduce.")
+    most = click.option("--most", type=click.IntRange(min=500), default=20_000, show_default=True,
+                        help="Windows to fit on.")  # fmt: skip
+    repeats = click.option("--repeats", type=click.IntRange(1, 1000), default=10, show_default=True,
+                           help="Passes over the frames that are timed.")  # fmt: skip
+    seed = click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+    return data(most(repeats(seed(command))))
+
+
+@chart.command()
+@_brains
+@_outputs("detectors.png")
+def detectors(
+    data: str, most: int, repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: str | None
+) -> None:
+    """Chart detectors: accuracy on objects never seen against the time of an update. Needs the train extra.
+
+    
+    Examples:
+      lsds chart detectors --data reproduction/data/detection
+      lsds chart detectors --data detection --most 5000 --csv detectors.csv
+    """
+    options: dict[str, object] = {"data": data, "most": most, "repeats": repeats, "seed": seed}
+    _study("detectors", options, seed, plot, csv_file, json_file)
+
+
+@chart.command()
+@_brains
+@_outputs("estimators.png")
+def estimators(
+    data: str, most: int, repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: str | None
+) -> None:
+    """Chart estimators: R2 of speed on objects never seen against the time of an update. Needs the train extra.
+
+    
+    Examples:
+      lsds chart estimators --data reproduction/data/severity
+      lsds chart estimators --data severity --most 5000 --json estimators.json
+    """
+    options: dict[str, object] = {"data": data, "most": most, "repeats": repeats, "seed": seed}
+    _study("estimators", options, seed, plot, csv_file, json_file)
 
 
 def _study(

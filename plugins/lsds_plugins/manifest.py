@@ -104,6 +104,18 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         *(
             BackendSpec(
+                "study",
+                f"{kind}s",
+                f"lsds_plugins.studies.brains:{kind}s",
+                "lsds_plugins.studies.brains:BrainOptions",
+                summary=f"{kind}s on objects never seen: accuracy against microseconds",
+                requires=("sklearn", "torch", "onnx", "pyarrow"),
+                extra="train",
+            )
+            for kind in ("detector", "estimator")
+        ),
+        *(
+            BackendSpec(
                 kind,
                 name,
                 f"lsds_plugins.{kind}s.learned:{name.replace('-', '_')}",

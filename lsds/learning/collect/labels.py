@@ -102,7 +102,7 @@ class SlipLabels:
             state = state + new * (values[k] - state)
             found[k] = state
         at = np.searchsorted([s.t_ns for s in samples], times_ns).clip(0, len(samples) - 1)
-        return found[at]
+        return np.asarray(found[at], np.float64)
 
     def _nearest_truth(self, t_ns: int) -> CellTruth | None:
         samples = self._truth.samples

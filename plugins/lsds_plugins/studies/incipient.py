@@ -191,6 +191,8 @@ def _notes(data: Dataset, videos: Videos, courses: Causal | None) -> list[str]:
     short = sorted({str(r) for r in videos.recording[videos.frames < FRAMES]})
     if short:
         notes.append(f"shorter than a clip, frames repeated: {', '.join(short)}")
+    if "not_kept" in data.card:
+        notes.append(f"what was read could not be kept for the next time: {data.card['not_kept']}")
     if data.card["failures"]:
         notes.append(f"{len(data.card['failures'])} of {len(told)} videos could not be used, see stderr")
     return notes if courses is None else notes + courses.notes

@@ -1,0 +1,211 @@
+"""Studies `detectors` and `estimators`: accuracy on unseen objects against microseconds an update, in one run.
+
+Every learner is fitted on the objects to learn from, with each set of signals and length of window, and scored on the
+objects never seen. What an update costs is measured in the running cell's own code, all models taking turns on the same
+frames of a simulated run, so that a noisy machine disturbs all alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.clock import perf_ns
+from lsds.config import load_config
+from lsds.contracts import BuildContext, Observation
+from lsds.contracts.study import StudyResult, Value
+from lsds.errors import DataError
+from lsds.learning.artefact import Card, save
+from lsds.learning.collect.objects import UNSEEN
+from lsds.learning.datasets import Dataset, load
+from lsds.learning.evaluation import detection, severity
+from lsds.learning.evaluation.controls import rule_score
+from lsds.learning.evaluation.fitting import Model, Task, fit, task
+from lsds.learning.running import RunningModel
+from lsds.plugins.host import PluginHost
+from lsds.rig import Rig
+from lsds.study.frame_cost import record
+from lsds.tactile.perception import Perception
+from lsds_plugins.studies.brains_plot import plot
+
+if TYPE_CHECKING:
+    from lsds.contracts.learning import Job
+
+SETS = ("baseline", "proposed", "combined", "field")
+LENGTHS = (1, 3, 6, 12, 20)
+LEARNERS: dict[Job, tuple[str, ...]] = {
+    "detect": ("random-forest", "gradient-boosting", "logistic", "field-mlp"),
+    "estimate": ("lstm", "mlp", "linear-window", "field-gru"),
+}
+UNTRAINED: dict[Job, tuple[str, ...]] = {"detect": ("threshold", "rigid-residual"), "estimate": ("field",)}
+KINDS = {"detect": "detector", "estimate": "estimator"}
+COLUMNS = (
+    ("model", "model", ""), ("signals", "signals", ""), ("length", "frames", "d"), ("update_us", "us an update", ".1f"),
+    ("score", "score", ".4f"), ("low", "low", ".4f"), ("high", "high", ".4f"), ("front", "Pareto", ""),
+)  # fmt: skip
+
+
+class BrainOptions(BaseModel):
+    """Options of both studies."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    data: str = Field(default="", description="folder of a dataset: lsds collect, or data/ of lsds reproduce")
+    most: int = Field(default=20_000, ge=500, description="windows to fit on, drawn from all: enough to compare")
+    repeats: int = Field(default=10, ge=1, le=1000, description="passes over the frames that are timed")
+    seed: int = Field(default=0, ge=0)
+
+
+class BrainStudy:
+    """A `Study` of one job."""
+
+    def __init__(self, options: BrainOptions, context: BuildContext, job: Job) -> None:
+        self.options, self._job, self._host, self._context = options, job, PluginHost(), context
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Fit, score and time. Raises DataError where there is no dataset with objects of both kinds."""
+        if not self.options.data:
+            raise DataError("name a dataset with --data: lsds collect makes one, or data/ of lsds reproduce")
+        whole = load(Path(self.options.data))
+        unseen = np.isin(whole["object"], UNSEEN)
+        if not unseen.any() or unseen.all():
+            raise DataError(f"{self.options.data}: needs objects to learn from and some of {', '.join(UNSEEN)}")
+        seen, other = whole.where(~unseen), whole.where(unseen)
+        todo = _planned(self._job)
+        rows: list[dict[str, Value]] = []
+        with TemporaryDirectory() as folder:
+            models: dict[int, Callable[[Observation], Any]] = {}
+            for index, (name, options) in enumerate(todo):
+                row, path = self._fit(name, options, seen, other, Path(folder) / f"{index}.onnx")
+                models[len(rows)] = RunningModel(path, self._job).update
+                rows.append(row)
+                tick(index + 1, len(todo) + 1)
+            for name in UNTRAINED[self._job]:
+                own = self._untrained(name, other)
+                if own is not None:
+                    backend = self._host.build(KINDS[self._job], name, {}, self._context)  # type: ignore[arg-type]
+                    models[len(rows)] = backend.update
+                    rows.append(own)
+            for index, us in self._time(models).items():
+                rows[index]["update_us"] = us
+        tick(1, 1)
+        _mark_front(rows)
+        score = "accuracy" if self._job == "detect" else "R2 of speed"
+        title = f"{KINDS[self._job]}s on objects never seen, simulated: {score} against time, one thread"
+        notes = [
+            f"score: {score}, 95 % interval over recordings; fitted on at most {self.options.most} windows",
+            "time: signals, window and model, median over the frames of one simulated run, all models in turns",
+        ]
+        return StudyResult(title, COLUMNS, rows, partial(plot, rows=rows, score=score, title=title), notes)
+
+    def _fit(
+        self, name: str, options: dict[str, Any], seen: Dataset, other: Dataset, path: Path
+    ) -> tuple[dict[str, Value], Path]:
+        learner = Model(name, options).build(self._host)
+        own, test = task(seen, learner), task(other, learner)
+        rng = np.random.default_rng(self.options.seed)
+        count = min(self.options.most, len(own.rows))
+        index = np.sort(rng.choice(len(own.rows), count, replace=False))
+        fitted = fit(learner, own.examples(index), self.options.seed)
+        save(path, fitted.export(), Card(name, self._job, tuple(learner.signals), learner.length, "simulated"))
+        said = fitted.predict(test.x)
+        row: dict[str, Value] = {
+            "model": name, "signals": str(options.get("signals", "own")), "length": learner.length,
+            **self._score(test, said),
+        }  # fmt: skip
+        return row, path
+
+    def _score(self, test: Task, said: Any) -> dict[str, Value]:
+        if self._job == "detect":
+            row = detection.scored(test, said)
+            return {"score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"],
+                    "auc": row["auc"], "false_alarms_per_min": row["false_alarms_per_min"]}  # fmt: skip
+        row = severity.scored(test, said)
+        true = severity.true_speed(test)
+        low, high = _r2_interval(test, true, said[:, severity.SPEED])
+        return {"score": row["r2"], "low": low, "high": high, "mae_m_s": row["mae"],
+                "moving_mae_m_s": row["moving_mae"]}  # fmt: skip
+
+    def _untrained(self, name: str, other: Dataset) -> dict[str, Value] | None:
+        """Return the row of a rule whose statistic is a column of the dataset, at its own default threshold."""
+        if self._job != "detect":
+            return None
+        from lsds_plugins.detectors.rigid_residual import RigidResidualOptions
+        from lsds_plugins.detectors.threshold import ThresholdOptions
+
+        known = np.flatnonzero(other["slip"] >= 0)
+        own = Task(other, np.zeros((len(known), 0), np.float32), other["slip"][known].astype(np.float32), known)
+        if name == "threshold":
+            score, limit = rule_score(other)[known], ThresholdOptions().v_net_m_s
+        else:
+            score, limit = np.nan_to_num(other["residual_excess"][known]), RigidResidualOptions().residual_m_s
+        row = detection.scored(own, score, limit)
+        return {"model": name, "signals": "untrained", "length": 2 if name == "threshold" else 1,
+                "score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"], "auc": row["auc"],
+                "false_alarms_per_min": row["false_alarms_per_min"]}  # fmt: skip
+
+    def _time(self, models: dict[int, Callable[[Observation], Any]]) -> dict[int, float]:
+        config = load_config(None, [f"seed={self.options.seed}"], host=self._host)
+        clip = record(config, self._host)
+        rig = Rig(config, self._host)
+        perception = Perception(rig.tracker, rig.sensor.spec, config.tactile)
+        perception.start([clip.reference])
+        frames = [perception.observe(frame)[0] for frame in clip.frames]
+        times: dict[int, list[int]] = {index: [] for index in models}
+        for turn in range(self.options.repeats + 1):
+            for index, update in models.items():
+                for observation in frames:
+                    # As if never seen: what detector and estimator share in the loop is paid by each here.
+                    fresh = replace(observation)
+                    begun = perf_ns()
+                    update(fresh)
+                    if turn:
+                        times[index].append(perf_ns() - begun)
+        return {index: float(np.median(own)) / 1e3 for index, own in times.items()}
+
+
+def _planned(job: Job) -> list[tuple[str, dict[str, Any]]]:
+    """Return every learner with every set of signals, and ours with every length of window."""
+    found: list[tuple[str, dict[str, Any]]] = []
+    for name in LEARNERS[job]:
+        sets = [s for s in SETS if not (s == "field" and name in ("random-forest", "gradient-boosting"))]
+        for signals in sets:
+            options: dict[str, Any] = {"signals": signals}
+            if name == "gradient-boosting":
+                options["n_estimators"] = 115
+            found.append((name, options))
+    swept = {"detect": ("logistic", "field-mlp"), "estimate": ("linear-window", "field-gru", "lstm")}[job]
+    found += [(name, {"length": length}) for name in swept for length in LENGTHS]
+    return found
+
+
+def _r2_interval(own: Task, true: Any, said: Any) -> tuple[float, float]:
+    from lsds.learning.metrics import bootstrap, r2
+
+    interval = bootstrap(own.column("recording"), lambda rows: r2(true[rows], said[rows]))
+    return interval.low, interval.high
+
+
+def _mark_front(rows: list[dict[str, Value]]) -> None:
+    """Mark what nothing beats in both: none is at least as fast and more accurate."""
+    for row in rows:
+        us, score = float(row["update_us"] or 0), float(row["score"] or 0)
+        beaten = any(float(other["update_us"] or 0) <= us and float(other["score"] or 0) > score for other in rows)
+        row["front"] = "" if beaten else "*"
+
+
+def detectors(options: BrainOptions, context: BuildContext) -> BrainStudy:
+    """Factory of the study `detectors`."""
+    return BrainStudy(options, context, "detect")
+
+
+def estimators(options: BrainOptions, context: BuildContext) -> BrainStudy:
+    """Factory of the study `estimators`."""
+    return BrainStudy(options, context, "estimate")
