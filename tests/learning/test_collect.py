@@ -1,0 +1,191 @@
+"""Collecting: protocols are the same by seed, recordings are kept whatever happens, labels are what was measured."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from lsds.contracts import CellTruth, Pose, PoseSample
+from lsds.errors import DataError
+from lsds.learning.collect import campaign
+from lsds.learning.collect.labels import SlipLabels
+from lsds.learning.collect.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
+from lsds.learning.collect.trials import JOBS, SPEEDS_M_S, trials
+from lsds.learning.datasets import COLUMNS, load, read_table
+
+FAST = ("pose_source.backend=none",)
+
+
+def test_the_objects_are_the_study_s():
+    assert (len(SEEN), len(UNSEEN)) == (15, 5)
+    assert set(PLANS) == {*SEEN, *UNSEEN, PIPE}
+
+
+def test_plans_agree_with_the_simulated_catalogue():
+    from lsds_mocks.objects.catalogue import CATALOGUE
+
+    for name, plan in PLANS.items():
+        spec = CATALOGUE[name]
+        assert (plan.thickness_mm, plan.length_mm) == (spec.diameter_mm, spec.length_mm)
+        assert plan.needed_n == pytest.approx(spec.mass_kg * 9.81 / (2 * spec.static_friction), rel=0.02)
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_force_and_aperture_are_each_other_s_inverse(name):
+    plan = PLANS[name]
+    for force, closure in zip(FORCES_N, plan.closure_mm, strict=True):
+        assert plan.aperture_m(force) == pytest.approx((plan.thickness_mm - closure) * 1e-3)
+    for force in (0.2, 1.0, 2.0, 5.0, 8.9):
+        assert plan.force_n(plan.aperture_m(force)) == pytest.approx(force)
+    assert plan.force_n(plan.thickness_mm * 1e-3) == 0
+
+
+@pytest.mark.parametrize("job", JOBS)
+def test_trials_are_the_same_by_seed_and_within_the_cell_s_limits(job):
+    planned = trials(job, None, 3)
+    assert planned == trials(job, None, 3)
+    assert planned != trials(job, None, 4)
+    names = [trial.recording for trial in planned]
+    assert len(set(names)) == len(names)
+    for trial in planned:
+        assert all(0 < move.duration_s < 10 and abs(move.velocity_m_s) <= 0.1 for move in trial.moves)
+        assert 0 <= trial.grip_aperture_m < PLANS[trial.object].thickness_mm * 1e-3
+        height = np.cumsum([move.duration_s * move.velocity_m_s for move in trial.moves])
+        assert trial.clamped or height.min() > -1e-6
+
+
+def test_the_protocols_have_what_the_study_s_have():
+    severity = [trial for trial in trials("severity", ["can"], 0) if trial.protocol == "severity"]
+    speeds = [max(move.velocity_m_s for move in trial.moves) for trial in severity]
+    assert sorted(set(speeds)) == list(SPEEDS_M_S)
+    assert all(speeds.count(speed) == 5 for speed in SPEEDS_M_S)
+    detection = trials("detection", ["can"], 0)
+    static = [trial for trial in detection if trial.protocol == "static"]
+    assert len(static) == 5
+    apertures = [trial.grip_aperture_m for trial in static]
+    assert apertures == sorted(apertures, reverse=True)
+    (grasp,) = [trial for trial in detection if trial.protocol == "grasp"]
+    steps = [move.aperture_m for move in grasp.moves if move.aperture_m is not None]
+    assert np.diff(steps) == pytest.approx(-50e-3 / 230)
+    assert [move.duration_s for move in grasp.moves[1:]] == [5.0] * 10
+
+
+def test_an_object_without_a_plan_is_named():
+    with pytest.raises(DataError, match="no plan for brick"):
+        trials("severity", ["brick"], 0)
+
+
+def test_collects_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    out, seen = tmp_path / "pipe", []
+    real = campaign.run_trial
+
+    def third_fails(trial, config_file, overrides):
+        seen.append(trial.recording)
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+        return real(trial, config_file, overrides)
+
+    monkeypatch.setattr(campaign, "run_trial", third_fails)
+    with pytest.raises(KeyboardInterrupt):
+        campaign.collect("pipe", out, overrides=FAST, quick=True)
+    assert len(list((out / "parts").iterdir())) == 1
+    with pytest.raises(DataError, match="not finished"):
+        load(out)
+    with pytest.raises(DataError, match="begun with another seed"):
+        campaign.collect("pipe", out, overrides=FAST, quick=True, seed=1)
+    data = campaign.collect("pipe", out, overrides=FAST, quick=True)
+    assert len(seen) == 3
+    assert set(data["recording"]) == {trial.recording for trial in trials("pipe", None, 0, quick=True)}
+    assert not (out / "parts").exists()
+    again = load(out)
+    assert list(again.columns) == list(COLUMNS)
+    for name in COLUMNS:
+        assert np.array_equal(again[name], data[name], equal_nan=COLUMNS[name] != "str")
+    assert again.card["figures_are"] == "simulated"
+    assert again.card["gels"]
+    slipping = again["speed_true"] > 1e-3
+    assert again["speed_true"][slipping] == pytest.approx(0.038, abs=0.004)
+    assert 0.05 < slipping.mean() < 0.6
+    # Smoothed and lagging, but the same slip.
+    assert (again["slip"][slipping] == 1).mean() > 0.7
+    with pytest.raises(DataError, match="complete dataset already"):
+        campaign.collect("pipe", out, overrides=FAST, quick=True)
+
+
+def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
+    out = tmp_path / "pipe"
+    written = []
+    real = campaign.write_table
+
+    def full(columns, path):
+        if written:
+            raise DataError(f"{path}: cannot be written: No space left on device")
+        written.append(path)
+        real(columns, path)
+
+    monkeypatch.setattr(campaign, "write_table", full)
+    with pytest.raises(DataError, match="No space left"):
+        campaign.collect("pipe", out, overrides=FAST, quick=True)
+    assert len(read_table(written[0])["frame"]) > 10
+    monkeypatch.setattr(campaign, "write_table", real)
+    campaign.collect("pipe", out, overrides=FAST, quick=True)
+    assert load(out).card["complete"]
+
+
+def test_a_trial_that_fails_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
+    real = campaign.run_trial
+
+    def one_fails(trial, config_file, overrides):
+        if trial.recording.endswith("__0"):
+            raise DataError("the light flickers")
+        return real(trial, config_file, overrides)
+
+    monkeypatch.setattr(campaign, "run_trial", one_fails)
+    with pytest.raises(DataError, match=r"1 of 2 recordings failed[^\0]*light flickers"):
+        campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
+    assert len(list((tmp_path / "pipe" / "parts").iterdir())) == 1
+
+
+def test_a_folder_that_is_something_else_is_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("\\section{}")
+    with pytest.raises(DataError, match="not empty"):
+        campaign.collect("pipe", tmp_path, quick=True)
+    assert json.dumps([path.name for path in tmp_path.iterdir()]) == '["thesis.tex"]'
+
+
+def truth(t_ns, slip):
+    return CellTruth(t_ns, (0.0, slip), (0.0, slip), 0.0, 0.0, 0.0, 2.0, 1.0, 1.0, 0.02, 0.0, False, False)
+
+
+class Samples:
+    def __init__(self, samples):
+        self.samples = samples
+
+
+def test_labels_lag_as_a_pose_source_s_do():
+    tick = 8_000_000
+    log = Samples([truth(k * tick, 0.04 if 50 <= k < 100 else 0.0) for k in range(150)])
+    labels = SlipLabels(log, measured=False)
+    times = [k * tick for k in range(150)]
+    found = labels.at(times)
+    assert np.array_equal(found["slip_true"], [1 if 50 <= k < 100 else 0 for k in range(150)])
+    onset, end = np.flatnonzero(np.diff(found["slip"]))
+    assert 49 <= onset <= 51
+    # It decays below 3 mm/s with a time constant of 30 ms.
+    assert end - 99 == pytest.approx(0.03 * math.log(0.04 / 0.003) / 0.008, abs=2)
+
+
+def test_labels_come_from_poses_where_there_are_any():
+    tick = 16_000_000
+    log = Samples([truth(k * tick, 0.02) for k in range(40)])
+    labels = SlipLabels(log, measured=True)
+    for k in range(40):
+        gripper = Pose((0.0, 0.0, 0.5 + 0.03 * k * tick * 1e-9))
+        labels.see(PoseSample(k * tick, k, {"gripper": gripper, "object": Pose((0.0, 0.0, 0.4))}))
+    found = labels.at([k * tick for k in range(5, 40)])
+    assert found["velocity_y"] == pytest.approx(0.03)
+    assert found["speed_true"] == pytest.approx(0.02)
+    unseen = SlipLabels(log, measured=True).at([10 * tick])
+    assert unseen["slip"][0] == -1
+    assert math.isnan(unseen["speed"][0])
