@@ -1,8 +1,8 @@
 """A clip model as a file: fitted once on recordings of some objects, applied to those of others.
 
-`NAME.onnx` maps `x` (n, F) float32, logarithms of the figures of whole clips, to the probability of slip; `NAME.json`
-is its card: the objects it has seen, what stands for an undefined figure, and the checksum. Nothing that trains is
-needed to apply it.
+`NAME.onnx` maps `x` (n, 1, F) float32, logarithms of the figures of whole clips, to the probability of slip `y`;
+`NAME.json` is its card: the objects it has seen, what stands for an undefined figure, and the checksum. Nothing that
+trains is needed to apply it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ClipModel:
     def __call__(self, x: Floats) -> Floats:
         """Return (n,) the probability of slip of clips' figures (n, F)."""
         rows = logged(x, self.middle).astype(np.float32)
-        said: Floats = self.session.run(["probabilities"], {"x": rows})[0][:, 1].astype(np.float64)
+        said: Floats = self.session.run(None, {"x": rows[:, None]})[0].astype(np.float64)
         return said
 
 

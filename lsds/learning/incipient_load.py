@@ -34,7 +34,8 @@ def default_cache() -> Path:
 def load(
     folder: Path, jobs: int = 1, cache: Path | None = None, progress: Callable[[int, int], object] | None = None
 ) -> Dataset:
-    """Return the dataset of a folder's videos; `card["failures"]` says by video what could not be read, and why.
+    """Return the dataset of a folder's videos; `card["failures"]` says by video what could not be read, and why,
+    `card["not_kept"]` why the cache could not be written.
 
     `cache` is a folder for finished datasets, kept apart by the videos' names, sizes and times and by version;
     `progress(done, videos)` is called as videos are done. Raises DataError where the index is wrong, or nothing in the
@@ -72,7 +73,11 @@ def load(
         )
     data = joined([parts[v.name] for v in videos if v.name in parts], card)
     if place is not None:
-        data.save(place)
+        try:
+            data.save(place)
+        except DataError as error:
+            # What was read is worth more than that it is kept.
+            return Dataset(data.columns, {**card, "not_kept": str(error)})
     return data
 
 

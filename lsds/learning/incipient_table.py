@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.errors import DataError
 from lsds.learning.clips import FRAMES, clip_features, mean_of, placements, quantiles
 from lsds.learning.clips_signals import CLIP_SIGNALS
 from lsds.learning.incipient import physical
@@ -55,8 +56,10 @@ class Videos:
 
 
 def videos_of(data: Dataset) -> Videos:
-    """Return the videos of a dataset whose label is known."""
+    """Return the videos of a dataset whose label is known. Raises DataError where there is none."""
     data = data.where(np.asarray(data["slip"] >= 0))
+    if not len(data):
+        raise DataError("none of the recordings has a label that is not in doubt: there is nothing to evaluate")
     starts = data.starts
     spans = [slice(a, b) for a, b in pairwise(starts.tolist())]
     firsts = starts[:-1]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from learning.labelled import dataset
 
+from lsds.errors import DataError
 from lsds.learning.clips import CUTS, FEATURES, FRAMES, clip_features, placements, quantiles
 from lsds.learning.clips_signals import CLIP_SIGNALS, LAGS, clip_signals, lag_of
 from lsds.learning.incipient_table import two_frame, videos_of, while_moving
@@ -114,6 +115,13 @@ def test_a_table_has_a_row_a_video_and_leaves_doubtful_ones_out():
     assert set(videos.recording) == {f"thing{k}__e{n}" for k in range(3) for n in range(2)}
     assert videos.clip.shape == (11, len(FEATURES))
     assert set(videos.frames) == {60, 90}
+
+
+def test_labels_that_are_all_in_doubt_are_an_error():
+    data = dataset(1)
+    data["slip"][:] = -1
+    with pytest.raises(DataError, match="none of the recordings has a label"):
+        videos_of(data)
 
 
 def test_only_frames_that_move_count():

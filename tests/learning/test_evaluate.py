@@ -83,7 +83,13 @@ def test_the_same_seed_gives_the_same_figures(small):
     assert first == second
 
 
+def test_few_objects_are_said_to_be_few(small):
+    small(3)
+    assert any("3 objects are few to train on" in note for note in study(model="none").run(lambda *_: None).notes)
+
+
 def test_one_object_alone_needs_a_model_from_elsewhere(small, tmp_path, monkeypatch):
+    monkeypatch.setattr(incipient_models, "CLIP_MODEL", "none")
     small(1)
     with pytest.raises(DataError, match="--train"):
         study(model="none").run(lambda *_: None)
@@ -153,6 +159,13 @@ def test_a_detector_is_asked_frame_by_frame_and_pooled_while_the_markers_move(vi
     expected = np.quantile(said[first][moved[first]], 0.75)
     assert video_scores(videos, said, 0.75, True)[0] == pytest.approx(expected)
     assert video_scores(videos, said, 0.9, False)[0] == pytest.approx(np.quantile(said[first], 0.9))
+
+
+def test_a_model_that_cannot_be_loaded_is_told_before_anything_is_fitted(small, monkeypatch):
+    small(2)
+    monkeypatch.setattr(incipient, "cross_validated", lambda *_: pytest.fail("fitted"))
+    with pytest.raises(ModelError, match=r"missing\.(json|onnx)"):
+        study(model="missing.onnx").run(lambda *_: None)
 
 
 def test_a_roc_curve_passes_ties_together():

@@ -76,6 +76,13 @@ def test_a_cache_cut_short_is_made_anew(recorded, tmp_path):
     np.testing.assert_array_equal(first["v_net"], again["v_net"])
 
 
+def test_a_cache_that_cannot_be_written_costs_nothing_but_time(recorded, tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    data = load(recorded, cache=tmp_path / "file")
+    assert len(data) == 45
+    assert "cannot be written" in data.card["not_kept"]
+
+
 def test_processes_change_nothing(recorded):
     one, two = load(recorded, jobs=1), load(recorded, jobs=2)
     for name in one.columns:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.learning.clips import logged
+from lsds_plugins.learners.graph import Graph
+from lsds_plugins.learners.trees import _ensemble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,16 +41,19 @@ def clip_model(trees: int = 300, leaf: int = 2, jobs: int = 1) -> Fit:
 
 
 def exported(x: Floats, slip: NDArray[np.intp], seed: int, trees: int = 300, leaf: int = 2) -> tuple[bytes, Floats]:
-    """Return the same model as ONNX (`x` float32 (n, F), logarithms; `probabilities` (n, 2)), and the medians that it
-    needs."""
-    from skl2onnx import to_onnx
-    from skl2onnx.common.data_types import FloatTensorType
-
+    """Return the same model as ONNX (`x` float32 (n, 1, F), logarithms; `y` (n,)), and the medians that it needs."""
     middle = medians(x)
-    model = _fitted(logged(x, middle), slip, seed, trees, leaf, 1)
-    shape = [("x", FloatTensorType([None, x.shape[1]]))]
-    onnx: bytes = to_onnx(model, initial_types=shape, options={id(model): {"zipmap": False}}).SerializeToString()
-    return onnx, middle
+    forest, line = _fitted(logged(x, middle), slip, seed, trees, leaf, 1).estimators_
+    grown = [tree.tree_ for tree in forest.estimators_]
+    leaves = [tree.value[:, 0, 1] / tree.value[:, 0].sum(axis=1) / len(grown) for tree in grown]
+    scale, logistic = line[0], line[1]
+    weight = logistic.coef_[0] / scale.scale_
+    bias = logistic.intercept_ - scale.mean_ @ weight
+    graph = Graph(1, x.shape[1])
+    flat = graph.add("Reshape", "x", graph.constant(np.array([-1, x.shape[1]])))
+    straight = graph.add("Sigmoid", graph.dense(flat, weight[:, None], bias))
+    both = graph.add("Add", _ensemble(graph, flat, grown, leaves), straight)
+    return graph.finish(graph.add("Mul", both, graph.constant(np.array([0.5])))), middle
 
 
 def _fitted(x: Floats, slip: NDArray[np.intp], seed: int, trees: int, leaf: int, jobs: int) -> Any:

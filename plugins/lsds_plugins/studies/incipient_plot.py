@@ -36,15 +36,9 @@ def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | 
     left.plot([0, 1], [0, 1], color="0.8", lw=1, zorder=0)
     left.set_xlabel("share of recordings without slip that are called slip")
     left.set_ylabel("share of recordings with slip that are found")
+    handles, labels = left.get_legend_handles_labels()
     title = "AUC, mean of repeats; the curve is of the first"
-    figure.legend(
-        *left.get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=3,
-        fontsize=8,
-        title=title,
-        title_fontsize=8,
-    )
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8, title=title, title_fontsize=8)
     left.set_title("whole recordings, objects not trained on", fontsize=10)
     if courses is None:
         right.set_axis_off()
