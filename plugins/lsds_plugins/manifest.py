@@ -12,6 +12,7 @@ _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
         ("gradient-boosting", "trained: the paper's boosted trees"),
         ("logistic", "trained: linear in a window of the field's evidence; the cheapest"),
         ("field-mlp", "trained: a small net on a window of the field's evidence"),
+        ("monotone", "trained: logistic in the logarithms of rates; carries over to real recordings"),
         ("onnx", "a trained model of your own (option model)"),
     ),
     "estimator": (
@@ -27,6 +28,7 @@ _LEARNERS = (
     ("gradient-boosting", "trees:GradientBoosting", ("sklearn",), "detector: boosted trees, the paper's settings"),
     ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of the field's evidence"),
     ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: a small net on a window of the field's evidence"),
+    ("monotone", "monotone:Monotone", ("scipy",), "detector: logistic in the logarithms of rates, weights of one sign"),
     ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM, the paper's settings"),
     ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP, the paper's settings"),
     ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge on a window of the field's evidence"),

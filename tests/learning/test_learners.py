@@ -15,7 +15,7 @@ from lsds_plugins.learners.trees import _not_above
 from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import ConfigError, DataError
 
-DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp")
+DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone")
 ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
 #: Enough to be no constant, little enough for a test.
 QUICK = {
@@ -218,3 +218,14 @@ def test_a_signal_that_never_changed_is_left_out():
     changing = np.arange(x.shape[2]) != 3
     assert plain.mean(axis=0) == pytest.approx(0, abs=1e-3)
     assert plain.std(axis=0)[changing] == pytest.approx(1, abs=1e-3)
+
+
+def test_the_monotone_detector_never_says_less_for_more():
+    own = learner("monotone")
+    rng = np.random.default_rng(0)
+    made = examples("detect", own.signals, own.length, 3000)
+    found = own.fit(made, 0)
+    assert (found.weight >= 0).all()
+    low = made.x[:500]
+    high = low * (1 + rng.exponential(1.0, low.shape)).astype(np.float32)
+    assert (found.predict(high) >= found.predict(low)).all()

@@ -21,7 +21,7 @@ from lsds.learning.datasets import Dataset, from_rows
 from lsds.learning.signals import signals_of
 from lsds.learning.windows import windows
 
-DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp")
+DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone")
 ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
 LOSE = (9, 10, 23)
 
