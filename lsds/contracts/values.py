@@ -301,7 +301,7 @@ class CellTruth:
     """What a simulated cell knows and a real one does not, at `t_ns`. Per finger unless said otherwise.
 
     `slip_velocity_m_s` (x, y) is the object's velocity against the gel's base in the sensor's plane, counted only
-    where the patch has let go (zero while any of it sticks); `relative_velocity_m_s` counts always.
+    where the patch has let go (zero while more than a tenth of it sticks); `relative_velocity_m_s` counts always.
     `slip_distance_m` adds up slip speed. `supported` is true while the object rests on the table.
     """
 

@@ -26,7 +26,7 @@ def test_partial_slip_comes_before_gross_slip():
         rig.until(t_ms)
         truth = rig.cell.truth()
         ratios.append(truth.stick_ratio)
-        assert truth.stick_ratio == 0 or truth.slip_velocity_m_s == (0.0, 0.0)
+        assert truth.stick_ratio <= STILL_STICKS or truth.slip_velocity_m_s == (0.0, 0.0)
     first_slip = ratios.index(0.0)
     assert ratios[0] > 0.9
     assert sum(0.0 < r < 0.9 for r in ratios[:first_slip]) >= 5

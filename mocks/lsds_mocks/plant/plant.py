@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 FINGERS = 2
 OPEN_APERTURE_M = 0.05
+STILL_STICKS = 0.1
+"""Gross slip is where no more than this share of the contact sticks. Of a rough or porous surface a cell or two catch and
+let go at any time while the whole of it slides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,7 @@ class Plant:
         else:
             self.travel_m = self.arm.position_m + self._shake_m - self.parameters.grip_height_m - self.body.height_m
         self.relative_m_s = (self.travel_m - travelled) / dt_s
-        slips = self.normal_n > 0 and gel.fully_sliding
+        slips = self.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
         self.slip_m_s = self.relative_m_s if slips else 0.0
         if isinstance(self.body, PlanarMotion):
             self.relative_x_m_s = (self.body.place.x_m - before.x_m) / dt_s
