@@ -1,7 +1,7 @@
 """Train the models that are shipped: `python -m lsds_plugins.models.make DATA`.
 
-DATA holds the datasets `detection` and `severity` (`lsds collect`, or data/ of `lsds reproduce`). Nothing is learnt from
-the five unseen objects, nor from the pipe.
+DATA holds the datasets `detection` and `severity` (`lsds collect`, or data/ of `lsds reproduce`). Nothing is learnt
+from the five unseen objects, nor from the pipe.
 """
 
 from __future__ import annotations
