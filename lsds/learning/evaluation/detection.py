@@ -28,7 +28,8 @@ def split(own: Task, by: SplitName, seed: int) -> Iterator[tuple[NDArray[np.intp
     slip = own.column("slip")
     if by == "frames":
         return random_folds(slip, FOLDS, seed)
-    return folds(own.column(by), slip, FOLDS, seed)
+    groups = own.column(by)
+    return folds(groups, slip, min(FOLDS, len(set(groups.tolist()))), seed)
 
 
 def cross_validate(

@@ -125,7 +125,8 @@ def unseen(
         learner = model.build(host)
         own, other = task(train, learner), task(test, learner)
         moving = (true_speed(own) > 1e-3).astype(int)
-        factors = conformal(own, out_of_fold(learner, own, folds(own.column("object"), moving, 3, seed), seed))
+        by = "object" if len(set(own.column("object").tolist())) > 2 else "recording"
+        factors = conformal(own, out_of_fold(learner, own, folds(own.column(by), moving, 3, seed), seed))
         said = fit(learner, own.examples(np.arange(len(own.rows))), seed).predict(other.x)
         objects = other.column("object")
         for which in [*dict.fromkeys(objects.tolist()), "all"]:

@@ -32,7 +32,10 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     own = task(data, learner)
     detects = learner.job == "detect"
     spread = own.y if detects else (severity.true_speed(own) > 1e-3)
-    said = out_of_fold(learner, own, folds(own.column("object"), np.asarray(spread, int), FOLDS, seed), seed)
+    by = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
+    names = own.column(by)
+    count = min(FOLDS, len(set(names.tolist())))
+    said = out_of_fold(learner, own, folds(names, np.asarray(spread, int), count, seed), seed)
     intervals = (severity.NINETY,) * 4 if detects else severity.conformal(own, said)
     scores = detection.scored(own, said) if detects else severity.scored(own, said, intervals)
     fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed)
@@ -45,7 +48,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
         figures_are=str(data.card.get("figures_are", "unknown")),
         intervals=intervals,
         trained_on=_origin(data, model, seed),
-        scores={"how": f"{FOLDS} folds by object", **{key: _short(value) for key, value in scores.items()}},
+        scores={"how": f"{count} folds by {by}", **{key: _short(value) for key, value in scores.items()}},
         versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
     )
     save(path, onnx, card)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 FINGERS = 2
 OPEN_APERTURE_M = 0.05
 STILL_STICKS = 0.1
-"""Gross slip is where no more than this share of the contact sticks. Of a rough or porous surface a cell or two catch and
-let go at any time while the whole of it slides."""
+"""Gross slip is where no more than this share of the contact sticks. Of a rough or porous surface a cell or two catch
+and let go at any time while the whole of it slides."""
 
 
 @dataclass(frozen=True, slots=True)

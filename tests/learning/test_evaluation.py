@@ -1,0 +1,187 @@
+"""Scores: rules have the parameters they should, controls end at chance, tables say what was measured."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lsds.errors import DataError
+from lsds.learning.artefact import load as load_model
+from lsds.learning.collect.objects import SEEN, UNSEEN
+from lsds.learning.datasets import Dataset, from_rows, joined
+from lsds.learning.evaluation import detection, severity
+from lsds.learning.evaluation.controls import contact_constant, rule_score, rule_threshold, shuffled
+from lsds.learning.evaluation.fitting import Model, task
+from lsds.learning.evaluation.shipping import train
+from lsds.learning.reproduce import jobs, measure
+from lsds.learning.reproduce.report import markdown
+from lsds.learning.signals import SIGNALS
+from lsds.plots.reproduce_plot import plot_reproduction
+from lsds.plugins.host import PluginHost
+
+HOST = PluginHost()
+
+
+def recording(name, object_name, seed, frames=80, protocol="slip"):
+    """Slips for a second at some time; how fast the field moves tells, with noise."""
+    rng = np.random.default_rng(seed)
+    t = 0.04 * np.arange(frames)
+    begun = rng.integers(2, frames - 22)
+    slip = (np.arange(frames) >= begun) & (np.arange(frames) < begun + 25)
+    speed = np.where(slip, rng.uniform(0.01, 0.06), 0.0)
+    signals = np.abs(1e-4 * rng.standard_normal((frames, len(SIGNALS)))).astype(np.float32)
+    for signal in ("v_net", "mean_speed", "residual_along", "residual_excess", "rigid_speed"):
+        signals[:, SIGNALS.index(signal)] += (0.02 * speed * rng.lognormal(0, 0.4, frames)).astype(np.float32)
+    signals[:, SIGNALS.index("area")] = 0.2
+    signals[:, SIGNALS.index("dt")] = 0.04
+    signals[0, SIGNALS.index("v_net")] = np.nan
+    labels = {
+        "slip": slip, "speed": speed, "velocity_x": np.zeros(frames), "velocity_y": speed,
+        "angular_velocity_label": np.zeros(frames),
+    }  # fmt: skip
+    return from_rows(name, object_name, protocol, t, signals, labels)
+
+
+def dataset(objects=("a", "b", "c", "d", "e", "f"), recordings=3):
+    parts = [
+        recording(f"{name}{number}", name, 100 * index + number)
+        for index, name in enumerate(objects)
+        for number in range(recordings)
+    ]
+    return joined(parts, {"figures_are": "simulated", "job": "detection"})
+
+
+@given(st.lists(st.tuples(st.sampled_from([0.0, 0.1, 0.2, 0.5, 1.0]), st.booleans()), min_size=1, max_size=30))
+def test_the_rule_s_threshold_is_the_best_there_is(rows):
+    score, slip = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+    found = rule_threshold(score, slip)
+    best = max(np.mean((score > limit) == slip) for limit in [-1.0, *score, 2.0])
+    assert np.mean((score > found) == slip) == pytest.approx(best)
+
+
+def test_the_rule_looks_at_two_frames_of_one_recording():
+    data = dataset(("a", "b"), 1)
+    score, v = rule_score(data), np.nan_to_num(data["v_net"])
+    first = data.starts[1]
+    assert score[first] == pytest.approx(v[first])
+    assert score[first + 5] == pytest.approx(max(v[first + 4], v[first + 5]))
+
+
+def test_shuffled_labels_are_other_recordings_labels():
+    data = dataset()
+    other = shuffled(data, 1)
+    assert np.array_equal(other["v_net"], data["v_net"], equal_nan=True)
+    assert not np.array_equal(other["slip"], data["slip"])
+    assert sorted(other["slip"].tolist()) == sorted(data["slip"].tolist())
+
+
+def test_a_learner_beats_the_majority_and_its_controls_do_not():
+    data, model = dataset(), Model("logistic")
+    row = detection.cross_validate(data, model, HOST, "object")
+    assert row["accuracy"] > 0.85
+    assert row["accuracy_low"] <= row["accuracy"] <= row["accuracy_high"]
+    assert row["auc"] > detection.cross_validate(data, model, HOST, "object", labels="shuffled")["auc"] + 0.1
+    blind = detection.cross_validate(data, detection.nuisance(model), HOST, "object")
+    assert blind["auc"] < 0.65
+    assert detection.majority(data)["accuracy"] == pytest.approx(max(np.mean(data["slip"]), 1 - np.mean(data["slip"])))
+    assert detection.one_parameter(data, "object")["accuracy"] > 0.8
+
+
+def test_unseen_objects_have_a_row_each_and_one_for_all():
+    data = dataset()
+    test = data["object"] == "f"
+    rows = detection.unseen(data.where(~test), data.where(test), [Model("logistic")], HOST)
+    assert [(row["model"], row["object"]) for row in rows] == [
+        ("logistic", "f"), ("logistic", "all"), ("one-parameter rule", "f"), ("one-parameter rule", "all"),
+    ]  # fmt: skip
+    assert rows[0]["accuracy"] == rows[1]["accuracy"]
+
+
+def test_severity_has_intervals_that_cover_what_they_say():
+    data = dataset()
+    test = np.isin(data["object"], ("e", "f"))
+    rows = severity.unseen(data.where(~test), data.where(test), [Model("linear-window")], HOST)
+    by = {(row["model"], row["object"]): row for row in rows}
+    own = by["linear-window", "all"]
+    assert own["mae"] < by["always zero", "all"]["mae"]
+    assert 0.7 < own["coverage"] <= 1
+    zero = by["always zero", "all"]
+    assert zero["mae"] == pytest.approx(float(np.mean(data["speed"][test])), rel=1e-5)
+    assert contact_constant(np.array([0.2, 0.2, 0.0]), np.array([0.01, 0.03, 0.5])) == pytest.approx(0.02)
+
+
+def test_conformal_factors_make_ninety_per_cent():
+    rng = np.random.default_rng(0)
+    data = dataset()
+    own = task(data, Model("linear-window").build(HOST))
+    count = len(own.rows)
+    true = np.column_stack([own.y, severity.true_speed(own)])
+    std = rng.uniform(0.5, 2.0, (count, 4))
+    said = np.hstack([true + std * rng.standard_normal((count, 4)), std])
+    factors = severity.conformal(own, said)
+    assert factors == pytest.approx((1.645,) * 4, rel=0.1)
+    inside = np.abs(said[:, :4] - true) <= np.array(factors) * std
+    assert inside.mean(axis=0) == pytest.approx([0.9] * 4, abs=0.01)
+
+
+def test_a_model_is_written_with_a_card_that_says_where_it_comes_from(tmp_path):
+    card = train(dataset(), Model("logistic"), HOST, tmp_path / "mine.onnx")
+    loaded = load_model(tmp_path / "mine.onnx", "detect")
+    assert loaded.card.signals == card.signals
+    told = json.loads((tmp_path / "mine.json").read_text())
+    assert told["trained_on"]["objects"] == list("abcdef")
+    assert told["figures_are"] == "simulated"
+    assert told["scores"]["accuracy"] > 0.85
+
+
+def test_labels_that_never_change_teach_nothing(tmp_path):
+    data = dataset()
+    still = Dataset({**data.columns, "slip": np.zeros(len(data), np.int8)}, data.card)
+    with pytest.raises(DataError, match="same label"):
+        train(still, Model("logistic"), HOST, tmp_path / "mine.onnx")
+
+
+def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch):
+    names = (*SEEN[:4], *UNSEEN)
+    data = tmp_path / "out" / "data"
+    for job, objects in (("detection", names), ("severity", names), ("pipe", ("pvc-pipe",))):
+        dataset(objects, 2).save(data / job)
+    todo = [
+        jobs.FitJob("cross-validation", "logistic", "", "object"),
+        jobs.FitJob("cross-validation", "logistic", "", "frames"),
+        jobs.FitJob("unseen", "logistic"),
+        jobs.FitJob("leave-one-out", "linear-window"),
+        jobs.FitJob("severity-unseen", "linear-window"),
+        jobs.FitJob("pipe", "linear-window"),
+        jobs.FitJob("leave-one-out", "linear-window", "no-such-set"),
+        *(jobs.FitJob(table, control="rules") for table in (
+            "cross-validation", "unseen", "leave-one-out", "severity-unseen", "pipe")),
+    ]  # fmt: skip
+    monkeypatch.setattr(measure, "planned", lambda quick: todo)
+    ticks = []
+    result = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: ticks.append(told))
+    assert ticks[-1] == ("fitting", len(todo), len(todo))
+    (failed,) = result["failed"]
+    assert "no-such-set" in failed["reason"]
+    text = markdown(result)
+    for part in ("simulated", "one-parameter rule", "majority", "always zero", "constant in contact", "Not measured"):
+        assert part in text
+    assert "91.8, 99.5, 98.1, 74.8, 99.5" not in text, "printed figures stand beside the paper's own models only"
+    plot_reproduction(tmp_path / "tables.png", result)
+    assert (tmp_path / "tables.png").stat().st_size > 20_000
+
+
+def test_what_is_planned_has_the_paper_s_models_and_the_controls():
+    planned = jobs.planned(quick=False)
+    assert len(set(map(str, planned))) == len(planned)
+    kinds = {(job.table, job.learner, job.signals, job.split, job.labels, job.control) for job in planned}
+    for learner in ("random-forest", "gradient-boosting"):
+        for signals in ("baseline", "proposed", "combined"):
+            assert ("cross-validation", learner, signals, "frames", "measured", "") in kinds
+    for learner in ("lstm", "mlp"):
+        for signals in ("baseline", "proposed", "combined"):
+            assert ("leave-one-out", learner, signals, "", "measured", "") in kinds
+    assert {job.labels for job in planned} == {"measured", "shuffled"}
+    assert {job.control for job in planned} == {"", "nuisance", "rules"}
