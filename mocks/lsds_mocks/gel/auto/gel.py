@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 FINES = (1, 2, 4)
 DEFAULT_TOLERANCE_M = 5e-6
 _COARSER = 1.15
-_FINER = 0.39
+_FINER = 0.42
 """Error of a grid over its difference to the next finer, and to the next coarser one: high quantiles of many scenes."""
 _GROWS = 2.5
 """How much larger, as part of the dots' motion, an error may get than the audits so far have found it."""
