@@ -31,7 +31,7 @@ class LinearWindowOptions(LearnerOptions):
     """Options of the learner `linear-window`."""
 
     signals: str | list[str] = Field(default="signed-field", description="a set of signals, or their names")
-    length: int = Field(default=5, ge=1, le=100, description="frames in a window")
+    length: int = Field(default=12, ge=1, le=100, description="frames in a window")
     penalty: float = Field(default=10.0, gt=0, le=1e9, description="alpha of scikit-learn's ridge")
 
 
