@@ -62,4 +62,4 @@ def collect(
     if json_file != "-":
         shown = [(name, str(count), str(frames), f"{share:.2f}") for name, count, frames, share in rows]
         click.echo(table(shown, ("object", "recordings", "frames", "slips")))
-        click.echo(f"\n{len(data)} frames in {out} (simulated)")
+        click.echo(f"\n{len(data)} frames in {out} ({data.card.get('figures_are')}; labels: {data.card.get('labels')})")

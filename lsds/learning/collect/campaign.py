@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import shutil
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from importlib import metadata
@@ -26,8 +27,14 @@ from lsds.learning.collect.drive import run_trial
 from lsds.learning.collect.trials import Job, Trial, trials
 from lsds.learning.datasets import CARD, COLUMNS, FORMAT, PARTS, Dataset, joined, read_table, write_table, write_whole
 from lsds.plugins.host import PluginHost
+from lsds.plugins.registry import NO_DEVICE
 
-_GEL = ("cell.simulated.fidelity=pad", "cell.simulated.grid=1", "cell.simulated.step_ms=4.0")
+_GEL = (
+    "safety.max_arm_angular_rad_s=3.0",
+    "cell.simulated.fidelity=pad",
+    "cell.simulated.grid=1",
+    "cell.simulated.step_ms=4.0",
+)
 _CAMERA = (
     "pose_source.backend=mock-truth-camera",
     "pose_source.mock-truth-camera.width=320",
@@ -64,6 +71,7 @@ def collect(
     planned = trials(job, objects, seed, quick=quick)
     asked = {
         "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
+        "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
         "rig": _rig(config), "overrides": list(settings),
     }  # fmt: skip
     _claim(out, asked)
@@ -92,9 +100,7 @@ def collect(
     gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
     whole = Dataset(data.columns, {**data.card, "gels": gels})
     whole.save(out)
-    for trial in planned:
-        _part(parts, trial).unlink()
-    parts.rmdir()
+    shutil.rmtree(parts, ignore_errors=True)
     return whole
 
 
@@ -117,7 +123,7 @@ def _run_all(
                 for future in ready:
                     finished(waiting.pop(future), future.result())
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 

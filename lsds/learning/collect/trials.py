@@ -75,7 +75,7 @@ def trials(job: Job, objects: Sequence[str] | None, seed: int, *, quick: bool = 
 
     Raises DataError for an object that has no plan.
     """
-    names = tuple(objects) if objects else (PIPE,) if job == "pipe" else (*SEEN, *UNSEEN)
+    names = tuple(dict.fromkeys(objects)) if objects else (PIPE,) if job == "pipe" else (*SEEN, *UNSEEN)
     unknown = [name for name in names if name not in PLANS]
     if unknown:
         raise DataError(f"no plan for {', '.join(unknown)}; there are {', '.join(PLANS)}")
@@ -187,7 +187,6 @@ def _start(
     rng = np.random.default_rng([seed, own])
     simulated: dict[str, Any] = {
         "cell.simulated.object": name,
-        "safety.max_arm_angular_rad_s": 3.0,
         "sensor.mock-gelsight-mini.gel": int(rng.integers(0, 1000)),
         "sensor.mock-gelsight-mini.rate_hz": float(rng.choice((25.0, 25.0, 18.5, 12.0, 10.0))),
         "sensor.mock-gelsight-mini.jitter_ms": rng.uniform(1.0, 6.0),

@@ -55,7 +55,7 @@ def in_contact(area: Floats) -> NDArray[np.bool_]:
 
 
 def shuffled(data: Dataset, seed: int) -> Dataset:
-    """Return the dataset with each recording's labels from another recording, stretched to its length.
+    """Return the dataset with each recording's labels from another recording, stretched and begun anywhere.
 
     All that is left to learn is how labels are spread, so that whatever scores above chance has leaked.
     """
@@ -65,7 +65,9 @@ def shuffled(data: Dataset, seed: int) -> Dataset:
     rows = np.zeros(len(data), np.intp)
     for (first, end), other in zip(spans, source, strict=True):
         begin, stop = spans[other]
-        rows[first:end] = begin + np.arange(end - first) * (stop - begin) // max(end - first, 1)
+        stretched = begin + np.arange(end - first) * (stop - begin) // max(end - first, 1)
+        # Protocols are alike: rest, slide, rest. Turned round by a random part, they are not.
+        rows[first:end] = np.roll(stretched, rng.integers(0, end - first))
     from lsds.learning.datasets import LABELS
 
     return Dataset(

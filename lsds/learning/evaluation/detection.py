@@ -38,7 +38,7 @@ def cross_validate(
     """Return one row of scores; `labels` "shuffled" is the control that has to end at chance."""
     learner = model.build(host)
     own = task(shuffled(data, seed) if labels == "shuffled" else data, learner)
-    said = out_of_fold(learner, own, split(own, by, seed), seed)
+    said = out_of_fold(learner, own, split(own, by, seed), seed, model.most)
     return {"model": model.name, "split": by, "labels": labels} | scored(own, said)
 
 
@@ -84,7 +84,9 @@ def majority(data: Dataset) -> Row:
 
 def nuisance(model: Model) -> Model:
     """Return the same learner on what must not tell slip from rest."""
-    return Model(model.learner, {**model.options, "signals": list(NUISANCES)}, f"{model.name}, nuisances only")
+    return Model(
+        model.learner, {**model.options, "signals": list(NUISANCES)}, f"{model.name}, nuisances only", model.most
+    )
 
 
 def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginHost, seed: int = 0,
@@ -94,12 +96,13 @@ def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginH
     for model in models:
         learner = model.build(host)
         own, other = task(train, learner), task(test, learner)
-        said = fit(learner, own.examples(np.arange(len(own.rows))), seed).predict(other.x)
+        said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
         rows += _by_object(model.name, other, said, THRESHOLD)
         tick(model.name)
-    threshold = rule_threshold(rule_score(train), train["slip"] == 1)
-    known = Task(test, np.zeros((len(test), 0), np.float32), test["slip"].astype(np.float32), np.arange(len(test)))
-    return rows + _by_object("one-parameter rule", known, rule_score(test), threshold)
+    known, fitted = np.flatnonzero(test["slip"] >= 0), train["slip"] >= 0
+    threshold = rule_threshold(rule_score(train)[fitted], train["slip"][fitted] == 1)
+    rule = Task(test, np.zeros((len(known), 0), np.float32), test["slip"][known].astype(np.float32), known)
+    return rows + _by_object("one-parameter rule", rule, rule_score(test)[known], threshold)
 
 
 def _by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> list[Row]:

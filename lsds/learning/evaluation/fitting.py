@@ -23,11 +23,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A learner to be built: its backend's name, its options, and what a table calls it."""
+    """A learner to be built: its backend's name, its options, what a table calls it, and how many windows it is fitted
+    on at most, drawn from all; 0 for all."""
 
     learner: str
     options: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
+    most: int = 0
 
     @property
     def name(self) -> str:
@@ -86,20 +88,23 @@ def targets(data: Dataset, job: str, *, true: bool = False) -> NDArray[np.float3
     return np.stack([data[name] for name in names], axis=1).astype(np.float32)
 
 
-def fit(learner: Learner, examples: Examples, seed: int) -> Fitted:
-    """Fit. Raises DataError where there is nothing to tell apart."""
+def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitted:
+    """Fit, on `most` of the examples where that is not 0. Raises DataError where there is nothing to tell apart."""
+    if 0 < most < len(examples.y):
+        kept = np.sort(np.random.default_rng(seed).choice(len(examples.y), most, replace=False))
+        examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept])
     if learner.job == "detect" and len(np.unique(examples.y)) < 2:
         raise DataError("all rows to learn from have the same label; there has to be slip and rest in them")
     return learner.fit(examples, seed)
 
 
 def out_of_fold(
-    learner: Learner, own: Task, folds: Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]], seed: int
+    learner: Learner, own: Task, folds: Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]], seed: int, most: int = 0
 ) -> NDArray[np.float32]:
     """Return the answers to each window by the model that has not been fitted on its fold: (n,) or (n, 8)."""
     answers: NDArray[np.float32] | None = None
     for train, test in folds:
-        said = fit(learner, own.examples(train), seed).predict(own.x[test])
+        said = fit(learner, own.examples(train), seed, most).predict(own.x[test])
         if answers is None:
             answers = np.full((len(own.rows), *said.shape[1:]), np.nan, np.float32)
         answers[test] = said

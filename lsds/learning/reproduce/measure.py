@@ -39,6 +39,9 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
                 tick=_told(tick, f"collecting {job}"),
             )  # fmt: skip
         cards[job] = json.loads((folder / CARD).read_text(encoding="utf-8"))
+        other = [key for key, own in (("seed", seed), ("quick", quick)) if cards[job].get(key, own) != own]
+        if other:
+            raise DataError(f"{folder}: was collected with another {' and '.join(other)} (choose another --out)")
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
     todo = planned(quick=quick)
@@ -67,7 +70,7 @@ def _run(todo: list[FitJob], data: str, seed: int, quick: bool, jobs: int) -> An
             for future in as_completed(futures):
                 yield futures[future], future.result()
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
@@ -77,6 +80,9 @@ def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, A
         rows = run(job, data, seed, quick)
     except LsdsError as error:
         return str(error)
+    except Exception as error:
+        # A training library's own; the other fits go on.
+        return f"{type(error).__name__}: {error}"
     return [{**row, "seconds": (perf_ns() - begun) / 1e9} for row in rows]
 
 

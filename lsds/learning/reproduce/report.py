@@ -7,6 +7,7 @@ from typing import Any
 
 from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.reproduce import printed
+from lsds.learning.reproduce.jobs import MOST
 
 Row = dict[str, Any]
 NAMES = {"cross-validation": 0, "unseen": 1, "leave-one-out": 2, "severity-unseen": 3, "pipe": 4}
@@ -25,6 +26,9 @@ def markdown(result: dict[str, Any]) -> str:
         f"Data: {frames}; seed {result['seed']}.",
         "Frames of one recording resemble each other: the split by frames at random, the paper's, leaks. What counts is"
         " the split by object. Brackets are 95 % intervals, bootstrapped over recordings.",
+        "Fitted on at most so many windows, drawn from all, to save time: "
+        + ", ".join(f"{name} {count}" for name, count in MOST.items())
+        + ".",
         "## Detection, five folds",
         _cross_validation(rows),
         "## Detection, objects never seen",

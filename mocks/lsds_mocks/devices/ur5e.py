@@ -1,7 +1,7 @@
 """Mock UR5e: follows vertical Cartesian velocities of the TCP, with the controller's 500 Hz grid and limits.
 
 The plant models vertical motion, and turning about the pads' normal (y of the base) where the object is clamped;
-commands with any other part are refused rather than ignored.
+commands with any other part are refused rather than ignored. Once it has turned, up is along the pads' own axis.
 """
 
 from __future__ import annotations

@@ -75,7 +75,8 @@ def step_planar(
 ) -> Reaction:
     """Advance `motion` and `gel` by `dt_s`; return what one finger's gel feels.
 
-    The carrier may turn only where the object is clamped; the object then turns the other way against the gel.
+    The carrier may turn only where the object is clamped. Its velocity and rate are those of the object against the
+    gel, along the pads' own y and from its x to its y.
     `theta` 1 is backward Euler, 1/2 the midpoint rule.
     """
     weight = body.mass_kg * GRAVITY_M_S2

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 SETS = ("baseline", "proposed", "combined", "field")
 LENGTHS = (1, 3, 6, 12, 20)
 LEARNERS: dict[Job, tuple[str, ...]] = {
-    "detect": ("random-forest", "gradient-boosting", "logistic", "field-mlp"),
+    "detect": ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone"),
     "estimate": ("lstm", "mlp", "linear-window", "field-gru"),
 }
 UNTRAINED: dict[Job, tuple[str, ...]] = {"detect": ("threshold", "rigid-residual"), "estimate": ("field",)}

@@ -241,3 +241,17 @@ def test_no_step_waits_for_all_of_an_audit(name, tolerance_m):
     assert sum(spent) > max(spent) > 0
     # What is under way when the portion is spent is ended: a surface looked up, a solution of 1 ms.
     assert max(spent) < portion + 4e7
+
+
+def test_legs_are_not_forgotten_before_an_auditor_has_come_along_them():
+    gel = AutoGel(Box(28e-3, 24e-3), tolerance_m=20e-6)
+    for step in range(40):
+        gel.press(min(step + 1, 5) * 0.04e-3)
+        gel.set_friction(np.full(gel.points_m.shape[1], 0.6))
+        gel.trial(0.0, 0.0 if step < 5 else 200e-6)
+        gel.commit()
+        audit, other = gel._audit, gel._other
+        if audit is not None and other is not None:
+            assert other.retraced >= gel._path.dropped
+            assert gel._path.dropped <= audit.until
+    assert gel.report().audits > 0

@@ -8,6 +8,7 @@ from lsds_mocks.gel.field.effort import SWEEPS
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
+from lsds_mocks.gel.shapes import Box as ShapeBox
 from lsds_mocks.gel.state import blend
 
 SHAPES = {
@@ -218,3 +219,15 @@ def test_states_blend_over_cells_that_came_and_went():
     middle = blend(early, late, 0.5)
     assert middle.pressure_n.sum() == pytest.approx((early.pressure_n.sum() + late.pressure_n.sum()) / 2)
     assert middle.indentation_m == pytest.approx(0.2e-3)
+
+
+def test_a_trial_that_is_not_kept_leaves_no_surface_behind():
+    found = []
+    for tried in ((), ((6e-3, 0.0),)):
+        gel = FieldGel(ShapeBox(28e-3, 24e-3), fine=1)
+        press(gel, 0.1e-3, 0.6)
+        for motion in (*tried, (1e-6, 0.0)):
+            gel.trial(*motion)
+        gel.commit()
+        found.append(float(gel.state().pressure_n.sum()))
+    assert found[1] == pytest.approx(found[0], rel=0.02)

@@ -191,7 +191,12 @@ class AutoGel:
         if self._other is None:
             self._other = Follower(self._new(self._beside()))
         self._path.close()
-        self._audit = Audit(self._path.count, dots, self._gone_m)
+        self._set_out(Audit(self._path.count, dots, self._gone_m), self._other)
+
+    def _set_out(self, audit: Audit, other: Follower) -> None:
+        """Begin an audit; where the other grid will come along is not forgotten before it has."""
+        self._audit = audit
+        self._path.held = max(other.retraced, self._path.dropped)
 
     def _look_at_pressure(self) -> None:
         """See while it is pressed whether the contact is of a kind that the coarsest grid is seldom right about."""
@@ -224,7 +229,7 @@ class AutoGel:
         )
         if other is None or not self._lead(other, audit.until, budget):
             return
-        self._audit = None
+        self._audit, self._path.held = None, sys.maxsize
         if audit.answers:
             self._swap(audit.answers, audit.legs)
             return
@@ -282,10 +287,9 @@ class AutoGel:
             return
         self._other = Follower(self._new(FINES[at + 1]))
         self._path.close()
-        self._audit = Audit(
-            self._path.count, np.zeros_like(DOTS_M), self._gone_m, "the coarser grid is off by too much"
-        )
-        self._go_on(self._audit)
+        audit = Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, "the coarser grid is off by too much")
+        self._set_out(audit, self._other)
+        self._go_on(audit)
 
     def _swap(self, why: str, legs: int = sys.maxsize) -> None:
         """Lead the other grid to where the answering one is, let it answer, and the answering grid audit.
@@ -298,7 +302,7 @@ class AutoGel:
         self._path.close()
         behind = self._path.count - other.retraced
         if 1 < behind < legs and self._main.operator.kernel == "pad":
-            self._audit = Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, why, behind)
+            self._set_out(Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, why, behind), other)
             return
         self._lead(other, self._path.count, math.inf)
         self._main, other.gel = other.gel, self._main

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -78,7 +79,8 @@ def _ends_apart(one: tuple[float, float] | None, other: tuple[float, float] | No
 
 @dataclass(slots=True)
 class Path:
-    """Closed legs since `start`, of which the first `dropped` are forgotten, and the open one."""
+    """Closed legs since `start`, of which the first `dropped` are forgotten, and the open one. Leg number `held` and
+    those after it are remembered however long ago they were: somebody is on the way along them."""
 
     start: Placement = ORIGIN
     legs: list[Leg] = field(default_factory=list)
@@ -90,6 +92,7 @@ class Path:
     gone_m: float = 0.0
     off_course_m: float = 0.0
     first_friction: float = 0.0
+    held: int = sys.maxsize
 
     @property
     def count(self) -> int:
@@ -134,7 +137,9 @@ class Path:
         self.legs.append(leg)
         self.pressed_m, self.reach_m = leg.indentation_m, leg.reach_m
         self.kept_m += leg.length_m
-        while self.kept_m - self.legs[0].length_m > MEMORY_M or len(self.legs) > MOST_LEGS:
+        while self.dropped < self.held and (
+            self.kept_m - self.legs[0].length_m > MEMORY_M or len(self.legs) > MOST_LEGS
+        ):
             first = self.legs.pop(0)
             self.dropped += 1
             self.kept_m -= first.length_m

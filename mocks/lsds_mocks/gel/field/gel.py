@@ -87,7 +87,7 @@ class FieldGel:
         self._steps = 0
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
-        self._first = self._fresh = True
+        self._first, self._fresh, self._astray = True, True, False
         self._pressed = 0.0
         self._mean_friction = 0.0
         self._gap, self._slope = np.zeros(0), np.zeros((2, 0), np.float32)
@@ -233,7 +233,8 @@ class FieldGel:
         whole = self._since.and_then(dx_m, dy_m, dtheta_rad)
         self._tried = motion = (dx_m, dy_m, dtheta_rad)
         pad_m = (self.material.width_m, self.material.height_m)
-        if any(motion) and self._follows and not self.shape.slides_along(self.place, motion, pad_m):
+        if any(motion) and self._follows and (self._astray or not self.shape.slides_along(self.place, motion, pad_m)):
+            self._astray = True  # Should this trial not be the last one, the next has to look again.
             self._look_after(self.place.moved(*motion), within_m)
         if not self._patch.size:
             return NO_REACTION
@@ -272,7 +273,7 @@ class FieldGel:
     def commit(self) -> None:
         """Make the last trial real; end the increment where it has grown long, or turns."""
         self._since = self._since.and_then(*self._tried)
-        self._first = True
+        self._first, self._astray = True, False
         self._steps += 1
         if self._follows:
             self.place = self.place.moved(*self._tried)
@@ -383,7 +384,7 @@ class FieldGel:
         self._looked_at, self._looked_from = None, None
         self._since = self._last = Increment()
         self._tried = (0.0, 0.0, 0.0)
-        self._first = self._fresh = True
+        self._first, self._fresh, self._astray = True, True, False
         self._find_surface(self.place)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
