@@ -230,7 +230,7 @@ def detectors(
 ) -> None:
     """Chart detectors: accuracy on objects never seen against the time of an update. Needs the train extra.
 
-    
+    \b
     Examples:
       lsds chart detectors --data reproduction/data/detection
       lsds chart detectors --data detection --most 5000 --csv detectors.csv
@@ -247,7 +247,7 @@ def estimators(
 ) -> None:
     """Chart estimators: R2 of speed on objects never seen against the time of an update. Needs the train extra.
 
-    
+    \b
     Examples:
       lsds chart estimators --data reproduction/data/severity
       lsds chart estimators --data severity --most 5000 --json estimators.json

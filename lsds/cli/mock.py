@@ -75,7 +75,7 @@ def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
     The rig's cell says which: [cell] backend = "wire". A run of the same file joins them.
 
-    
+    \b
     Examples:
       lsds mock rig examples/rigs/wire.toml
       lsds mock rig examples/rigs/wire.toml --set cell.wire.plant.mass_kg=0.5

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
-from typing import TYPE_CHECKING, Any
+import sys
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from lsds.clock import NS_PER_S
+from lsds.pose_sync import nearest
 from lsds.pose_velocity import PoseVelocity
 
 if TYPE_CHECKING:
@@ -28,6 +29,17 @@ SLOP_NS = 40_000_000
 """A frame has the label of the pose nearest in time, if there is one within this."""
 
 
+class _Slip(NamedTuple):
+    """A measured slip velocity (m/s) at the time of the pose that it was measured with."""
+
+    t_ns: int
+    x_m_s: float
+    y_m_s: float
+
+
+_UNSEEN = _Slip(0, math.nan, math.nan)
+
+
 class SlipLabels:
     """Gathers poses; tells labels at the end. `measured` false: there is no pose source, and the truth, smoothed as a
     pose source's velocity is, stands in."""
@@ -36,36 +48,34 @@ class SlipLabels:
         self._truth = truth
         self._measured = measured
         self._velocity = PoseVelocity(SMOOTHING_S)
-        self._times_ns: list[int] = []
-        self._slips: list[tuple[float, float]] = []
+        self._slips: list[_Slip] = []
 
     def see(self, sample: PoseSample) -> None:
         """Take a pose sample; bodies "gripper" and "object" have to be in sight."""
         poses = sample.poses
-        if self._times_ns and sample.t_ns <= self._times_ns[-1]:
+        if self._slips and sample.t_ns <= self._slips[-1].t_ns:
             return
         if "gripper" not in poses or "object" not in poses:
             return
         apart = [g - o for g, o in zip(poses["gripper"].position_m, poses["object"].position_m, strict=True)]
         motion = self._velocity.update(sample.t_ns, (apart[0], apart[1], apart[2]))
         if motion is not None:
-            self._times_ns.append(sample.t_ns)
             # The grip rises past the object: the object goes down, along +y of the sensor.
-            self._slips.append((0.0, motion.velocity_m_s[2]))
+            self._slips.append(_Slip(sample.t_ns, 0.0, motion.velocity_m_s[2]))
 
     def at(self, times_ns: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Return every label column (frames,)."""
-        truths = [self._nearest_truth(t_ns) for t_ns in times_ns]
-        true = np.array([_true(truth) for truth in truths]).reshape(-1, 5)
+        samples = self._truth.samples
+        true = np.array([_true(nearest(samples, t_ns, sys.maxsize)) for t_ns in times_ns]).reshape(-1, 5)
         known = np.isfinite(true[:, 0])
-        slips = (np.hypot(true[:, 0], true[:, 1]) > TRUE_SLIP_M_S) | (np.abs(true[:, 2]) > TRUE_SLIP_RAD_S)
+        lets_go = (np.hypot(true[:, 0], true[:, 1]) > TRUE_SLIP_M_S) | (np.abs(true[:, 2]) > TRUE_SLIP_RAD_S)
         columns: dict[str, NDArray[Any]] = {
             "velocity_x_true": true[:, 0],
             "velocity_y_true": true[:, 1],
             "angular_velocity_true": true[:, 2],
             "speed_true": np.hypot(true[:, 0], true[:, 1]),
             "stick_true": true[:, 3],
-            "slip_true": np.where(known, slips, -1),
+            "slip_true": np.where(known, lets_go, -1),
         }
         smooth = self._smoothed(times_ns)
         if not self._measured:
@@ -75,7 +85,8 @@ class SlipLabels:
                 "velocity_x": smooth[:, 0], "velocity_y": smooth[:, 1], "angular_velocity_label": smooth[:, 2],
                 "speed": speed, "slip": np.where(known, moves, -1),
             }  # fmt: skip
-        seen = np.array([self._nearest_pose(t_ns) for t_ns in times_ns]).reshape(-1, 2)
+        slips = [nearest(self._slips, t_ns, SLOP_NS) or _UNSEEN for t_ns in times_ns]
+        seen = np.array([(slip.x_m_s, slip.y_m_s) for slip in slips]).reshape(-1, 2)
         # Where pads and object are apart there is nothing to slip: the grip's own contact says so.
         touching = ~(true[:, 4] <= 0)
         seen[~touching] = 0.0
@@ -103,20 +114,6 @@ class SlipLabels:
             found[k] = state
         at = np.searchsorted([s.t_ns for s in samples], times_ns).clip(0, len(samples) - 1)
         return np.asarray(found[at], np.float64)
-
-    def _nearest_truth(self, t_ns: int) -> CellTruth | None:
-        samples = self._truth.samples
-        after = bisect_left(samples, t_ns, key=lambda sample: sample.t_ns)
-        near = samples[max(0, after - 1) : after + 1]
-        return min(near, key=lambda sample: abs(sample.t_ns - t_ns), default=None)
-
-    def _nearest_pose(self, t_ns: int) -> tuple[float, float]:
-        after = bisect_left(self._times_ns, t_ns)
-        near = [k for k in (after - 1, after) if 0 <= k < len(self._times_ns)]
-        best = min(near, key=lambda k: abs(self._times_ns[k] - t_ns), default=None)
-        if best is None or abs(self._times_ns[best] - t_ns) > SLOP_NS:
-            return math.nan, math.nan
-        return self._slips[best]
 
 
 def _true(truth: CellTruth | None) -> tuple[float, float, float, float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
@@ -36,12 +36,11 @@ class FitJob:
     split: str = ""
     labels: str = "measured"
     control: str = ""
-    options: dict[str, Any] = field(default_factory=dict)
 
     @property
     def model(self) -> Model:
         """The model it fits."""
-        chosen = dict(self.options) | ({"signals": self.signals} if self.signals else {})
+        chosen = {"signals": self.signals} if self.signals else {}
         return Model(self.learner, chosen, most=MOST.get(self.learner, 0))
 
 

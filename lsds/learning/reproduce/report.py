@@ -10,7 +10,6 @@ from lsds.learning.reproduce import printed
 from lsds.learning.reproduce.jobs import MOST
 
 Row = dict[str, Any]
-NAMES = {"cross-validation": 0, "unseen": 1, "leave-one-out": 2, "severity-unseen": 3, "pipe": 4}
 
 
 def markdown(result: dict[str, Any]) -> str:

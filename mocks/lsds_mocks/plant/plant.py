@@ -97,25 +97,22 @@ class Plant:
         self.tangential_n = math.hypot(reaction.force_x_n, reaction.force_y_n)
         self.normal_n = reaction.normal_n
         if isinstance(self.body, PlanarMotion):
-            place = self.body.place
-            # Along the object's own axis: turning about the pads' middle is no travel.
-            self.travel_m = place.y_m * math.cos(place.angle_rad) - place.x_m * math.sin(place.angle_rad)
-        else:
-            self.travel_m = self.arm.position_m + self._shake_m - self.parameters.grip_height_m - self.body.height_m
-        self.relative_m_s = (self.travel_m - travelled) / dt_s
-        if isinstance(self.body, PlanarMotion):
-            # The motion of the step itself, at the pads' middle: what the object's origin does far off is no slip.
             after = self.body.place
+            # Along the object's own axis: turning about the pads' middle is no travel.
+            self.travel_m = after.y_m * math.cos(after.angle_rad) - after.x_m * math.sin(after.angle_rad)
+            # The motion of the step itself, at the pads' middle: what the object's origin does far off is no slip.
             turned = after.angle_rad - before.angle_rad
             still = before.moved(0.0, 0.0, turned)
             self.relative_m_s = (after.y_m - still.y_m) / dt_s
             self.relative_x_m_s = (after.x_m - still.x_m) / dt_s
             self.relative_rad_s = turned / dt_s
+        else:
+            self.travel_m = self.arm.position_m + self._shake_m - self.parameters.grip_height_m - self.body.height_m
+            self.relative_m_s = (self.travel_m - travelled) / dt_s
         slips = self.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
         self.slip_m_s = self.relative_m_s if slips else 0.0
-        if isinstance(self.body, PlanarMotion):
-            self.slip_x_m_s = self.relative_x_m_s if slips else 0.0
-            self.slip_rate_rad_s = self.relative_rad_s if slips else 0.0
+        self.slip_x_m_s = self.relative_x_m_s if slips else 0.0
+        self.slip_rate_rad_s = self.relative_rad_s if slips else 0.0
         self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m

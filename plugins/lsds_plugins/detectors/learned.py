@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from functools import partial
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -57,19 +57,9 @@ class LearnedDetector:
         return Detection(slip if confidence >= self._abstain_below else None, score, threshold, confidence)
 
 
-Factory = Callable[[LearnedOptions, BuildContext], LearnedDetector]
-
-
-def _named(name: str) -> Factory:
-    def build(options: LearnedOptions, context: BuildContext) -> LearnedDetector:
-        return LearnedDetector(options, context, name)
-
-    return build
-
-
-random_forest = _named("random-forest")
-gradient_boosting = _named("gradient-boosting")
-logistic = _named("logistic")
-field_mlp = _named("field-mlp")
-monotone = _named("monotone")
-onnx = _named("onnx")
+random_forest = partial(LearnedDetector, name="random-forest")
+gradient_boosting = partial(LearnedDetector, name="gradient-boosting")
+logistic = partial(LearnedDetector, name="logistic")
+field_mlp = partial(LearnedDetector, name="field-mlp")
+monotone = partial(LearnedDetector, name="monotone")
+onnx = partial(LearnedDetector, name="onnx")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from functools import partial
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -56,21 +56,11 @@ class LearnedEstimator:
         )
 
 
-Factory = Callable[[LearnedOptions, BuildContext], LearnedEstimator]
-
-
-def _named(name: str) -> Factory:
-    def build(options: LearnedOptions, context: BuildContext) -> LearnedEstimator:
-        return LearnedEstimator(options, context, name)
-
-    return build
-
-
-lstm = _named("lstm")
-mlp = _named("mlp")
-linear_window = _named("linear-window")
-field_gru = _named("field-gru")
-onnx = _named("onnx")
+lstm = partial(LearnedEstimator, name="lstm")
+mlp = partial(LearnedEstimator, name="mlp")
+linear_window = partial(LearnedEstimator, name="linear-window")
+field_gru = partial(LearnedEstimator, name="field-gru")
+onnx = partial(LearnedEstimator, name="onnx")
 
 _NAN = math.nan
 _ABSTAINED = SlipEstimate((_NAN, _NAN), (_NAN, _NAN), _NAN, _NAN, _NAN, _NAN, abstained=True)

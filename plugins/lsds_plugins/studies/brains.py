@@ -178,8 +178,6 @@ def _planned(job: Job) -> list[tuple[str, dict[str, Any]]]:
         sets = [s for s in SETS if not (s == "field" and name in ("random-forest", "gradient-boosting"))]
         for signals in sets:
             options: dict[str, Any] = {"signals": signals}
-            if name == "gradient-boosting":
-                options["n_estimators"] = 115
             found.append((name, options))
     swept = {"detect": ("logistic", "field-mlp"), "estimate": ("linear-window", "field-gru", "lstm")}[job]
     found += [(name, {"length": length}) for name in swept for length in LENGTHS]
