@@ -24,6 +24,7 @@ _MODULES = 12.0
 """Half a module of the smallest markers, by which neither the pattern inside nor the paper's rim is reached."""
 _FLOOR = 0.1
 _ROUNDS = 2
+_BEFORE = np.array([3, 0, 1, 2])
 
 
 def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -54,34 +55,37 @@ def _once(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.f
     across = np.arange(-half, half + _STEP_PX / 2, _STEP_PX)
     shares = np.linspace(_ENDS, 1 - _ENDS, max(8, int(lengths.mean() * (1 - 2 * _ENDS))))
     feet = corners[:, None, :] + shares[None, :, None] * (ahead - corners)[:, None, :]
-    at = (feet[:, :, None, :] + across[None, None, :, None] * outward[:, None, None, :]).astype(np.float32)
-    flat = at.reshape(-1, len(across), 2)
-    profiles = cv2.remap(grey, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR).reshape(4, len(shares), -1)
+    x, y = (feet[..., None, i] + across * outward[:, None, None, i] for i in (0, 1))
+    columns, rows = (xy.astype(np.float32).reshape(-1, len(across)) for xy in (x, y))
+    profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).reshape(4, len(shares), -1).astype(np.float32)
     # From ink to paper it gets lighter outward; anything else is another edge.
-    rise = np.maximum(np.diff(profiles.astype(np.float32), axis=2), 0)
+    rise = np.maximum(profiles[..., 1:] - profiles[..., :-1], 0)
     rise[rise < _FLOOR * rise.max(axis=2, keepdims=True)] = 0
     weight = rise.sum(axis=2)
     middle = across[:-1] + _STEP_PX / 2
     edge = (rise * middle).sum(axis=2) / np.maximum(weight, 1e-6)
-    usable = weight > 0.5 * np.median(weight)
+    usable = (weight > 0.5 * np.median(weight)).astype(np.float64)
     if usable.sum(axis=1).min() < 4:
         return None
-    lines = [_line((feet[i] + edge[i, :, None] * outward[i])[usable[i]]) for i in range(4)]
-    return _crossings(lines)
+    return _crossings(*_lines(feet + edge[..., None] * outward[:, None, :], usable))
 
 
-def _line(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return (a point, unit normal) of the line with the least squared distances to the points."""
-    mean = points.mean(axis=0)
-    x, y = (points - mean).T
-    angle = 0.5 * np.arctan2(2 * (x @ y), x @ x - y @ y)
-    return mean, np.array([-np.sin(angle), np.cos(angle)])
+def _lines(points: NDArray[np.float64], usable: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (points on them, unit normals), each (4, 2), of the lines with the least squared distances to those of
+    points (4, n, 2) whose `usable` (4, n) is one, not zero."""
+    mean = np.einsum("sn,sni->si", usable, points) / usable.sum(axis=1)[:, None]
+    apart = (points - mean[:, None, :]) * usable[..., None]
+    (xx, xy), (_, yy) = np.einsum("sni,snj->ijs", apart, apart)
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    return mean, np.stack([-np.sin(angle), np.cos(angle)], axis=1)
 
 
-def _crossings(lines: list[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> NDArray[np.float64] | None:
-    """Return where each line meets the one before it."""
-    normals = np.stack([np.stack([lines[i - 1][1], lines[i][1]]) for i in range(4)])
-    distances = np.array([[lines[i - 1][1] @ lines[i - 1][0], lines[i][1] @ lines[i][0]] for i in range(4)])
-    if np.abs(np.linalg.det(normals)).min() < 0.1:
+def _crossings(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return where each line meets the one before it; None where two that follow each other are all but parallel."""
+    distances = np.einsum("si,si->s", points, normals)
+    (a, b), (c, d) = normals[_BEFORE].T, normals.T
+    determinant = a * d - b * c
+    if np.abs(determinant).min() < 0.1:
         return None
-    return np.asarray(np.linalg.solve(normals, distances[..., None])[..., 0])
+    e, f = distances[_BEFORE], distances
+    return np.asarray(np.stack([e * d - b * f, a * f - e * c], axis=1) / determinant[:, None])

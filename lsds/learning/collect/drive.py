@@ -71,6 +71,7 @@ class _Drive:
         self._labels = SlipLabels(self._truth, measured=rig.pose_source is not None)
         self._repeated = RepeatedImage()
         self._last_seq = -1
+        self._poses_count = False
         self._velocity = (0.0, 0.0)
         self._rows: list[NDArray[np.float32]] = []
         self._times_ns: list[int] = []
@@ -82,6 +83,8 @@ class _Drive:
         thickness = self._trial.grip_aperture_m + APPROACH_M
         self._close(thickness, FAST_M_S)
         self._go(1.0)
+        # From here on there is something to slip.
+        self._poses_count = True
         self._close(self._trial.grip_aperture_m, SLOW_M_S)
         self._go(APPROACH_M / SLOW_M_S + 0.2)
         for move in self._trial.moves:
@@ -135,7 +138,7 @@ class _Drive:
         self._clock.sleep_until(now - now % TICK_NS + TICK_NS)
         now = self._clock.now()
         self._truth.sample(now)
-        if self._rig.pose_source is not None:
+        if self._rig.pose_source is not None and self._poses_count:
             with suppress(StaleData):
                 self._labels.see(self._rig.pose_source.read())
         rise, turn = self._velocity

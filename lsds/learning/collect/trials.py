@@ -144,13 +144,11 @@ def _lifted_loosely(name: str, number: int, seed: int) -> Trial:
 
 
 def _severity(name: str, seed: int, quick: bool) -> list[Trial]:
-    found = [
-        _slide(name, "severity", speed, repeat, seed)
-        for speed in SPEEDS_M_S
-        for repeat in range(1 if quick else REPEATS)
-    ]
-    rates = RATES_RAD_S[1::2] if quick else RATES_RAD_S
-    return found + [_turn(name, rate, sign, seed) for rate in rates for sign in (1, -1)]
+    speeds, repeats = (SPEEDS_M_S[1::3], 1) if quick else (SPEEDS_M_S, REPEATS)
+    found = [_slide(name, "severity", speed, repeat, seed) for speed in speeds for repeat in range(repeats)]
+    one_way = 1 if zlib.crc32(name.encode()) % 2 else -1
+    turns = [(RATES_RAD_S[2], one_way)] if quick else [(rate, sign) for rate in RATES_RAD_S for sign in (1, -1)]
+    return found + [_turn(name, rate, sign, seed) for rate, sign in turns]
 
 
 def _pipe(name: str, seed: int, quick: bool) -> list[Trial]:

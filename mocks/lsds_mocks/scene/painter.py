@@ -8,7 +8,8 @@ what is to be measured with these pictures are corners that move by a hundredth 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
@@ -28,6 +29,20 @@ Seen = Callable[[float], tuple["NDArray[np.float64]", "NDArray[np.float64]"]]
 """From a share (0..1) of the exposure to camera <- card: rotation (3, 3), position (3,)."""
 
 
+class Layer(NamedTuple):
+    """A card as it is seen: where in the picture, what share of each pixel stays free, the grey levels that it adds."""
+
+    window: tuple[slice, slice]
+    free: NDArray[np.float32]
+    grey: NDArray[np.float32]
+
+    def onto(self, image: NDArray[np.float32]) -> None:
+        """Lay it over a grey float32 picture (height, width), in place."""
+        part = image[self.window]
+        part *= self.free
+        part += self.grey
+
+
 class Painter:
     """Paints for one camera."""
 
@@ -42,21 +57,26 @@ class Painter:
 
     def paint(self, image: NDArray[np.float32], card: Card, seen: Seen) -> None:
         """Paint a card over a grey float32 picture (height, width) in place; does nothing where it is out of sight."""
+        layer = self.layer(card, seen)
+        if layer is not None:
+            layer.onto(image)
+
+    def layer(self, card: Card, seen: Seen) -> Layer | None:
+        """Return a card as it is seen; None where it is out of sight."""
         window = self._window(card, seen)
         if window is None:
-            return
+            return None
         # Over one pixel and one exposure the way from ray to texel is straight to a thousandth of a texel.
         middle, begin, end = (self._texels(card, window, *seen(instant)) for instant in (0.5, 0.0, 1.0))
         across, down, onward = np.gradient(middle, axis=1), np.gradient(middle, axis=0), end - begin
-        sheet = np.dstack([card.texture, np.full_like(card.texture, 255)])
+        sheet = _sheet(card)
         total = np.zeros((*middle.shape[:2], 2), np.float32)
         for (du, dv), instant in zip(self._offsets.tolist(), self._instants.tolist(), strict=True):
             at = middle + np.float32(du) * across + np.float32(dv) * down + np.float32(instant - 0.5) * onward
             sample = cv2.remap(sheet, at, _ONE_MAP, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
             cv2.accumulate(sample, total)
-        part = image[window]
-        part *= 1 - total[..., 1] / (255 * SAMPLES)
-        part += total[..., 0] / SAMPLES
+        free = np.asarray(1 - total[..., 1] / (255 * SAMPLES), np.float32)
+        return Layer(window, free, np.asarray(total[..., 0] / SAMPLES, np.float32))
 
     def _texels(
         self, card: Card, window: tuple[slice, slice], rotation: NDArray[np.float64], position: NDArray[np.float64]
@@ -82,7 +102,15 @@ class Painter:
         (left, top), (right, bottom) = np.clip(low, 0, (width, height)), np.clip(high, 0, (width, height))
         if right <= left or bottom <= top:
             return None
-        return slice(int(top), int(bottom)), slice(int(left), int(right))
+        # Of a card that is all but out of sight, a row or column more: what is to be known is how texels change.
+        left, top = min(left, width - 2), min(top, height - 2)
+        return slice(int(top), int(max(bottom, top + 2))), slice(int(left), int(max(right, left + 2)))
+
+
+@lru_cache(maxsize=16)
+def _sheet(card: Card) -> NDArray[np.uint8]:
+    """Return the card's picture, and beside it, as a second channel, that there is card."""
+    return np.dstack([card.texture, np.full_like(card.texture, 255)])
 
 
 def _to_texels(card: Card, rotation: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from lsds.contracts import Pose
 from lsds.vision.rotation import pose_of, rotation_of
 from lsds_mocks.scene.cards import Card, marker_card
 from lsds_mocks.scene.lens import Viewpoint, camera_model
-from lsds_mocks.scene.painter import Painter
+from lsds_mocks.scene.painter import Layer, Painter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -49,6 +49,8 @@ class Stage:
         self.camera = camera_model(width, height)
         self._painter = Painter(self.camera)
         self._cards = _cards()
+        # What stands still looks as in the picture before.
+        self._last: dict[str, tuple[tuple[Pose, Pose], Layer | None]] = {}
         rng = np.random.default_rng(seed)
         self._back = _backdrop(width, height, rng)
         field = rng.standard_normal((height + _SPARE, width + _SPARE)).astype(np.float32)
@@ -58,21 +60,23 @@ class Stage:
     def render(self, begin: Scene, end: Scene, number: int) -> NDArray[np.uint8]:
         """Return the picture, uint8 RGB (height, width, 3), of an exposure from one scene to another."""
         image = self._back.copy()
-        for body, card in self._cards.items():
+        for body in self._cards:
             early, late = truth_pose(begin, body), truth_pose(end, body)
-            rotation = rotation_of(early.quaternion_xyzw)
-            start, finish = np.array(early.position_m), np.array(late.position_m)
-
-            def seen(
-                share: float,
-                rotation: NDArray[np.float64] = rotation,
-                start: NDArray[np.float64] = start,
-                finish: NDArray[np.float64] = finish,
-            ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-                return VIEWPOINT.seen(rotation, start + share * (finish - start))
-
-            self._painter.paint(image, card, seen)
+            if body not in self._last or self._last[body][0] != (early, late):
+                self._last[body] = (early, late), self._seen(body, early, late)
+            layer = self._last[body][1]
+            if layer is not None:
+                layer.onto(image)
         return finished(image, self._noise, self._corners[number % len(self._corners)])
+
+    def _seen(self, body: str, early: Pose, late: Pose) -> Layer | None:
+        rotation = rotation_of(early.quaternion_xyzw)
+        start, finish = np.array(early.position_m), np.array(late.position_m)
+
+        def seen(share: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            return VIEWPOINT.seen(rotation, start + share * (finish - start))
+
+        return self._painter.layer(self._cards[body], seen)
 
 
 def finished(image: NDArray[np.float32], noise: NDArray[np.float32], corner: list[int]) -> NDArray[np.uint8]:
