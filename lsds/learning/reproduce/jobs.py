@@ -23,6 +23,8 @@ PAPER_ESTIMATORS = ("lstm", "mlp")
 OWN_ESTIMATORS = ("linear-window", "field-gru")
 MOST = {"gradient-boosting": 12_000, "lstm": 12_000, "field-gru": 20_000}
 """Windows that the slow ones are fitted on at most, so that all of it takes half an hour; the shipped ones had all."""
+QUICK_SHARE = 3
+"""A quick run fits them on so many times fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +39,15 @@ class FitJob:
     labels: str = "measured"
     control: str = ""
 
-    @property
-    def model(self) -> Model:
+    def model(self, *, quick: bool) -> Model:
         """The model it fits."""
         chosen = {"signals": self.signals} if self.signals else {}
-        return Model(self.learner, chosen, most=MOST.get(self.learner, 0))
+        return Model(self.learner, chosen, most=most(quick=quick).get(self.learner, 0))
+
+
+def most(*, quick: bool) -> dict[str, int]:
+    """Return on how many windows learners are fitted at most; those that are not in it have all."""
+    return {name: count // QUICK_SHARE for name, count in MOST.items()} if quick else MOST
 
 
 def planned(*, quick: bool) -> list[FitJob]:
@@ -86,6 +92,7 @@ def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[dict[str, Any]
 
 def _run(job: FitJob, folder: Path, seed: int, quick: bool) -> list[dict[str, Any]]:
     host = PluginHost()
+    fits = job.model(quick=quick)
     if job.table in ("cross-validation", "unseen"):
         whole = _data(folder / "detection")
         seen, other = _parts(whole)
@@ -95,17 +102,17 @@ def _run(job: FitJob, folder: Path, seed: int, quick: bool) -> list[dict[str, An
             rules = [detection.one_parameter(seen, split, seed) for split in ("frames", "recording", "object")]
             return [*rules, detection.majority(seen)]
         if job.table == "unseen":
-            return [row for row in detection.unseen(seen, other, [job.model], host, seed) if _is(row, job)]
-        model = detection.nuisance(job.model) if job.control == "nuisance" else job.model
+            return [row for row in detection.unseen(seen, other, [fits], host, seed) if _is(row, job)]
+        model = detection.nuisance(fits) if job.control == "nuisance" else fits
         return [detection.cross_validate(seen, model, host, job.split, seed, labels=job.labels)]  # type: ignore[arg-type]
     seen, other = _parts(_data(folder / "severity"))
     if job.table == "leave-one-out":
         if job.control == "rules":
             return severity.baselines(seen, seen)
         groups = 3 if quick or job.labels == "shuffled" else 0
-        return [severity.leave_objects_out(seen, job.model, host, seed, labels=job.labels, groups=groups)]
+        return [severity.leave_objects_out(seen, fits, host, seed, labels=job.labels, groups=groups)]
     target = other if job.table == "severity-unseen" else _data(folder / "pipe")
-    models = [] if job.control == "rules" else [job.model]
+    models = [] if job.control == "rules" else [fits]
     rows = severity.unseen(seen, target, models, host, seed)
     return rows if not models else [row for row in rows if _is(row, job)]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.reproduce import printed
-from lsds.learning.reproduce.jobs import MOST
+from lsds.learning.reproduce.jobs import most
 
 Row = dict[str, Any]
 
@@ -26,7 +26,7 @@ def markdown(result: dict[str, Any]) -> str:
         "Frames of one recording resemble each other: the split by frames at random, the paper's, leaks. What counts is"
         " the split by object. Brackets are 95 % intervals, bootstrapped over recordings.",
         "Fitted on at most so many windows, drawn from all, to save time: "
-        + ", ".join(f"{name} {count}" for name, count in MOST.items())
+        + ", ".join(f"{name} {count}" for name, count in most(quick=result["quick"]).items())
         + ".",
         "## Detection, five folds",
         _cross_validation(rows),
