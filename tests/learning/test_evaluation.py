@@ -13,7 +13,7 @@ from lsds.learning.collect.objects import SEEN, UNSEEN
 from lsds.learning.datasets import Dataset, from_rows, joined
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import contact_constant, rule_score, rule_threshold, shuffled
-from lsds.learning.evaluation.fitting import Model, task
+from lsds.learning.evaluation.fitting import Model, labelled, task
 from lsds.learning.evaluation.shipping import train
 from lsds.learning.reproduce import jobs, measure
 from lsds.learning.reproduce.report import markdown
@@ -110,6 +110,22 @@ def test_severity_has_intervals_that_cover_what_they_say():
     zero = by["always zero", "all"]
     assert zero["mae"] == pytest.approx(float(np.mean(data["speed"][test])), rel=1e-5)
     assert contact_constant(np.array([0.2, 0.2, 0.0]), np.array([0.01, 0.03, 0.5])) == pytest.approx(0.02)
+
+
+def test_the_constant_in_contact_is_not_fitted_on_the_object_that_it_answers_for():
+    data = dataset(("slow", "fast"), 1)
+    speed = np.where(data["object"] == "slow", 0.01, 0.03).astype(np.float32)
+    data = Dataset({**data.columns, "velocity_y": speed}, data.card)
+    alone, other = (severity.baselines(data, part)[1]["mae"] for part in (data, data.where(data["object"] == "slow")))
+    assert alone == pytest.approx(0.02), "each is told what the other does"
+    assert other == pytest.approx(0.01), "the mean of both"
+
+
+def test_frames_without_an_answer_are_told():
+    data = dataset(("a", "b"), 2)
+    own = task(data, Model("field-mlp").build(HOST))
+    assert own.answered == pytest.approx(79 / 80), "v_net of the first frame is undefined"
+    assert labelled(data, "detect").answered == 1
 
 
 def test_conformal_factors_make_ninety_per_cent():

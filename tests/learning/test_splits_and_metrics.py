@@ -151,13 +151,15 @@ def test_onsets_and_false_alarms():
     assert none == 0
 
 
-def test_a_detection_that_runs_into_the_slip_or_out_of_it_is_no_false_alarm():
+def test_a_detection_close_to_a_slip_is_no_false_alarm_and_one_that_sounds_all_the_time_is():
     t = np.arange(0, 10, 0.1)
     slip = (t > 2.95) & (t < 4.95)
-    early_and_late = (t > 2.45) & (t < 6.05)
-    latencies, alarms = metrics.onsets(np.zeros(100, int), t, slip, early_and_late)
+    latencies, alarms = metrics.onsets(np.zeros(100, int), t, slip, (t > 2.85) & (t < 5.05))
     assert latencies == pytest.approx([0.0])
     assert alarms == 0
+    latencies, alarms = metrics.onsets(np.zeros(100, int), t, slip, np.ones(100, bool))
+    assert latencies == pytest.approx([0.0])
+    assert alarms == pytest.approx(2 * 60 / 7.6, rel=0.03), "one before the slip and one after it"
 
 
 def test_a_slip_that_a_recording_begins_with_has_no_onset():

@@ -89,7 +89,7 @@ def trials(job: Job, objects: Sequence[str] | None, seed: int, *, quick: bool = 
 def _detection(name: str, seed: int, quick: bool) -> list[Trial]:
     plan = PLANS[name]
     found = []
-    grasps = (1, 3) if quick else range(STATIC_GRASPS)
+    grasps = (2,) if quick else range(STATIC_GRASPS)
     for grasp in grasps:
         rng, start = _start(name, "static", grasp, seed)
         share = FIRM[0] + (FIRM[1] - FIRM[0]) * (grasp + rng.uniform(0, 0.8)) / STATIC_GRASPS
@@ -147,7 +147,7 @@ def _lifted_loosely(name: str, number: int, seed: int) -> Trial:
 
 
 def _severity(name: str, seed: int, quick: bool) -> list[Trial]:
-    speeds, repeats = (SPEEDS_M_S[1::3], 1) if quick else (SPEEDS_M_S, REPEATS)
+    speeds, repeats = (SPEEDS_M_S[2::2], 1) if quick else (SPEEDS_M_S, REPEATS)
     found = [_slide(name, "severity", speed, repeat, seed) for speed in speeds for repeat in range(repeats)]
     one_way = 1 if zlib.crc32(name.encode()) % 2 else -1
     turns = [(RATES_RAD_S[2], one_way)] if quick else [(rate, sign) for rate in RATES_RAD_S for sign in (1, -1)]

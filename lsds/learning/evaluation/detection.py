@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.learning.evaluation.controls import NUISANCES, rule_score, rule_threshold, shuffled
-from lsds.learning.evaluation.fitting import Model, Task, fit, out_of_fold, task
+from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, out_of_fold, task
 from lsds.learning.metrics import bootstrap, classification, onsets
 from lsds.learning.splits import SplitName, folds, random_folds
 
@@ -59,15 +59,15 @@ def scored(own: Task, score: NDArray[Any], threshold: float | NDArray[Any] = THR
         "onsets_missed": float(np.mean(~np.isfinite(latency))) if len(latency) else None,
         "false_alarms_per_min": alarms,
         "frames": len(slip),
+        "answered": own.answered,
     }
 
 
 def one_parameter(data: Dataset, by: SplitName, seed: int = 0) -> Row:
     """Return the row of the rule whose threshold is fitted on the training rows of each fold."""
-    known = data.where(data["slip"] >= 0)
-    own = Task(known, np.zeros((len(known), 0), np.float32), known["slip"].astype(np.float32), np.arange(len(known)))
-    score = rule_score(known)
-    threshold = np.zeros(len(known))
+    own = labelled(data, "detect")
+    score = rule_score(data)[own.rows]
+    threshold = np.zeros(len(score))
     for train, test in split(own, by, seed):
         threshold[test] = rule_threshold(score[train], own.column("slip")[train] == 1)
     return {"model": "one-parameter rule", "split": by, "labels": "measured"} | scored(own, score, threshold)
@@ -99,10 +99,9 @@ def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginH
         said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
         rows += _by_object(model.name, other, said, THRESHOLD)
         tick(model.name)
-    known, fitted = np.flatnonzero(test["slip"] >= 0), train["slip"] >= 0
-    threshold = rule_threshold(rule_score(train)[fitted], train["slip"][fitted] == 1)
-    rule = Task(test, np.zeros((len(known), 0), np.float32), test["slip"][known].astype(np.float32), known)
-    return rows + _by_object("one-parameter rule", rule, rule_score(test)[known], threshold)
+    fitted, rule = labelled(train, "detect"), labelled(test, "detect")
+    threshold = rule_threshold(rule_score(train)[fitted.rows], fitted.column("slip") == 1)
+    return rows + _by_object("one-parameter rule", rule, rule_score(test)[rule.rows], threshold)
 
 
 def _by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> list[Row]:
@@ -110,6 +109,5 @@ def _by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> l
     objects = own.column("object")
     for which in [*dict.fromkeys(objects.tolist()), "all"]:
         rows_of = np.flatnonzero((objects == which) | (which == "all"))
-        part = Task(own.data, own.x[rows_of], own.y[rows_of], own.rows[rows_of])
-        rows.append({"model": name, "object": which} | scored(part, score[rows_of], threshold))
+        rows.append({"model": name, "object": which} | scored(own.part(rows_of), score[rows_of], threshold))
     return rows

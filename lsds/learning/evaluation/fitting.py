@@ -10,7 +10,7 @@ import numpy as np
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.contracts.learning import Examples, Fitted, Learner
+from lsds.contracts.learning import Examples, Fitted, Job, Learner
 from lsds.errors import DataError
 from lsds.learning.windows import windows
 from lsds.plugins.host import PluginHost
@@ -57,6 +57,17 @@ class Task:
         values: NDArray[Any] = self.data[name][self.rows]
         return values
 
+    @property
+    def answered(self) -> float:
+        """Share of the labelled frames of these windows' objects that have a window; of the others nothing is said."""
+        known = _known(targets(self.data, "detect" if self.y.ndim == 1 else "estimate"))
+        known &= np.isin(self.data["object"], np.unique(self.column("object")))
+        return min(1.0, len(self.rows) / max(int(known.sum()), 1))
+
+    def part(self, index: NDArray[np.intp]) -> Task:
+        """Return the windows `index` as a task of their own."""
+        return Task(self.data, self.x[index], self.y[index], self.rows[index])
+
     def examples(self, index: NDArray[np.intp]) -> Examples:
         """Return the windows `index`, grouped by object; by recording where there is one object only."""
         names = self.column("object")[index]
@@ -65,27 +76,36 @@ class Task:
         return Examples(self.x[index], self.y[index], np.unique(names, return_inverse=True)[1])
 
 
-def task(data: Dataset, learner: Learner, *, true: bool = False) -> Task:
-    """Return a dataset as a learner sees it; `true` takes the simulator's labels in place of the measured ones.
+def task(data: Dataset, learner: Learner) -> Task:
+    """Return a dataset as a learner sees it.
 
     Raises DataError where no row has a label and all signals.
     """
     x, rows = windows(data, learner.signals, learner.length)
-    y = targets(data, learner.job, true=true)[rows]
-    known = np.isfinite(y).all(axis=1) if y.ndim == 2 else y >= 0
+    y = targets(data, learner.job)[rows]
+    known = _known(y)
     if not known.any():
         raise DataError(f"no row of the dataset has a label and all of {', '.join(learner.signals)}")
     return Task(data, x[known], y[known], rows[known])
 
 
-def targets(data: Dataset, job: str, *, true: bool = False) -> NDArray[np.float32]:
+def labelled(data: Dataset, job: Job) -> Task:
+    """Return all rows that have a label, and no signals: what rules are scored on."""
+    y = targets(data, job)
+    rows = np.flatnonzero(_known(y))
+    return Task(data, np.zeros((len(rows), 0, 0), np.float32), y[rows], rows)
+
+
+def targets(data: Dataset, job: Job) -> NDArray[np.float32]:
     """Return what is to be learnt, (rows,) slip or (rows, 3) velocities; negative or NaN where it is not known."""
-    end = "_true" if true else ""
     if job == "detect":
-        return data[f"slip{end}"].astype(np.float32)
-    turning = "angular_velocity_true" if true else "angular_velocity_label"
-    names = (f"velocity_x{end}", f"velocity_y{end}", turning)
+        return data["slip"].astype(np.float32)
+    names = ("velocity_x", "velocity_y", "angular_velocity_label")
     return np.stack([data[name] for name in names], axis=1).astype(np.float32)
+
+
+def _known(y: NDArray[np.float32]) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(y).all(axis=1) if y.ndim == 2 else y >= 0)
 
 
 def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitted:

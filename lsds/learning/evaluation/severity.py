@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.learning.evaluation.controls import contact_constant, in_contact, shuffled
-from lsds.learning.evaluation.fitting import Model, Task, fit, out_of_fold, task
+from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, out_of_fold, task
 from lsds.learning.metrics import bootstrap, coverage, regression
 from lsds.learning.splits import folds, leave_one_out
 
@@ -63,6 +63,7 @@ def scored(own: Task, said: NDArray[Any], intervals: Sequence[float] = (NINETY,)
         "interval_width": float(2 * half.mean()),
         **_angular(own, said, intervals[RATE]),
         "frames": len(true),
+        "answered": own.answered,
     }
 
 
@@ -90,21 +91,20 @@ def plain(own: Task, name: str, speed: NDArray[np.float64]) -> Row:
 
 
 def baselines(train: Dataset, test: Dataset) -> list[Row]:
-    """Return the rows of "always zero" and "a constant while there is contact", the constant from `train`."""
-    known = np.flatnonzero(np.isfinite(_speed(test)))
-    y = np.stack([test["velocity_x"], test["velocity_y"], test["angular_velocity_label"]], axis=1)[known]
-    own = Task(test, np.zeros((len(known), 0), np.float32), y, known)
-    fitted = np.isfinite(_speed(train))
-    constant = contact_constant(train["area"][fitted].astype(float), _speed(train)[fitted])
+    """Return the rows of "always zero" and "a constant while there is contact", the constant from `train`; where that
+    is `test` itself, for each object from the others."""
+    own, fitted = labelled(test, "estimate"), labelled(train, "estimate")
+    objects = own.column("object")
     touching = in_contact(own.column("area").astype(float))
+    area, speed = fitted.column("area").astype(float), true_speed(fitted)
+    constant = np.full(len(objects), contact_constant(area, speed))
+    if train is test and len(set(objects.tolist())) > 1:
+        for _, others, left in leave_one_out(objects):
+            constant[left] = contact_constant(area[others], speed[others])
     return [
-        plain(own, "always zero", np.zeros(len(own.rows))),
+        plain(own, "always zero", np.zeros(len(objects))),
         plain(own, "constant in contact", np.asarray(constant * touching, np.float64)),
     ]
-
-
-def _speed(data: Dataset) -> NDArray[np.float64]:
-    return np.asarray(np.hypot(data["velocity_x"], data["velocity_y"]), np.float64)
 
 
 def conformal(own: Task, said: NDArray[Any], level: float = 0.9) -> tuple[float, ...]:
@@ -133,8 +133,7 @@ def unseen(
         objects = other.column("object")
         for which in [*dict.fromkeys(objects.tolist()), "all"]:
             index = np.flatnonzero((objects == which) | (which == "all"))
-            part = Task(test, other.x[index], other.y[index], other.rows[index])
-            rows.append({"model": model.name, "object": which} | scored(part, said[index], factors))
+            rows.append({"model": model.name, "object": which} | scored(other.part(index), said[index], factors))
         tick(model.name)
     for which in [*dict.fromkeys(test["object"].tolist()), "all"]:
         part_of = test.where((test["object"] == which) | (which == "all"))

@@ -24,7 +24,8 @@ def markdown(result: dict[str, Any]) -> str:
         + (" **Quick run: a tenth of the data.**" if result["quick"] else ""),
         f"Data: {frames}; seed {result['seed']}.",
         "Frames of one recording resemble each other: the split by frames at random, the paper's, leaks. What counts is"
-        " the split by object. Brackets are 95 % intervals, bootstrapped over recordings.",
+        " the split by object. Brackets are 95 % intervals, bootstrapped over recordings. Scores are of the frames"
+        " that a model answers; of those without a signal that it needs it says nothing.",
         "Fitted on at most so many windows, drawn from all, to save time: "
         + ", ".join(f"{name} {count}" for name, count in most(quick=result["quick"]).items())
         + ".",
@@ -46,7 +47,7 @@ def markdown(result: dict[str, Any]) -> str:
 
 def _cross_validation(rows: list[Row]) -> str:
     header = ("model", "signals", "split", "labels", "accuracy %", "precision", "recall", "F1", "AUC",
-              "onset ms", "false alarms/min", "printed A/P/R/F1")  # fmt: skip
+              "onset ms", "missed %", "false alarms/min", "answered %", "printed A/P/R/F1")  # fmt: skip
     found = [row for row in rows if row["table"] == "cross-validation"]
     order = {"frames": 0, "recording": 1, "object": 2, "-": 3}
     found.sort(
@@ -58,15 +59,14 @@ def _cross_validation(rows: list[Row]) -> str:
         lines.append(
             (row["model"], "" if row["control"] else row["signals"], row["split"], row["labels"], _accuracy(row),
              *(_percent(row.get(key)) for key in ("precision", "recall", "f1")), _number(row.get("auc"), 3),
-             _number(row.get("onset_latency_s"), 0, 1e3), _number(row.get("false_alarms_per_min"), 1),
-             " / ".join(f"{v:.2f}" for v in given) if given and row["labels"] == "measured" else "")
+             *_alarms(row), " / ".join(f"{v:.2f}" for v in given) if given and row["labels"] == "measured" else "")
         )  # fmt: skip
     return _table(header, lines)
 
 
 def _unseen(rows: list[Row]) -> str:
-    header = ("model", *UNSEEN, "mean", "false positives on the sponge", "onset ms, all", "false alarms/min, all",
-              "printed: " + ", ".join(UNSEEN))  # fmt: skip
+    header = ("model", *UNSEEN, "mean", "false positives on the sponge", "onset ms", "missed %", "false alarms/min",
+              "answered %", "printed: " + ", ".join(UNSEEN))  # fmt: skip
     own = [row for row in rows if row["table"] == "unseen"]
     lines = []
     for model in dict.fromkeys(row["model"] for row in own):
@@ -75,14 +75,14 @@ def _unseen(rows: list[Row]) -> str:
         given = [printed.UNSEEN_ACCURACY.get((model, name)) for name in UNSEEN]
         lines.append((
             model, *(_accuracy(by[name]) for name in UNSEEN), _percent(mean),
-            _number(by["sponge"]["false_positive_rate"], 3), _number(by["all"].get("onset_latency_s"), 0, 1e3),
-            _number(by["all"].get("false_alarms_per_min"), 1), ", ".join(_number(v, 1) for v in given),
+            _number(by["sponge"]["false_positive_rate"], 3), *_alarms(by["all"]),
+            ", ".join(_number(v, 1) for v in given),
         ))  # fmt: skip
     return _table(header, lines)
 
 
 _SEVERITY = ("MAE cm/s", "RMSE", "R2", "MAE moving", "R2 moving", "90 % intervals cover", "angular error",
-             "printed MAE/RMSE/R2")  # fmt: skip
+             "answered %", "printed MAE/RMSE/R2")  # fmt: skip
 
 
 def _severity_cells(row: Row, given: tuple[float, float, float] | None) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ def _severity_cells(row: Row, given: tuple[float, float, float] | None) -> tuple
     return (
         mae, _number(row["rmse"], 2, 100), _number(row["r2"], 2), _number(row["moving_mae"], 2, 100),
         _number(row["moving_r2"], 2), _percent(row.get("coverage")), _percent(row.get("angular_relative_error")),
-        " / ".join(f"{v:.2f}" for v in given) if given else "",
+        _percent(row.get("answered")), " / ".join(f"{v:.2f}" for v in given) if given else "",
     )  # fmt: skip
 
 
@@ -126,6 +126,13 @@ def _accuracy(row: Row) -> str:
     if row.get("accuracy_low") is not None:
         text += f" [{_percent(row['accuracy_low'])}, {_percent(row['accuracy_high'])}]"
     return text
+
+
+def _alarms(row: Row) -> tuple[str, ...]:
+    return (
+        _number(row.get("onset_latency_s"), 0, 1e3), _percent(row.get("onsets_missed")),
+        _number(row.get("false_alarms_per_min"), 1), _percent(row.get("answered")),
+    )  # fmt: skip
 
 
 def _percent(value: float | None) -> str:

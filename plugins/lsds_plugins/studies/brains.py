@@ -27,7 +27,7 @@ from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.datasets import Dataset, load
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import rule_score
-from lsds.learning.evaluation.fitting import Model, Task, fit, task
+from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, task
 from lsds.learning.running import RunningModel
 from lsds.plugins.host import PluginHost
 from lsds.rig import Rig
@@ -140,12 +140,11 @@ class BrainStudy:
         from lsds_plugins.detectors.rigid_residual import RigidResidualOptions
         from lsds_plugins.detectors.threshold import ThresholdOptions
 
-        known = np.flatnonzero(other["slip"] >= 0)
-        own = Task(other, np.zeros((len(known), 0), np.float32), other["slip"][known].astype(np.float32), known)
+        own = labelled(other, "detect")
         if name == "threshold":
-            score, limit = rule_score(other)[known], ThresholdOptions().v_net_m_s
+            score, limit = rule_score(other)[own.rows], ThresholdOptions().v_net_m_s
         else:
-            score, limit = np.nan_to_num(other["residual_excess"][known]), RigidResidualOptions().residual_m_s
+            score, limit = np.nan_to_num(own.column("residual_excess")), RigidResidualOptions().residual_m_s
         row = detection.scored(own, score, limit)
         return {"model": name, "signals": "untrained", "length": 2 if name == "threshold" else 1,
                 "score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"], "auc": row["auc"],
