@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json, write_text
+from lsds.cli.output import csv_text, json_option, require_writable, table, write_json, write_text
+from lsds.cli.study_output import run_study, show_study
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
@@ -91,7 +90,7 @@ def frame(repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: 
         changes = ", ".join(f"{change:.4f}" for change in cost.area_change)
         click.echo(f"\ncontact area, mean difference to the finest depth map: {changes}")
     if csv_file is not None:
-        write_text(_csv([dataclasses.asdict(s) for s in cost.trackers]), csv_file)
+        write_text(csv_text([dataclasses.asdict(s) for s in cost.trackers]), csv_file)
     try:
         plot_frame_cost(plot, cost)
     except (OSError, ValueError) as error:
@@ -261,40 +260,6 @@ def _study(
 ) -> None:
     """Run a study that a plugin offers; show, write and draw what it found."""
     one_thread()
-    from lsds.clock import WallClock
-    from lsds.contracts import BuildContext, Study
-    from lsds.plugins.host import PluginHost
-
     for file in (plot, csv_file, json_file):
         require_writable(file)
-    built: Study = PluginHost().build("study", name, options, BuildContext(WallClock(), seed))
-    with click.progressbar(length=1000, label="measuring", file=sys.stderr) as bar:
-        result = built.run(lambda done, whole: bar.update(1000 * done // whole - bar.pos))
-    if json_file is not None:
-        rows = [dict(row) for row in result.rows]
-        write_json({"title": result.title, "rows": rows, "notes": list(result.notes), **result.details}, json_file)
-    if json_file != "-":
-        shown = [tuple(_shown(row.get(key), form) for key, _, form in result.columns) for row in result.rows]
-        click.echo(f"{result.title}\n\n" + table(shown, tuple(heading for _, heading, _ in result.columns)))
-        click.echo("".join(f"\n{note}" for note in result.notes))
-    if csv_file is not None:
-        write_text(_csv([dict(row) for row in result.rows]), csv_file)
-    try:
-        result.draw(plot)
-    except (OSError, ValueError) as error:
-        raise DataError(f"{plot}: the chart cannot be written: {error}") from error
-    click.echo(f"chart: {plot}", err=json_file == "-")
-
-
-def _shown(value: object, form: str) -> str:
-    if value is None:
-        return "-"
-    return format(value, form) if form else str(value)
-
-
-def _csv(rows: list[dict[str, object]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    show_study(run_study(name, options, seed, "measuring"), plot, csv_file, json_file)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
-import sys
 from pathlib import Path
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json, write_text
+from lsds.cli.output import json_option, require_writable
+from lsds.cli.study_output import run_study, show_study
 from lsds.cli.threads import one_thread
-from lsds.errors import DataError
 
 
 @click.group()
@@ -61,10 +58,7 @@ def incipient_slip(
       lsds evaluate incipient-slip new-objects/ --train recordings/
     """
     one_thread()
-    from lsds.clock import WallClock
-    from lsds.contracts import BuildContext, Study
     from lsds.learning.incipient import read_index
-    from lsds.plugins.host import PluginHost
 
     for file in (plot, csv_file, json_file, save_clip_model):
         require_writable(file)
@@ -72,42 +66,13 @@ def incipient_slip(
         raise click.UsageError("--save-clip-model names a file that ends in .onnx")
     for folder in (path, *(() if train is None else (train,))):
         read_index(folder)  # What is wrong with it is told before anything is computed.
-    options = {
+    options: dict[str, object] = {
         "path": str(path), "train": str(train or ""), "model": model, "slower": slower, "cache": cache,
         "repeats": repeats, "jobs": jobs or os.cpu_count() or 1, "save_model": save_clip_model or "",
     }  # fmt: skip
-    built: Study = PluginHost().build("study", "incipient-slip", options, BuildContext(WallClock(), seed))
-    with click.progressbar(length=1000, label="reading, training", file=sys.stderr) as bar:
-        result = built.run(lambda done, whole: bar.update(1000 * done // whole - bar.pos))
-        bar.update(1000 - bar.pos)
+    result = run_study("incipient-slip", options, seed, "reading, training")
     for reason in result.details["failures"].values():
         click.echo(f"passed over: {reason}", err=True)
-    rows: list[dict[str, object]] = [dict(row) for row in result.rows]
-    if json_file is not None:
-        write_json({"title": result.title, "rows": rows, "notes": list(result.notes), **result.details}, json_file)
-    if json_file != "-":
-        shown = [tuple(_shown(row.get(key), form) for key, _, form in result.columns) for row in rows]
-        click.echo(f"{result.title}\n\n" + table(shown, tuple(heading for _, heading, _ in result.columns)))
-        click.echo("".join(f"\n{note}" for note in result.notes))
-    if csv_file is not None:
-        write_text(_csv(rows), csv_file)
     if save_clip_model is not None:
         click.echo(f"clip model: {save_clip_model}", err=json_file == "-")
-    if plot is not None:
-        try:
-            result.draw(Path(plot))
-        except (OSError, ValueError) as error:
-            raise DataError(f"{plot}: the picture cannot be written: {error}") from error
-        click.echo(f"picture: {plot}", err=json_file == "-")
-
-
-def _shown(value: object, form: str) -> str:
-    return format(value, form) if form else str(value)
-
-
-def _csv(rows: list[dict[str, object]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    show_study(result, plot, csv_file, json_file)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from lsds.config import load_config
 from lsds.config.toml import value_text
 from lsds.errors import DataError, LsdsError
 from lsds.plugins import PluginHost
+from lsds.processes import DIED, spread
 from lsds.tracking import TrackResult, track_recording
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg")
@@ -64,30 +64,9 @@ def track_many(
     """Yield the summary of each recording as it is done; nothing that is wrong with one stops the others."""
     # The config is checked once, here, so that a typo is one error and not one per recording.
     load_config(config_file, [*overrides, "sensor.backend=video", "sensor.video.path=x"])
-    workers = min(jobs or os.cpu_count() or 1, len(sources))
-    if workers == 1:
-        for source in sources:
-            yield _summary_of(source, config_file, tuple(overrides))
-        return
-    unfinished = []
-    with ProcessPoolExecutor(workers) as pool:
-        pending = {pool.submit(_summary_of, source, config_file, tuple(overrides)): source for source in sources}
-        try:
-            for done in as_completed(pending):
-                try:
-                    yield done.result()
-                except BrokenProcessPool:
-                    unfinished.append(pending[done])
-        finally:
-            for job in pending:
-                job.cancel()
-    # One of these took its process down, and the others' work with it: now each has a process to itself.
-    for source in unfinished:
-        with ProcessPoolExecutor(1) as pool:
-            try:
-                yield pool.submit(_summary_of, source, config_file, tuple(overrides)).result()
-            except BrokenProcessPool:
-                yield _failed(source, f"{source}: its process died (a decoder's crash, or out of memory)")
+    work = partial(_summary_of, config_file=config_file, overrides=tuple(overrides))
+    for source, summary in spread(work, sources, jobs or os.cpu_count() or 1):
+        yield _failed(source, f"{source}: {DIED}") if summary is None else summary
 
 
 def overview(results: list[dict[str, Any]]) -> dict[str, Any]:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +16,7 @@ from lsds.learning.datasets import Dataset
 from lsds.learning.incipient import Video, joined, read_index
 from lsds.learning.incipient_video import VERSION, try_columns
 from lsds.learning.signals import SIGNALS
+from lsds.processes import DIED, spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,8 +52,10 @@ def load(
             pass  # A cache cut short is no cache: it is made anew.
     parts: dict[str, Columns] = {}
     failures: dict[str, str] = {}
-    for done, (video, found) in enumerate(_all(videos, jobs), start=1):
-        if isinstance(found, str):
+    for done, (video, found) in enumerate(spread(try_columns, videos, jobs), start=1):
+        if found is None:
+            failures[video.name] = f"{video.path}: {DIED}"
+        elif isinstance(found, str):
             failures[video.name] = found
         else:
             parts[video.name] = found
@@ -92,30 +93,3 @@ def _key(videos: Sequence[Video]) -> str:
             state = (-1, -1)
         told.append((str(video.path.name), video.name, video.object, video.slip, video.conflict, state))
     return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:20]
-
-
-def _all(videos: Sequence[Video], jobs: int) -> Iterator[tuple[Video, Columns | str]]:
-    """Yield each video with its columns, or why there are none, as they are done."""
-    if jobs <= 1:
-        for video in videos:
-            yield video, try_columns(video)
-        return
-    unfinished: list[Video] = []
-    with ProcessPoolExecutor(min(jobs, len(videos))) as pool:
-        pending = {pool.submit(try_columns, video): video for video in videos}
-        try:
-            for job in as_completed(pending):
-                try:
-                    yield pending[job], job.result()
-                except BrokenProcessPool:
-                    unfinished.append(pending[job])
-        finally:
-            for job in pending:
-                job.cancel()
-    # One of these took its process down, and the others' work with it: now each has a process to itself.
-    for video in unfinished:
-        with ProcessPoolExecutor(1) as pool:
-            try:
-                yield video, pool.submit(try_columns, video).result()
-            except BrokenProcessPool:
-                yield video, f"{video.path}: its process died (a decoder's crash, or out of memory)"

@@ -295,14 +295,13 @@ def test_a_recording_that_takes_its_process_down_does_not_take_the_batch(clip, t
 
     for name in ("a.avi", "deadly.avi", "z.avi"):
         (tmp_path / name).write_bytes(clip.read_bytes())
-    track_one = track_session.track_one
+    spread = track_session.spread
 
-    def deadly(source, *rest):
-        if "deadly" in source:
-            os._exit(1)
-        return track_one(source, *rest)
+    def deadly(work, sources, jobs):
+        for source, found in spread(work, sources, 1):
+            yield source, None if "deadly" in source else found
 
-    monkeypatch.setattr(track_session, "track_one", deadly)
+    monkeypatch.setattr(track_session, "spread", deadly)
     sources = track_session.find_videos([str(tmp_path)])
     errors = {r["source"]: r["error"] for r in track_session.track_many(sources, None, [], jobs=2)}
     assert sorted(errors) == sources

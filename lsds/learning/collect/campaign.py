@@ -7,13 +7,11 @@ ran out of room, goes on where it stopped.
 from __future__ import annotations
 
 import json
-import os
 import platform
 import shutil
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from functools import partial
 from importlib import metadata
-from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +26,7 @@ from lsds.learning.collect.trials import Job, Trial, trials
 from lsds.learning.datasets import CARD, COLUMNS, FORMAT, PARTS, Dataset, joined, read_table, write_table, write_whole
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import NO_DEVICE
+from lsds.processes import DIED, spread
 
 _GEL = (
     "safety.max_arm_angular_rad_s=3.0",
@@ -80,17 +79,14 @@ def collect(
     done = len(planned) - len(missing)
     tick(done, len(planned), "")
     failed: list[str] = []
-
-    def finished(trial: Trial, problem: str) -> None:
-        nonlocal done
-        done += 1
-        if problem:
-            failed.append(f"{trial.recording}: {problem}")
-        tick(done, len(planned), trial.recording)
-
     simulated = _is_simulated(config)
+    work = partial(_do, parts=parts, config_file=config_file, settings=settings)
     # There is one real cell, however many processors.
-    _run_all(missing, parts, config_file, settings, jobs if simulated else 1, finished)
+    for trial, problem in spread(work, missing, jobs if simulated else 1):
+        done += 1
+        if problem != "":
+            failed.append(f"{trial.recording}: {problem or DIED}")
+        tick(done, len(planned), trial.recording)
     if failed:
         shown = "\n  ".join(failed[:5]) + (f"\n  and {len(failed) - 5} more" if len(failed) > 5 else "")
         raise DataError(
@@ -104,51 +100,14 @@ def collect(
     return whole
 
 
-def _run_all(
-    missing: Sequence[Trial], parts: Path, config_file: str | None, settings: Sequence[str], jobs: int,
-    finished: Callable[[Trial, str], None],
-) -> None:  # fmt: skip
-    """Do the trials, in this process or over several. An interrupt keeps what is done."""
-    if jobs <= 1 or len(missing) <= 1:
-        for trial in missing:
-            finished(trial, _do(trial, parts, config_file, settings))
-        return
-    with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_quiet) as pool:
-        waiting: dict[Future[str], Trial] = {
-            pool.submit(_do, trial, parts, config_file, tuple(settings)): trial for trial in missing
-        }
-        try:
-            while waiting:
-                ready, _ = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in ready:
-                    finished(waiting.pop(future), future.result())
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-
-
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
     """Do a trial and keep it; return what went wrong with it. Raises DataError where it cannot be kept."""
-    parent = parent_process()
-    if parent is not None and not parent.is_alive():
-        # Killed without a word: whoever goes on recording would do so beside the next campaign.
-        os._exit(1)
     try:
         columns = run_trial(trial, config_file, settings)
     except LsdsError as error:
         return str(error)
     write_table(columns, _part(parts, trial))
     return ""
-
-
-def _quiet() -> None:
-    """One thread a process, and Ctrl-C is the parent's to answer."""
-    import signal
-
-    import cv2
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    cv2.setNumThreads(1)
 
 
 def _claim(out: Path, asked: dict[str, Any]) -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import asdict
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from lsds.learning.collect.campaign import collect
 from lsds.learning.collect.trials import JOBS
 from lsds.learning.datasets import CARD, write_whole
 from lsds.learning.reproduce.jobs import FitJob, planned, run
+from lsds.processes import DIED, spread
 
 Tick = Callable[[str, int, int], None]
 RESULTS = "results.json"
@@ -45,9 +45,11 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
     todo = planned(quick=quick)
-    for done, (job_done, found) in enumerate(_run(todo, str(data), seed, quick, jobs), 1):
-        if isinstance(found, str):
-            failed.append({"job": " ".join(str(v) for v in asdict(job_done).values() if v), "reason": found})
+    fitting = partial(_guarded, data=str(data), seed=seed, quick=quick)
+    for done, (job_done, found) in enumerate(spread(fitting, todo, jobs), 1):
+        if found is None or isinstance(found, str):
+            job_name = " ".join(str(v) for v in asdict(job_done).values() if v)
+            failed.append({"job": job_name, "reason": found or DIED})
         else:
             rows += found
         tick("fitting", done, len(todo))
@@ -57,21 +59,6 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     }  # fmt: skip
     write_whole(out / RESULTS, json.dumps(result, indent=1, default=float).encode())
     return result
-
-
-def _run(todo: list[FitJob], data: str, seed: int, quick: bool, jobs: int) -> Any:
-    """Yield each job with its rows, or with what went wrong."""
-    if jobs <= 1:
-        yield from ((job, _guarded(job, data, seed, quick)) for job in todo)
-        return
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        futures: dict[Future[Any], FitJob] = {pool.submit(_guarded, job, data, seed, quick): job for job in todo}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
 
 
 def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:

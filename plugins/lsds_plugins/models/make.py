@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
+
+from lsds.processes import DIED, spread
 
 SHIPPED = {
     "detection": ("gradient-boosting", "random-forest", "field-mlp", "logistic", "monotone"),
@@ -19,8 +20,8 @@ SHIPPED = {
 """Learners by dataset, the slowest first."""
 
 
-def train(dataset: str, learner: str, folder: str) -> str:
-    """Train one; return what its card says of it."""
+def train(which: tuple[str, str], folder: str) -> str:
+    """Train one, dataset and learner; return what its card says of it."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     import numpy as np
 
@@ -30,6 +31,7 @@ def train(dataset: str, learner: str, folder: str) -> str:
     from lsds.learning.evaluation.shipping import train as fit
     from lsds.plugins.host import PluginHost
 
+    dataset, learner = which
     data = load(Path(folder) / dataset)
     seen = data.where(np.isin(data["object"], SEEN))
     card = fit(seen, Model(learner), PluginHost(), Path(__file__).parent / f"{learner}.onnx")
@@ -42,11 +44,17 @@ def main(arguments: list[str]) -> int:
         print(__doc__, file=sys.stderr)
         return 2
     folder, *named = arguments
-    todo = [(data, name) for data, names in SHIPPED.items() for name in names if not named or name in named]
-    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
-        for future in [pool.submit(train, data, name, folder) for data, name in todo]:
-            print(future.result(), flush=True)
-    return 0
+    todo = [(data, name) for data, names in SHIPPED.items() for name in names]
+    unknown = set(named) - {name for _, name in todo}
+    if unknown:
+        print(f"no learner {', '.join(sorted(unknown))}; there are {', '.join(n for _, n in todo)}", file=sys.stderr)
+        return 2
+    chosen = [which for which in todo if not named or which[1] in named]
+    died = 0
+    for (_, name), told in spread(partial(train, folder=folder), chosen, os.cpu_count() or 1):
+        print(told or f"{name}: {DIED}", flush=True)
+        died += told is None
+    return 1 if died else 0
 
 
 if __name__ == "__main__":
