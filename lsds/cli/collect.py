@@ -33,7 +33,8 @@ def collect(
     """Record a dataset: JOB is detection, severity or pipe.
 
     Each recording is on disk as soon as it is done. Interrupted, full disk, a trial that failed: the same command goes
-    on where it stopped. Without --config it is the simulated cell, and all figures from it are simulated.
+    on where it stopped. Without --config it is the simulated cell, and all figures from it are simulated. On a real
+    one, each object is asked for by name before the arm moves.
 
     \b
     Examples:
@@ -44,11 +45,18 @@ def collect(
     import numpy as np
 
     from lsds.learning.collect.campaign import collect as run
+    from lsds.learning.collect.trials import Trial
+
+    def prepare(trial: Trial) -> None:
+        how = "clamped to the table" if trial.clamped else "standing free, below the open fingers"
+        click.prompt(f"\n{trial.recording}: {trial.object}, {how}; Enter when nobody is near", default="",
+                     show_default=False, err=True)  # fmt: skip
 
     with click.progressbar(length=1000, label=f"collecting {job}", file=sys.stderr) as bar:
         data = run(
             cast("Job", job), out, config_file=config_file, overrides=overrides, objects=objects or None, seed=seed,
             quick=quick, jobs=jobs, tick=lambda done, whole, _: bar.update(1000 * done // max(whole, 1) - bar.pos),
+            prepare=prepare if sys.stdin.isatty() else None,
         )  # fmt: skip
     rows = []
     for name in dict.fromkeys(data["object"].tolist()):

@@ -44,6 +44,9 @@ def train(
 
     if out.suffix != ".onnx":
         raise click.UsageError(f"--out {out}: has to end in .onnx")
+    for option in options:
+        if "=" not in option:
+            raise click.UsageError(f"--option {option}: needs KEY=VALUE, such as signals=field")
     chosen = {key: parse_value(value) for key, _, value in (option.partition("=") for option in options)}
     whole = load(data)
     unknown = set(without) - set(whole["object"].tolist())

@@ -7,6 +7,7 @@ On disk: a folder with `frames.parquet` and `card.json`. While it is being colle
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -214,6 +215,9 @@ def write_whole(path: Path, content: bytes) -> None:
             beside = Path(file.name)
             try:
                 file.write(content)
+                # On the disk before it has the name: a power cut leaves the old file or the new one.
+                file.flush()
+                os.fsync(file.fileno())
                 file.close()
                 beside.chmod(0o644)
                 beside.replace(path)

@@ -13,6 +13,7 @@ from lsds.learning.collect.labels import SlipLabels
 from lsds.learning.collect.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
 from lsds.learning.collect.trials import JOBS, SPEEDS_M_S, trials
 from lsds.learning.datasets import COLUMNS, load, read_table
+from lsds.vision.rotation import pose_of
 
 FAST = ("pose_source.backend=none",)
 
@@ -186,6 +187,45 @@ def test_labels_come_from_poses_where_there_are_any():
     found = labels.at([k * tick for k in range(5, 40)])
     assert found["velocity_y"] == pytest.approx(0.03)
     assert found["speed_true"] == pytest.approx(0.02)
+    assert found["angular_velocity_label"] == pytest.approx(0.0), "the simulated camera is not shown that it turns"
     unseen = SlipLabels(log, measured=True).at([10 * tick])
     assert unseen["slip"][0] == -1
     assert math.isnan(unseen["speed"][0])
+
+
+def test_where_nothing_knows_the_truth_poses_tell_the_turning_beyond_half_a_turn():
+    tick, rate = 16_000_000, -4.0
+    labels = SlipLabels(Samples([]), measured=True)
+    facing = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    for k in range(120):
+        angle = rate * k * tick * 1e-9
+        turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
+        gripper, thing = pose_of(turn @ facing, np.array([0.0, 0.0, 0.5])), pose_of(facing, np.array([0.0, 0.0, 0.4]))
+        labels.see(PoseSample(k * tick, k, {"gripper": gripper, "object": thing}))
+    found = labels.at([k * tick for k in range(10, 120)])
+    assert found["angular_velocity_label"] == pytest.approx(rate)
+    assert found["slip"].tolist() == [1] * 110
+    assert np.isnan(found["speed_true"]).all()
+    assert set(found["slip_true"]) == {-1}
+
+
+def test_a_real_cell_waits_until_somebody_has_put_the_object_there(tmp_path, monkeypatch):
+    monkeypatch.setattr(campaign, "_is_simulated", lambda config: False)
+    with pytest.raises(DataError, match="somebody has to put each object in its place"):
+        campaign.collect("pipe", tmp_path / "a", overrides=FAST, quick=True)
+    asked = []
+    data = campaign.collect("pipe", tmp_path / "b", overrides=FAST, quick=True, prepare=asked.append)
+    assert [trial.recording for trial in asked] == list(dict.fromkeys(data["recording"].tolist()))
+    assert data.card["figures_are"] == "measured"
+    assert "gels" not in data.card, "these are simulated numbers"
+
+
+def test_a_campaign_goes_on_with_the_same_cell_only(tmp_path, monkeypatch):
+    rig = tmp_path / "rig.toml"
+    rig.write_text("[task]\ngrip_force_n = 20.0\n")
+    monkeypatch.setattr(campaign, "spread", lambda work, items, jobs: iter([(items[0], "stop")]))
+    with pytest.raises(DataError, match="stop"):
+        campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
+    rig.write_text("[task]\ngrip_force_n = 30.0\n")
+    with pytest.raises(DataError, match="begun with another config"):
+        campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)

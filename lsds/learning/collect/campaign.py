@@ -6,6 +6,7 @@ ran out of room, goes on where it stopped.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 import shutil
@@ -59,8 +60,11 @@ def collect(
     quick: bool = False,
     jobs: int = 1,
     tick: Callable[[int, int, str], None] = lambda done, whole, name: None,
+    prepare: Callable[[Trial], None] | None = None,
 ) -> Dataset:
     """Collect a job into a folder, or what of it is missing there; `tick(done, whole, recording)` on the way.
+
+    On a real cell `prepare(trial)` returns when the object is in its place; without it, none is moved there.
 
     Raises DataError where the folder holds something else, or cannot be written; where trials failed, after all others
     are done, naming each. What was recorded stays in any case.
@@ -71,7 +75,7 @@ def collect(
     asked = {
         "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
         "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
-        "rig": _rig(config), "overrides": list(settings),
+        "rig": _rig(config), "overrides": list(settings), "lsds": __version__, "config": _digest(config),
     }  # fmt: skip
     _claim(out, asked)
     parts = out / PARTS
@@ -81,6 +85,10 @@ def collect(
     failed: list[str] = []
     simulated = _is_simulated(config)
     work = partial(_do, parts=parts, config_file=config_file, settings=settings)
+    if not simulated:
+        if prepare is None:
+            raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
+        work = partial(_do_by_hand, prepare=prepare, work=work)
     # There is one real cell, however many processors.
     for trial, problem in spread(work, missing, jobs if simulated else 1):
         done += 1
@@ -93,11 +101,12 @@ def collect(
             f"{out}: {len(failed)} of {len(planned)} recordings failed (run it again to repeat them)\n  {shown}"
         )
     data = joined([_read_part(_part(parts, trial)) for trial in planned], asked | _made_with(simulated))
-    gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
-    whole = Dataset(data.columns, {**data.card, "gels": gels})
-    whole.save(out)
+    if simulated:
+        gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
+        data = Dataset(data.columns, {**data.card, "gels": gels})
+    data.save(out)
     shutil.rmtree(parts, ignore_errors=True)
-    return whole
+    return data
 
 
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
@@ -108,6 +117,11 @@ def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[s
         return str(error)
     write_table(columns, _part(parts, trial))
     return ""
+
+
+def _do_by_hand(trial: Trial, prepare: Callable[[Trial], None], work: Callable[[Trial], str]) -> str:
+    prepare(trial)
+    return work(trial)
 
 
 def _claim(out: Path, asked: dict[str, Any]) -> None:
@@ -147,6 +161,11 @@ def _read_part(path: Path) -> dict[str, np.ndarray[Any, Any]]:
 def _rig(config: RigConfig) -> dict[str, str]:
     kinds: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source", "cell", "tracker")
     return {kind: config.section(kind).backend for kind in kinds}
+
+
+def _digest(config: RigConfig) -> str:
+    """Return a number that changes with anything in the config."""
+    return hashlib.sha256(config.model_dump_json().encode()).hexdigest()[:16]
 
 
 def _is_simulated(config: RigConfig) -> bool:

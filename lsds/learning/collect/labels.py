@@ -11,13 +11,14 @@ import numpy as np
 from lsds.clock import NS_PER_S
 from lsds.pose_sync import nearest
 from lsds.pose_velocity import PoseVelocity
+from lsds.vision.rotation import rotation_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from lsds.contracts import CellTruth, PoseSample
+    from lsds.contracts import CellTruth, Pose, PoseSample
     from lsds.truth_log import TruthLog
 
 SLIP_M_S, SLIP_RAD_S = 3e-3, 0.05
@@ -30,14 +31,15 @@ SLOP_NS = 40_000_000
 
 
 class _Slip(NamedTuple):
-    """A measured slip velocity (m/s) at the time of the pose that it was measured with."""
+    """A measured slip velocity (m/s) and rate (rad/s) at the time of the pose that they were measured with."""
 
     t_ns: int
     x_m_s: float
     y_m_s: float
+    turn_rad_s: float
 
 
-_UNSEEN = _Slip(0, math.nan, math.nan)
+_UNSEEN = _Slip(0, math.nan, math.nan, math.nan)
 
 
 class SlipLabels:
@@ -47,7 +49,8 @@ class SlipLabels:
     def __init__(self, truth: TruthLog, *, measured: bool) -> None:
         self._truth = truth
         self._measured = measured
-        self._velocity = PoseVelocity(SMOOTHING_S)
+        self._velocity, self._turning = PoseVelocity(SMOOTHING_S), PoseVelocity(SMOOTHING_S)
+        self._angle_rad = 0.0
         self._slips: list[_Slip] = []
 
     def see(self, sample: PoseSample) -> None:
@@ -59,9 +62,13 @@ class SlipLabels:
             return
         apart = [g - o for g, o in zip(poses["gripper"].position_m, poses["object"].position_m, strict=True)]
         motion = self._velocity.update(sample.t_ns, (apart[0], apart[1], apart[2]))
-        if motion is not None:
+        angle = turn_about_normal(poses["gripper"], poses["object"])
+        # Carried on beyond half a turn.
+        self._angle_rad += math.remainder(angle - self._angle_rad, math.tau)
+        turning = self._turning.update(sample.t_ns, (self._angle_rad, 0.0, 0.0))
+        if motion is not None and turning is not None:
             # The grip rises past the object: the object goes down, along +y of the sensor.
-            self._slips.append(_Slip(sample.t_ns, 0.0, motion.velocity_m_s[2]))
+            self._slips.append(_Slip(sample.t_ns, 0.0, motion.velocity_m_s[2], turning.velocity_m_s[0]))
 
     def at(self, times_ns: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Return every label column (frames,)."""
@@ -86,15 +93,16 @@ class SlipLabels:
                 "speed": speed, "slip": np.where(known, moves, -1),
             }  # fmt: skip
         slips = [nearest(self._slips, t_ns, SLOP_NS) or _UNSEEN for t_ns in times_ns]
-        seen = np.array([(slip.x_m_s, slip.y_m_s) for slip in slips]).reshape(-1, 2)
+        seen = np.array([slip[1:] for slip in slips]).reshape(-1, 3)
         # Where pads and object are apart there is nothing to slip: the grip's own contact says so.
         touching = ~(true[:, 4] <= 0)
         seen[~touching] = 0.0
         speed = np.hypot(seen[:, 0], seen[:, 1])
-        turning = np.nan_to_num(np.abs(smooth[:, 2])) > SLIP_RAD_S
-        slip = np.where(np.isfinite(speed), (speed > SLIP_M_S) | turning, -1)
+        # The simulated cell's camera is not shown that the gripper turns.
+        turning = smooth[:, 2] if samples else seen[:, 2]
+        slip = np.where(np.isfinite(speed), (speed > SLIP_M_S) | (np.nan_to_num(np.abs(turning)) > SLIP_RAD_S), -1)
         return columns | {
-            "velocity_x": seen[:, 0], "velocity_y": seen[:, 1], "angular_velocity_label": smooth[:, 2],
+            "velocity_x": seen[:, 0], "velocity_y": seen[:, 1], "angular_velocity_label": turning,
             "speed": speed, "slip": slip,
         }  # fmt: skip
 
@@ -114,6 +122,12 @@ class SlipLabels:
             found[k] = state
         at = np.searchsorted([s.t_ns for s in samples], times_ns).clip(0, len(samples) - 1)
         return np.asarray(found[at], np.float64)
+
+
+def turn_about_normal(gripper: Pose, thing: Pose) -> float:
+    """Return how far (rad) the gripper is turned against an object about the pads' normal, y of the base."""
+    apart = rotation_of(gripper.quaternion_xyzw) @ rotation_of(thing.quaternion_xyzw).T
+    return math.atan2(apart[0, 2] - apart[2, 0], apart[0, 0] + apart[2, 2])
 
 
 def _true(truth: CellTruth | None) -> tuple[float, float, float, float, float]:

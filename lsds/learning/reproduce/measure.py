@@ -16,7 +16,9 @@ from lsds.errors import DataError, LsdsError
 from lsds.learning.collect.campaign import collect
 from lsds.learning.collect.trials import JOBS
 from lsds.learning.datasets import CARD, write_whole
+from lsds.learning.evaluation.fitting import Model
 from lsds.learning.reproduce.jobs import FitJob, planned, run
+from lsds.plugins.host import PluginHost
 from lsds.processes import DIED, spread
 
 Tick = Callable[[str, int, int], None]
@@ -26,25 +28,24 @@ RESULTS = "results.json"
 def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tick: Tick) -> dict[str, Any]:
     """Return {"rows", "failed", "datasets", ...}; data goes to `out`/data and is used again where it is complete.
 
-    `tick(what, done, whole)` on the way. Raises DataError where data cannot be collected or written; a learner that
-    fails is named in "failed", and all others are measured.
+    `tick(what, done, whole)` on the way. Raises PluginError where a training library is missing, DataError where data
+    cannot be collected or written; a learner that fails is named in "failed", and all others are measured.
     """
+    todo, host = planned(quick=quick), PluginHost()
+    for learner in {job.learner for job in todo if job.learner}:
+        Model(learner).build(host)  # A library that is missing is told before half an hour has passed.
     data = out / "data"
     cards = {}
-    for job in JOBS:
-        folder = data / job
+    for name in JOBS:
+        folder = data / name
         if not _complete(folder):
-            collect(
-                job, folder, seed=seed, quick=quick, jobs=jobs,
-                tick=_told(tick, f"collecting {job}"),
-            )  # fmt: skip
-        cards[job] = json.loads((folder / CARD).read_text(encoding="utf-8"))
-        other = [key for key, own in (("seed", seed), ("quick", quick)) if cards[job].get(key, own) != own]
+            collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_told(tick, f"collecting {name}"))
+        cards[name] = json.loads((folder / CARD).read_text(encoding="utf-8"))
+        other = [key for key, own in (("seed", seed), ("quick", quick)) if cards[name].get(key, own) != own]
         if other:
             raise DataError(f"{folder}: was collected with another {' and '.join(other)} (choose another --out)")
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
-    todo = planned(quick=quick)
     fitting = partial(_guarded, data=str(data), seed=seed, quick=quick)
     for done, (job_done, found) in enumerate(spread(fitting, todo, jobs), 1):
         if found is None or isinstance(found, str):
