@@ -57,13 +57,17 @@ _FIELD = (
     "mean_speed", "v_net", "angular_velocity", "div_mean_rate", "curl_mean_rate", "area_rate",
 )  # fmt: skip
 
+_SIGNED_FIELD = (*_FIELD, "shear_x", "shear_y", "v_x", "v_y")
+
 SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     **FEATURE_SETS,
     "field": _FIELD,
-    "signed-field": (*_FIELD, "shear_x", "shear_y", "v_x", "v_y"),
+    "signed-field": _SIGNED_FIELD,
+    "timed-field": (*_SIGNED_FIELD, "dt"),
     "nuisance": tuple(NUISANCES),
 }
-"""The paper's sets; `field`: evidence of sliding without a direction; `signed-field`: with it; and the control."""
+"""The paper's sets; `field`: evidence of sliding without a direction; `signed-field`: with it; `timed-field`: also
+the time between frames; and the control."""
 
 _LEAST_MARKERS = 6
 

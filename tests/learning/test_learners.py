@@ -22,7 +22,7 @@ QUICK = {
     "gradient-boosting": {"n_estimators": 40, "min_samples_split": 200},
     **{key: {"epochs": 12} for key in ("field-mlp", "mlp")},
     "lstm": {"epochs": 15, "batch": 128},
-    "field-gru": {"epochs": 4},
+    "field-gru": {"epochs": 12},
 }
 ROWS = 10_000
 

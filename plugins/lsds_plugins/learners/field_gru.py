@@ -1,13 +1,17 @@
-"""Estimator `field-gru`: a small recurrent net on a window of the field's evidence, which knows how sure it is.
+"""Estimator `field-gru`: two small nets on a window of the field's evidence, which know how sure they are.
+
+One is recurrent; one looks at four frames at a time. They err differently, and their mean is better than either.
 
 Most frames do not slip, so each value is a share, 0 to 1, of moving times the value if it moves: exactly still is
-within reach. Trained on the likelihood of a Laplace distribution, whose centre is the median: still where still is
-more likely, and no square of a rare fast frame drags it along. Its width is learnt beside it.
+within reach. Trained on the likelihood of a Laplace distribution, whose centre is the median, with some of the square
+of the error, which pulls fast frames up; those that move count more, for to underrate a slip costs more than to imagine
+one. Its width is learnt beside it.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +22,8 @@ from lsds_plugins.learners.common import LearnerBase, targets
 from lsds_plugins.learners.compression import Compression
 from lsds_plugins.learners.graph import Graph
 from lsds_plugins.learners.layers import write_recurrent, write_sequential
-from lsds_plugins.learners.training import NetOptions, predicted, seeded, train
+from lsds_plugins.learners.symmetry import Symmetry
+from lsds_plugins.learners.training import NetOptions, predicted, seeded, train_whole
 
 if TYPE_CHECKING:
     import torch
@@ -30,21 +35,35 @@ FLOOR = 0.02
 """Least width of the distribution, in units of the RMS of the target where it moves."""
 MOVING = (1e-3, 1e-3, 1e-2, 1e-3)
 """Smaller targets than these (m/s, rad/s) have no say in their unit."""
+SLIDING, TURNING = 0.04, 0.05
+"""What moves: in units of speed, and of angular velocity."""
+NUMBERS, SHARES = 10, [8, 8, 9, 8]
+"""What a net gives: four values, four widths, two shares of moving; and which share is whose: turning has its own."""
+_PLACES = np.array(SHARES) - 8
+FRAMES = 4
+TURNED = 0.5
+"""Share of the examples that are turned and mirrored, anew in each pass."""
 
 
 class FieldGruOptions(NetOptions):
     """Options of the learner `field-gru`."""
 
-    signals: str | list[str] = Field(default="signed-field", description="a set of signals, or their names")
-    length: int = Field(default=8, ge=1, le=100, description="frames in a window")
+    signals: str | list[str] = Field(default="timed-field", description="a set of signals, or their names")
+    length: int = Field(default=16, ge=1, le=100, description="frames in a window")
     learning_rate: float = Field(default=3e-3, gt=0, le=1, description="of Adam")
     weight_decay: float = Field(default=0.01, ge=0, le=10, description="of Adam, decoupled")
     hidden: int = Field(default=32, ge=1, le=1024, description="units of the recurrent layer")
     second: int = Field(default=24, ge=1, le=1024, description="units of the layer after it")
+    block: int = Field(default=48, ge=1, le=1024, description="units for four frames of the other net")
+    block_dropout: float = Field(default=0.3, ge=0, lt=1, description="share of its units left out while training")
+    epochs: int = Field(default=40, ge=1, le=10000, description="passes over the data")
+    moving_weight: float = Field(default=3.0, ge=1, le=100, description="how much more a frame counts that slides")
+    turning_weight: float = Field(default=4.0, ge=1, le=100, description="and its angular velocity where it turns")
+    square: float = Field(default=0.3, ge=0, le=100, description="share of the squared error in what is minimised")
 
 
 class FieldGru(LearnerBase):
-    """A `Learner`: one recurrent layer, Laplace likelihood."""
+    """A `Learner`: a recurrent net and one of blocks, Laplace likelihood."""
 
     def __init__(self, options: FieldGruOptions, context: BuildContext) -> None:
         super().__init__("estimate", options)
@@ -53,69 +72,130 @@ class FieldGru(LearnerBase):
     def fit(self, examples: Examples, seed: int) -> FittedGru:
         """Fit. Raises DataError for examples that nothing can be learnt from."""
         self.check(examples)
-        compression = Compression.fit(examples.x)
+        options = self._options
+        compression, symmetry = Compression.fit(examples.x), Symmetry(self.signals)
         true = targets(examples.y)
         unit = np.array([_rms_moving(column, least) for column, least in zip(true.T, MOVING, strict=True)])
-        x = compression(examples.x)
+        # One unit for a velocity's parts, whichever way the data happen to slide.
+        unit[:2] = unit[:2].max()
+
+        def draw(rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+            x, y = examples.x, examples.y
+            if symmetry.known:
+                x, y = symmetry.turned(x, y, rng, TURNED)
+            return compression(x), (targets(y) / unit).astype(np.float32)
+
+        shape = (self.length, len(self.signals))
+        nets = []
         with seeded(seed):
-            net = _net(len(self.signals), self._options)
-            train(net, _laplace, x, (true / unit).astype(np.float32), examples.group, self._options, seed)
-        return FittedGru(net, compression, unit.astype(np.float32), (x.shape[1], x.shape[2]))
+            for make in (_recurrent, _in_blocks):
+                nets.append(make(*shape, options))
+                train_whole(nets[-1], partial(_loss, options=options), draw, options, seed)
+        return FittedGru(nets, compression, unit.astype(np.float32), shape)
 
 
 def _rms_moving(values: NDArray[np.float64], least: float) -> float:
     moving = values[np.abs(values) > least]
-    return math.sqrt(float((moving**2).mean())) if len(moving) else 1.0
+    return math.sqrt(float((moving**2).mean())) if len(moving) else least
 
 
-def _net(width: int, options: FieldGruOptions) -> Any:
-    import torch
+def _recurrent(length: int, width: int, options: FieldGruOptions) -> Any:
     from torch import nn
 
-    class Net(nn.Module):
+    class Recurrent(nn.Module):
         def __init__(self) -> None:
             super().__init__()
             self.body = nn.GRU(width, options.hidden, batch_first=True)
             self.head = nn.Sequential(
                 nn.Linear(options.hidden, options.second), nn.ReLU(), nn.Dropout(options.dropout),
-                nn.Linear(options.second, 9),
+                nn.Linear(options.second, NUMBERS),
             )  # fmt: skip
 
         def forward(self, x: torch.Tensor) -> torch.Tensor:
-            raw = self.head(self.body(x)[0][:, -1])
-            softplus = nn.functional.softplus
-            value = torch.cat([raw[:, 1:4], softplus(raw[:, 4:5])], dim=1) * torch.sigmoid(raw[:, :1])
-            return torch.cat([value, FLOOR + softplus(raw[:, 5:])], dim=1)
+            return _answer(self.head(self.body(x)[0][:, -1]))
 
-    return Net()
+    return Recurrent()
 
 
-def _laplace(said: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:
-    width = said[:, 4:]
-    return ((said[:, :4] - wanted).abs() / width + width.log()).mean()
+def _in_blocks(length: int, width: int, options: FieldGruOptions) -> Any:
+    from torch import nn
+
+    size = math.gcd(length, FRAMES)
+    count, units = length // size, options.block
+
+    class InBlocks(nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.body = nn.Sequential(nn.Linear(size * width, units), nn.ReLU(), nn.Dropout(options.block_dropout))
+            self.head = nn.Sequential(
+                nn.Linear(count * units, 2 * units), nn.ReLU(), nn.Dropout(options.block_dropout),
+                nn.Linear(2 * units, NUMBERS),
+            )  # fmt: skip
+
+        def forward(self, x: torch.Tensor) -> torch.Tensor:
+            return _answer(self.head(self.body(x.reshape(len(x) * count, size * width)).reshape(len(x), count * units)))
+
+    return InBlocks()
+
+
+def _answer(raw: torch.Tensor) -> torch.Tensor:
+    """Return value and width, (n, 8), of a net's `NUMBERS`."""
+    import torch
+
+    softplus = torch.nn.functional.softplus
+    value = torch.cat([raw[:, :3], softplus(raw[:, 3:4])], dim=1) * torch.sigmoid(raw[:, SHARES])
+    return torch.cat([value, FLOOR + softplus(raw[:, 4:8])], dim=1)
+
+
+def _loss(said: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) -> torch.Tensor:
+    import torch
+
+    off, width = (said[:, :4] - wanted).abs(), said[:, 4:]
+    each = off / width + width.log() + options.square * off**2
+    weight = (1 + (options.moving_weight - 1) * (wanted[:, 3:] > SLIDING)).expand(-1, 4)
+    turns = 1 + (options.turning_weight - 1) * (wanted[:, 2:3].abs() > TURNING)
+    weight = torch.cat([weight[:, :2], weight[:, 2:3] * turns, weight[:, 3:]], dim=1)
+    return (each * weight).mean() / weight.mean()
 
 
 class FittedGru:
-    """A fitted net; `unit` (4,) is that of its targets."""
+    """Fitted nets; `unit` (4,) is that of their targets."""
 
-    def __init__(self, net: Any, compression: Compression, unit: NDArray[np.float32], shape: tuple[int, int]) -> None:
-        self._net, self._compression, self._shape = net, compression, shape
+    def __init__(
+        self, nets: list[Any], compression: Compression, unit: NDArray[np.float32], shape: tuple[int, int]
+    ) -> None:
+        self._nets, self._compression, self._shape = nets, compression, shape
         # A Laplace distribution's standard deviation is the square root of two times its width.
         self._unit = np.concatenate([unit, unit * np.float32(math.sqrt(2))])
 
     def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return (n, 8) by torch: vx, vy, angular velocity, speed, and their standard deviations."""
-        return np.asarray(predicted(self._net, self._compression(x)) * self._unit)
+        shaped = self._compression(x)
+        return np.asarray(np.mean([predicted(net, shaped) for net in self._nets], axis=0) * self._unit)
 
     def export(self) -> bytes:
         """Return the ONNX model."""
         graph = Graph(*self._shape)
-        raw = write_recurrent(graph, self._net.body, self._compression.write(graph), self._compression)
-        raw = write_sequential(graph, self._net.head, raw)
-        share = graph.add("Sigmoid", graph.columns(raw, 0, 1))
-        speed = graph.add("Softplus", graph.columns(raw, 4, 5))
-        value = graph.add("Mul", graph.add("Concat", graph.columns(raw, 1, 4), speed, axis=1), share)
-        width = graph.add("Softplus", graph.columns(raw, 5, 9))
-        width = graph.add("Add", width, graph.constant(np.array([FLOOR])))
-        y = graph.add("Mul", graph.add("Concat", value, width, axis=1), graph.constant(self._unit))
-        return graph.finish(y, (8,))
+        shaped = self._compression.write(graph)
+        parts = [self._write(graph, net, shaped) for net in self._nets]
+        total = parts[0]
+        for part in parts[1:]:
+            total = graph.add("Add", total, part)
+        return graph.finish(graph.add("Mul", total, graph.constant(self._unit / np.float32(len(parts)))), (8,))
+
+    def _write(self, graph: Graph, net: Any, shaped: str) -> str:
+        from torch import nn
+
+        if isinstance(net.body, nn.GRU):
+            inner = write_recurrent(graph, net.body, shaped, self._compression)
+        else:
+            first, last = net.body[0].in_features, net.head[0].in_features
+            rows = graph.add("Reshape", shaped, graph.constant(np.array([-1, first])))
+            inner = write_sequential(graph, net.body, rows, self._compression)
+            inner = graph.add("Reshape", inner, graph.constant(np.array([-1, last])))
+        raw = write_sequential(graph, net.head, inner)
+        share = graph.add("Gather", graph.add("Sigmoid", graph.columns(raw, 8, 10)), graph.constant(_PLACES), axis=1)
+        positive = graph.add("Softplus", graph.columns(raw, 3, 8))
+        value = graph.add("Concat", graph.columns(raw, 0, 3), graph.columns(positive, 0, 1), axis=1)
+        width = graph.add("Add", graph.columns(positive, 1, 5), graph.constant(np.array([FLOOR])))
+        return graph.add("Concat", graph.add("Mul", value, share), width, axis=1)

@@ -11,6 +11,7 @@ from lsds.contracts import BuildContext
 from lsds_plugins.learners.common import LearnerBase, LearnerOptions, hold_out, targets
 from lsds_plugins.learners.compression import Compression
 from lsds_plugins.learners.graph import Graph
+from lsds_plugins.learners.symmetry import Symmetry
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -84,9 +85,12 @@ class LinearWindow(LearnerBase):
     def fit(self, examples: Examples, seed: int) -> FittedLinearWindow:
         """Fit. Raises DataError for examples that nothing can be learnt from."""
         self.check(examples)
-        compression = Compression.fit(examples.x)
-        flat, true = _flat(compression, examples.x), targets(examples.y)
-        held = hold_out(examples.group, seed)
+        compression, symmetry = Compression.fit(examples.x), Symmetry(self.signals)
+        x, y, held = examples.x, examples.y, hold_out(examples.group, seed)
+        if symmetry.known:
+            more = symmetry.turned(x, y, np.random.default_rng(seed))
+            x, y, held = np.concatenate([x, more[0]]), np.concatenate([y, more[1]]), np.tile(held, 2)
+        flat, true = _flat(compression, x), targets(y)
         scale = np.sqrt((true**2).mean(axis=0)) + 1e-9
         # The spread is learnt on what the regression was not fitted to.
         value = _Ridge(flat[~held], true[~held] / scale, self._penalty)

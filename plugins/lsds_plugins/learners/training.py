@@ -27,6 +27,10 @@ class NetOptions(LearnerOptions):
     dropout: float = Field(default=0.1, ge=0, lt=1, description="share of units left out while training")
 
 
+_WARM_UP = 0.15
+"""Share of all steps in which the rate rises."""
+
+
 @contextmanager
 def seeded(seed: int) -> Iterator[None]:
     """One thread and torch's generator seeded, both as before afterwards."""
@@ -81,6 +85,39 @@ def train(
     net.load_state_dict(best_state)
     net.eval()
     return held
+
+
+def train_whole(
+    net: torch.nn.Module,
+    loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
+    draw: Callable[[np.random.Generator], tuple[NDArray[np.float32], NDArray[np.float32]]],
+    options: NetOptions,
+    seed: int,
+) -> None:
+    """Train in place on everybody, to be called within `seeded`: nobody is held out, the rate falls to zero instead.
+
+    `draw` gives x and y anew for each of `options.epochs` passes.
+    """
+    import torch
+
+    rng = np.random.default_rng(seed)
+    adam = torch.optim.AdamW(net.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay)
+    rate: Any = None
+    net.train()
+    for _ in range(options.epochs):
+        x, y = (torch.from_numpy(values) for values in draw(rng))
+        if rate is None:
+            steps = options.epochs * -(-len(x) // options.batch)
+            rate = torch.optim.lr_scheduler.OneCycleLR(
+                adam, options.learning_rate, total_steps=steps + 1, pct_start=_WARM_UP
+            )
+        for rows in torch.split(torch.randperm(len(x)), options.batch):
+            adam.zero_grad(set_to_none=True)
+            loss(net(x[rows]), y[rows]).backward()  # type: ignore[no-untyped-call]
+            torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
+            adam.step()
+            rate.step()
+    net.eval()
 
 
 def predicted(net: torch.nn.Module, x: NDArray[np.float32]) -> NDArray[np.float32]:
