@@ -13,11 +13,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
 from lsds.tactile.slip_residual import Motion, SlipResidual, slip_residual
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class FieldOptions(BaseModel):
@@ -75,6 +80,16 @@ class FieldEstimator:
             speed_m_s=speed,
             speed_std_m_s=math.hypot(spread, floor),
         )
+
+
+def speed_of(windows: NDArray[np.float32], gain: float) -> NDArray[np.float64]:
+    """Return the sliding speed (n,) in m/s that `FieldEstimator` tells, of windows (n, frames, 4) of the signals
+    residual_along, residual_across, rigid_speed and rim_speed."""
+    along, across, rigid, rim = (windows.astype(float) ** 2).mean(axis=1).T
+    total = gain * (along - across).clip(0.0) ** 0.5
+    share = rim / (rigid + rim).clip(1e-300)
+    speed: NDArray[np.float64] = total * (1 - share) ** 0.5
+    return speed
 
 
 _NAN = math.nan

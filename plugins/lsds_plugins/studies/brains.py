@@ -28,7 +28,9 @@ from lsds.learning.datasets import Dataset, load
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import rule_score
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, task
+from lsds.learning.metrics import bootstrap, r2, regression
 from lsds.learning.running import RunningModel
+from lsds.learning.windows import windows
 from lsds.plugins.host import PluginHost
 from lsds.rig import Rig
 from lsds.study.frame_cost import record
@@ -88,11 +90,9 @@ class BrainStudy:
                 rows.append(row)
                 tick(index + 1, len(todo) + 1)
             for name in UNTRAINED[self._job]:
-                own = self._untrained(name, other)
-                if own is not None:
-                    backend = self._host.build(KINDS[self._job], name, {}, self._context)  # type: ignore[arg-type]
-                    models[len(rows)] = backend.update
-                    rows.append(own)
+                backend = self._host.build(KINDS[self._job], name, {}, self._context)  # type: ignore[arg-type]
+                models[len(rows)] = backend.update
+                rows.append(self._untrained(name, other))
             for index, us in self._time(models).items():
                 rows[index]["update_us"] = us
         tick(1, 1)
@@ -124,19 +124,21 @@ class BrainStudy:
 
     def _score(self, test: Task, said: Any) -> dict[str, Value]:
         if self._job == "detect":
-            row = detection.scored(test, said)
-            return {"score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"],
-                    "auc": row["auc"], "false_alarms_per_min": row["false_alarms_per_min"]}  # fmt: skip
-        row = severity.scored(test, said)
-        true = severity.true_speed(test)
-        low, high = _r2_interval(test, true, said[:, severity.SPEED])
-        return {"score": row["r2"], "low": low, "high": high, "mae_m_s": row["mae"],
-                "moving_mae_m_s": row["moving_mae"]}  # fmt: skip
+            return _detects(test, said, detection.THRESHOLD)
+        return _estimates(test, said[:, severity.SPEED])
 
-    def _untrained(self, name: str, other: Dataset) -> dict[str, Value] | None:
-        """Return the row of a rule whose statistic is a column of the dataset, at its own default threshold."""
-        if self._job != "detect":
-            return None
+    def _untrained(self, name: str, other: Dataset) -> dict[str, Value]:
+        """Return the row of a rule that is worked out from columns of the dataset, with its own default numbers."""
+        if name == "field":
+            from lsds_plugins.estimators.field import FieldOptions, speed_of
+
+            options = FieldOptions()
+            x, rows = windows(other, ("residual_along", "residual_across", "rigid_speed", "rim_speed"), options.frames)
+            speed = dict(zip(rows.tolist(), speed_of(x, options.gain).tolist(), strict=True))
+            test = labelled(other, "estimate")
+            test = test.part(np.flatnonzero(np.isin(test.rows, rows)))
+            said = np.array([speed[row] for row in test.rows.tolist()])
+            return {"model": name, "signals": "untrained", "length": options.frames, **_estimates(test, said)}
         from lsds_plugins.detectors.rigid_residual import RigidResidualOptions
         from lsds_plugins.detectors.threshold import ThresholdOptions
 
@@ -145,10 +147,8 @@ class BrainStudy:
             score, limit = rule_score(other)[own.rows], ThresholdOptions().v_net_m_s
         else:
             score, limit = np.nan_to_num(own.column("residual_excess")), RigidResidualOptions().residual_m_s
-        row = detection.scored(own, score, limit)
-        return {"model": name, "signals": "untrained", "length": 2 if name == "threshold" else 1,
-                "score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"], "auc": row["auc"],
-                "false_alarms_per_min": row["false_alarms_per_min"]}  # fmt: skip
+        length = 2 if name == "threshold" else 1
+        return {"model": name, "signals": "untrained", "length": length, **_detects(own, score, limit)}
 
     def _time(self, models: dict[int, Callable[[Observation], Any]]) -> dict[int, float]:
         config = load_config(None, [f"seed={self.options.seed}"], host=self._host)
@@ -175,19 +175,24 @@ def _planned(job: Job) -> list[tuple[str, dict[str, Any]]]:
     found: list[tuple[str, dict[str, Any]]] = []
     for name in LEARNERS[job]:
         sets = [s for s in SETS if not (s == "field" and name in ("random-forest", "gradient-boosting"))]
-        for signals in sets:
-            options: dict[str, Any] = {"signals": signals}
-            found.append((name, options))
+        found += [(name, {"signals": signals}) for signals in sets]
     swept = {"detect": ("logistic", "field-mlp"), "estimate": ("linear-window", "field-gru", "lstm")}[job]
     found += [(name, {"length": length}) for name in swept for length in LENGTHS]
     return found
 
 
-def _r2_interval(own: Task, true: Any, said: Any) -> tuple[float, float]:
-    from lsds.learning.metrics import bootstrap, r2
+def _detects(own: Task, score: Any, limit: float) -> dict[str, Value]:
+    row = detection.scored(own, score, limit)
+    return {"score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"], "auc": row["auc"],
+            "false_alarms_per_min": row["false_alarms_per_min"]}  # fmt: skip
 
-    interval = bootstrap(own.column("recording"), lambda rows: r2(true[rows], said[rows]))
-    return interval.low, interval.high
+
+def _estimates(own: Task, speed: Any) -> dict[str, Value]:
+    true = severity.true_speed(own)
+    found = regression(true, speed)
+    interval = bootstrap(own.column("recording"), lambda rows: r2(true[rows], speed[rows]))
+    return {"score": found["r2"], "low": interval.low, "high": interval.high, "mae_m_s": found["mae"],
+            "moving_mae_m_s": found["moving_mae"]}  # fmt: skip
 
 
 def _mark_front(rows: list[dict[str, Value]]) -> None:
