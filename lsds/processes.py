@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from functools import partial
+from itertools import islice
 from multiprocessing import get_context, parent_process
 from typing import TypeVar
+
+from lsds.errors import DataError
 
 DIED = "its process died (a library's crash, or out of memory)"
 Item = TypeVar("Item")
@@ -19,51 +21,78 @@ def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> 
     """Yield each item with what `work` makes of it, as they are done; None where its process died.
 
     `work` has to be picklable where `jobs` > 1, and returns no None of its own. What it raises is raised here, after
-    those under way have ended; so it is where the iteration is broken off, by Ctrl-C for one.
+    the one to each process that is under way has ended; so it is where the iteration is broken off, by Ctrl-C for one.
+    Raises DataError where no process can be started.
     """
     if jobs <= 1 or len(items) <= 1:
         yield from ((item, work(item)) for item in items)
         return
-    unfinished: list[Item] = []
-    with _pool(min(jobs, len(items))) as pool:
-        pending: dict[Future[Result], Item] = {pool.submit(partial(_guarded, work), item): item for item in items}
-        try:
-            for done in as_completed(pending):
-                item = pending.pop(done)
+    left = iter(items)
+    suspects: list[Item] = []
+    while True:
+        yield from _together(work, left, min(jobs, len(items)), suspects)
+        if not suspects:
+            return
+        # One of those under way took its process down, and the others with it: now each has a process to itself.
+        for item in suspects:
+            with _pool(1) as pool:
                 try:
-                    yield item, done.result()
+                    yield item, pool.submit(work, item).result()
                 except BrokenProcessPool:
-                    unfinished.append(item)
+                    yield item, None
+        suspects.clear()
+
+
+def _together(
+    work: Callable[[Item], Result], left: Iterator[Item], jobs: int, suspects: list[Item]
+) -> Iterator[tuple[Item, Result]]:
+    """Yield items with their results until there are none left, or until a process dies: `suspects` were under way."""
+    with _pool(jobs) as pool:
+        # No more at a time than there are processes: what has been handed over cannot be taken back.
+        pending: dict[Future[Result], Item] = {}
+        try:
+            pending |= {pool.submit(work, item): item for item in islice(left, jobs)}
+            while pending:
+                ready, _ = wait(pending, return_when=FIRST_COMPLETED)
+                for done in ready:
+                    result = done.result()
+                    item = pending.pop(done)
+                    pending |= {pool.submit(work, following): following for following in islice(left, 1)}
+                    yield item, result
+        except BrokenProcessPool:
+            suspects += pending.values()
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-    # One of these took its process down, and the others' work with it: now each has a process to itself.
-    for item in unfinished:
-        with _pool(1) as pool:
-            try:
-                yield item, pool.submit(partial(_guarded, work), item).result()
-            except BrokenProcessPool:
-                yield item, None
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:
     # Spawned, not forked: a fork in the middle of another thread's work inherits its locks.
-    return ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_quiet)
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_quiet)
+    try:
+        pool.submit(os.getpid).result()
+    except BrokenProcessPool:
+        raise DataError(
+            "no process can be started beside this one (a script needs its main part below 'if __name__ == "
+            '"__main__":\', or one job only)'
+        ) from None
+    return pool
 
 
 def _quiet() -> None:
-    """One thread a process, and Ctrl-C is the parent's to answer."""
+    """One thread a process; Ctrl-C is the parent's to answer; killed without a word, it takes its children along."""
     import signal
-
-    import cv2
+    from threading import Thread
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_follow, daemon=True).start()
+    import cv2
+
     cv2.setNumThreads(1)
 
 
-def _guarded(work: Callable[[Item], Result], item: Item) -> Result:
+def _follow() -> None:
     parent = parent_process()
-    if parent is not None and not parent.is_alive():
-        # Killed without a word: whoever goes on would do so beside the next campaign.
+    if parent is not None:
+        parent.join()
         os._exit(1)
-    return work(item)

@@ -48,9 +48,10 @@ def collect(
     from lsds.learning.collect.trials import Trial
 
     def prepare(trial: Trial) -> None:
-        how = "clamped to the table" if trial.clamped else "standing free, below the open fingers"
-        click.prompt(f"\n{trial.recording}: {trial.object}, {how}; Enter when nobody is near", default="",
-                     show_default=False, err=True)  # fmt: skip
+        how = "clamped to the table" if trial.clamped else "standing free"
+        click.prompt(f"\n{trial.recording}: bring the arm back to its start, open the fingers, put {trial.object} "
+                     f"between them, {how}; Enter when nobody is near", default="", show_default=False,
+                     err=True)  # fmt: skip
 
     with click.progressbar(length=1000, label=f"collecting {job}", file=sys.stderr) as bar:
         data = run(

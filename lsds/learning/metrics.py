@@ -117,6 +117,8 @@ def onsets(
             after = told & (t >= t[at]) & (t <= t[at] + within_s)
             latencies.append(float(t[np.argmax(after)] - t[at]) if after.any() else math.inf)
         steps = np.diff(t, prepend=t[0])
+        # Frames that nobody answers are missing here: what passes between is not time without an alarm.
+        steps = np.minimum(steps, 2 * np.median(steps[1:]) if len(steps) > 1 else 0.0)
         last_slip = np.maximum.accumulate(np.where(true, t, -math.inf))
         next_slip = np.minimum.accumulate(np.where(true, t, math.inf)[::-1])[::-1]
         quiet = ~true & (t - last_slip > _APART_S) & (next_slip - t > _APART_S)

@@ -2,6 +2,8 @@
 
 import json
 import math
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from lsds.contracts import CellTruth, Pose, PoseSample
 from lsds.errors import DataError
 from lsds.learning.collect import campaign
+from lsds.learning.collect.drive import run_trial
 from lsds.learning.collect.labels import SlipLabels
 from lsds.learning.collect.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
 from lsds.learning.collect.trials import JOBS, SPEEDS_M_S, trials
@@ -200,24 +203,51 @@ def test_where_nothing_knows_the_truth_poses_tell_the_turning_beyond_half_a_turn
     for k in range(120):
         angle = rate * k * tick * 1e-9
         turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
-        gripper, thing = pose_of(turn @ facing, np.array([0.0, 0.0, 0.5])), pose_of(facing, np.array([0.0, 0.0, 0.4]))
+        # The pads stay where they are, and the object's origin lies beside and below them.
+        gripper = pose_of(turn @ facing, np.array([0.0, 0.0, 0.5]))
+        thing = pose_of(facing, np.array([0.03, -0.01, 0.4]))
         labels.see(PoseSample(k * tick, k, {"gripper": gripper, "object": thing}))
     found = labels.at([k * tick for k in range(10, 120)])
     assert found["angular_velocity_label"] == pytest.approx(rate)
+    for name in ("velocity_x", "velocity_y"):
+        assert np.abs(found[name]).max() < 1e-3, "turning about the pads is no sliding"
     assert found["slip"].tolist() == [1] * 110
     assert np.isnan(found["speed_true"]).all()
     assert set(found["slip_true"]) == {-1}
 
 
 def test_a_real_cell_waits_until_somebody_has_put_the_object_there(tmp_path, monkeypatch):
-    monkeypatch.setattr(campaign, "_is_simulated", lambda config: False)
+    """A rig without a cell's plugin is a real one; here its trials are the simulated cell's."""
+    real = (*campaign.PRESETS["pipe"], *FAST, "cell.backend=none")
+    monkeypatch.setattr(campaign, "run_trial", lambda trial, file, overrides: run_trial(trial, file, overrides[:-1]))
     with pytest.raises(DataError, match="somebody has to put each object in its place"):
-        campaign.collect("pipe", tmp_path / "a", overrides=FAST, quick=True)
+        campaign.collect("pipe", tmp_path / "a", overrides=real, quick=True)
+    assert not (tmp_path / "a").exists()
     asked = []
-    data = campaign.collect("pipe", tmp_path / "b", overrides=FAST, quick=True, prepare=asked.append)
+    data = campaign.collect("pipe", tmp_path / "b", overrides=real, quick=True, prepare=asked.append)
     assert [trial.recording for trial in asked] == list(dict.fromkeys(data["recording"].tolist()))
     assert data.card["figures_are"] == "measured"
     assert "gels" not in data.card, "these are simulated numbers"
+
+
+def test_a_mock_on_the_wire_is_simulated(tmp_path, monkeypatch):
+    monkeypatch.setattr(campaign, "run_trial", lambda trial, file, overrides: run_trial(trial, None, FAST))
+    rig = Path(__file__).parents[2] / "examples" / "rigs" / "wire.toml"
+    data = campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
+    assert data.card["figures_are"] == "simulated"
+
+
+def test_fingers_that_are_closed_are_no_beginning(monkeypatch):
+    monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", lambda self: SimpleNamespace(aperture_m=0.01))
+    with pytest.raises(DataError, match="to begin they have to be"):
+        run_trial(trials("pipe", None, 0, quick=True)[0], None, FAST)
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "{"])
+def test_a_card_that_is_none_is_one_clear_error(tmp_path, text):
+    (tmp_path / "card.json").write_text(text)
+    with pytest.raises(DataError, match="not a dataset's card"):
+        campaign.collect("pipe", tmp_path, overrides=FAST, quick=True)
 
 
 def test_a_campaign_goes_on_with_the_same_cell_only(tmp_path, monkeypatch):

@@ -43,28 +43,62 @@ def test_what_work_raises_is_raised(jobs):
         list(spread(wrong, range(6), jobs))
 
 
+def pids(number):
+    return os.getpid() if number != 2 else os._exit(1)
+
+
+def test_after_a_crash_the_rest_is_done_together_again():
+    found = dict(spread(pids, range(40), 2))
+    assert found.pop(2) is None
+    assert len(set(found.values())) < 10, "not a process an item"
+
+
 SLEEPER = """
-import sys, time
+import os, sys, time
 from lsds.processes import spread
 def sleep(number):
-    print(number, flush=True)
-    time.sleep(1.0)
+    print(os.getpid(), flush=True)
+    time.sleep(0.5 if number else 0.0)
     return number
-if __name__ == "__main__":
-    list(spread(sleep, range(1000), 2))
+{guard}
+    list(spread(sleep, range({count}), 2))
+    print("left", flush=True)
 """
+GUARD = 'if __name__ == "__main__":'
 
 
+def alive(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks into /proc")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_nobody_goes_on_when_the_parent_is_interrupted_or_killed(tmp_path, how):
+@pytest.mark.parametrize("count", [2, 1000])
+def test_nobody_outlives_a_parent_that_is_interrupted_or_killed(tmp_path, how, count):
     script, told = tmp_path / "sleeper.py", tmp_path / "told.txt"
-    script.write_text(SLEEPER)
+    script.write_text(SLEEPER.format(guard=GUARD, count=count))
     with told.open("w") as out, subprocess.Popen([sys.executable, script], stdout=out, stderr=subprocess.DEVNULL) as it:
         deadline = time.monotonic() + 60
         while len(told.read_text().split()) < 2 and time.monotonic() < deadline:
             time.sleep(0.05)
         it.send_signal(how)
-    begun = len(told.read_text().split())
-    assert 2 <= begun < 100
-    time.sleep(3.0)
-    assert len(told.read_text().split()) <= begun + 2
+        begun = len(told.read_text().split())
+    assert begun >= 2
+    workers = {int(word) for word in told.read_text().split() if word.isdigit()}
+    deadline = time.monotonic() + 20
+    while any(map(alive, workers)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(map(alive, workers))
+    assert len(told.read_text().split()) <= begun + 2, "none was begun after that"
+
+
+def test_a_script_without_a_guard_is_told_so(tmp_path):
+    script = tmp_path / "bare.py"
+    script.write_text(SLEEPER.format(guard="if True:", count=3))
+    found = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60, check=False)
+    assert found.returncode != 0
+    assert "no process can be started beside this one" in found.stderr

@@ -77,20 +77,20 @@ def collect(
         "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
         "rig": _rig(config), "overrides": list(settings), "lsds": __version__, "config": _digest(config),
     }  # fmt: skip
-    _claim(out, asked)
     parts = out / PARTS
     missing = [trial for trial in planned if not _part(parts, trial).is_file()]
+    mocked = config.cell.backend != NO_DEVICE
+    if missing and not mocked and prepare is None:
+        raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
+    _claim(out, asked)
     done = len(planned) - len(missing)
     tick(done, len(planned), "")
     failed: list[str] = []
-    simulated = _is_simulated(config)
     work = partial(_do, parts=parts, config_file=config_file, settings=settings)
-    if not simulated:
-        if prepare is None:
-            raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
+    if prepare is not None and not mocked:
         work = partial(_do_by_hand, prepare=prepare, work=work)
-    # There is one real cell, however many processors.
-    for trial, problem in spread(work, missing, jobs if simulated else 1):
+    # Of a cell whose time is the wall's there is one, however many processors.
+    for trial, problem in spread(work, missing, jobs if _has_virtual_time(config) else 1):
         done += 1
         if problem != "":
             failed.append(f"{trial.recording}: {problem or DIED}")
@@ -100,8 +100,8 @@ def collect(
         raise DataError(
             f"{out}: {len(failed)} of {len(planned)} recordings failed (run it again to repeat them)\n  {shown}"
         )
-    data = joined([_read_part(_part(parts, trial)) for trial in planned], asked | _made_with(simulated))
-    if simulated:
+    data = joined([_read_part(_part(parts, trial)) for trial in planned], asked | _made_with(mocked))
+    if mocked:
         gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
         data = Dataset(data.columns, {**data.card, "gels": gels})
     data.save(out)
@@ -133,6 +133,8 @@ def _claim(out: Path, asked: dict[str, Any]) -> None:
             known = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise DataError(f"{path}: not a dataset's card: {error}") from error
+        if not isinstance(known, dict):
+            raise DataError(f"{path}: not a dataset's card (choose another folder)")
         if known.get("complete"):
             raise DataError(f"{out}: holds a complete dataset already (choose another folder)")
         other = [key for key in asked if known.get(key) != json.loads(json.dumps(asked[key]))]
@@ -168,7 +170,7 @@ def _digest(config: RigConfig) -> str:
     return hashlib.sha256(config.model_dump_json().encode()).hexdigest()[:16]
 
 
-def _is_simulated(config: RigConfig) -> bool:
+def _has_virtual_time(config: RigConfig) -> bool:
     host = PluginHost()
     kinds: tuple[Kind, ...] = ("sensor", "gripper", "arm")
     return all(host.find(kind, config.section(kind).backend).spec.virtual_time for kind in kinds)

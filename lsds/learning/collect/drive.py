@@ -79,8 +79,9 @@ class _Drive:
 
     def run(self) -> dict[str, NDArray[Any]]:
         """Do it all."""
-        self._take_reference()
         thickness = self._trial.grip_aperture_m + APPROACH_M
+        self._require_open(thickness)
+        self._take_reference()
         self._close(thickness, FAST_M_S)
         self._go(1.0)
         # From here on there is something to slip.
@@ -98,6 +99,17 @@ class _Drive:
         return from_rows(
             self._trial.recording, self._trial.object, self._trial.protocol, t_s, np.array(self._rows), labels
         )
+
+    def _require_open(self, aperture_m: float) -> None:
+        """Raise DataError where the fingers are closer: something may be between them, and the gel is not untouched."""
+        if self._rig.gripper is None:
+            return
+        found = self._rig.gripper.read().aperture_m
+        if found < min(aperture_m, self._rig.gripper.spec.stroke_m - APPROACH_M):
+            raise DataError(
+                f"{self._trial.recording}: the fingers are {found * 1e3:.1f} mm apart; to begin they have to be "
+                f"{aperture_m * 1e3:.1f} (open them)"
+            )
 
     def _take_reference(self) -> None:
         deadline = self._clock.now() + nanoseconds(REFERENCE_TIMEOUT_S)

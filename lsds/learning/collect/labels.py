@@ -49,26 +49,44 @@ class SlipLabels:
     def __init__(self, truth: TruthLog, *, measured: bool) -> None:
         self._truth = truth
         self._measured = measured
-        self._velocity, self._turning = PoseVelocity(SMOOTHING_S), PoseVelocity(SMOOTHING_S)
+        self._velocity = PoseVelocity(SMOOTHING_S)
         self._angle_rad = 0.0
+        self._slid_m = np.zeros(3)
+        self._apart_m: NDArray[np.float64] | None = None
+        self._upright: NDArray[np.float64] | None = None
         self._slips: list[_Slip] = []
 
     def see(self, sample: PoseSample) -> None:
-        """Take a pose sample; bodies "gripper" and "object" have to be in sight."""
+        """Take a pose sample; bodies "gripper" and "object" have to be in sight.
+
+        On a real cell the gripper's body has its origin between the pads, and is upright in the first sample.
+        """
         poses = sample.poses
         if self._slips and sample.t_ns <= self._slips[-1].t_ns:
             return
         if "gripper" not in poses or "object" not in poses:
             return
-        apart = [g - o for g, o in zip(poses["gripper"].position_m, poses["object"].position_m, strict=True)]
-        motion = self._velocity.update(sample.t_ns, (apart[0], apart[1], apart[2]))
-        angle = turn_about_normal(poses["gripper"], poses["object"])
-        # Carried on beyond half a turn.
-        self._angle_rad += math.remainder(angle - self._angle_rad, math.tau)
-        turning = self._turning.update(sample.t_ns, (self._angle_rad, 0.0, 0.0))
-        if motion is not None and turning is not None:
-            # The grip rises past the object: the object goes down, along +y of the sensor.
-            self._slips.append(_Slip(sample.t_ns, 0.0, motion.velocity_m_s[2], turning.velocity_m_s[0]))
+        apart = np.subtract(poses["gripper"].position_m, poses["object"].position_m)
+        turned = 0.0
+        if self._truth.samples:
+            # The simulated cell slides up and down only, and its camera is not shown that the gripper turns.
+            apart[0] = 0.0
+        else:
+            rotation = rotation_of(poses["gripper"].quaternion_xyzw)
+            self._upright = rotation if self._upright is None else self._upright
+            apart = (rotation @ self._upright.T).T @ apart
+            # Carried on beyond half a turn.
+            turned = math.remainder(turn_about_normal(poses["gripper"], poses["object"]) - self._angle_rad, math.tau)
+        before = apart if self._apart_m is None else self._apart_m
+        # What slides is the object's point between the pads, and not its own origin.
+        middle = (apart + before) / 2
+        self._slid_m += apart - before + turned * np.array([middle[2], 0.0, -middle[0]])
+        self._apart_m, self._angle_rad = apart, self._angle_rad + turned
+        motion = self._velocity.update(sample.t_ns, (float(self._slid_m[0]), self._angle_rad, float(self._slid_m[2])))
+        if motion is not None:
+            # The grip rises past the object: the object goes down, along +y of the sensor; x points to -x of the base.
+            x, rate, z = motion.velocity_m_s
+            self._slips.append(_Slip(sample.t_ns, x, z, rate))
 
     def at(self, times_ns: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Return every label column (frames,)."""

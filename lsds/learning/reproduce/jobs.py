@@ -43,7 +43,7 @@ class FitJob:
         """The model it fits."""
         chosen = {"signals": self.signals} if self.signals else {}
         # What is shipped is scored on unseen objects as it is shipped: fitted on everything.
-        whole = self.table == "severity-unseen" and self.learner in OWN_ESTIMATORS and not quick
+        whole = self.table == "severity-unseen" and not quick
         return Model(self.learner, chosen, most=0 if whole else most(quick=quick).get(self.learner, 0))
 
 

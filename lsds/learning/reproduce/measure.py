@@ -80,7 +80,10 @@ def _told(tick: Tick, what: str) -> Callable[[int, int, str], None]:
 
 def _complete(folder: Path) -> bool:
     try:
-        return bool(json.loads((folder / CARD).read_text(encoding="utf-8")).get("complete"))
+        known = json.loads((folder / CARD).read_text(encoding="utf-8"))
+        if not isinstance(known, dict):
+            raise ValueError("it holds no table")
+        return bool(known.get("complete"))
     except FileNotFoundError:
         return False
     except (OSError, ValueError) as error:

@@ -28,7 +28,7 @@ def markdown(result: dict[str, Any]) -> str:
         " that a model answers; of those without a signal that it needs it says nothing.",
         "Fitted on at most so many windows, drawn from all, to save time: "
         + ", ".join(f"{name} {count}" for name, count in most(quick=result["quick"]).items())
-        + ("." if result["quick"] else " (on all of them for severity of objects never seen)."),
+        + ("." if result["quick"] else " (for severity of objects never seen all models had all)."),
         "## Detection, five folds",
         _cross_validation(rows),
         "## Detection, objects never seen",

@@ -73,7 +73,8 @@ class FieldGru(LearnerBase):
         """Fit. Raises DataError for examples that nothing can be learnt from."""
         self.check(examples)
         options = self._options
-        compression, symmetry = Compression.fit(examples.x), Symmetry(self.signals)
+        symmetry = Symmetry(self.signals)
+        compression = symmetry.compression(examples.x, examples.y, seed)
         true = targets(examples.y)
         unit = np.array([_rms_moving(column, least) for column, least in zip(true.T, MOVING, strict=True)])
         # One unit for a velocity's parts, whichever way the data happen to slide.

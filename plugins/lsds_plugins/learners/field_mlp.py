@@ -12,7 +12,7 @@ from lsds_plugins.learners.common import LearnerBase
 from lsds_plugins.learners.compression import Compression
 from lsds_plugins.learners.graph import Graph
 from lsds_plugins.learners.layers import write_sequential
-from lsds_plugins.learners.training import NetOptions, predicted, seeded, train
+from lsds_plugins.learners.training import StoppingOptions, predicted, seeded, train
 
 if TYPE_CHECKING:
     import torch
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lsds.contracts.learning import Examples
 
 
-class FieldMlpOptions(NetOptions):
+class FieldMlpOptions(StoppingOptions):
     """Options of the learner `field-mlp`."""
 
     length: int = Field(default=6, ge=1, le=100, description="frames in a window")

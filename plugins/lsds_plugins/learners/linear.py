@@ -85,7 +85,8 @@ class LinearWindow(LearnerBase):
     def fit(self, examples: Examples, seed: int) -> FittedLinearWindow:
         """Fit. Raises DataError for examples that nothing can be learnt from."""
         self.check(examples)
-        compression, symmetry = Compression.fit(examples.x), Symmetry(self.signals)
+        symmetry = Symmetry(self.signals)
+        compression = symmetry.compression(examples.x, examples.y, seed)
         x, y, held = examples.x, examples.y, hold_out(examples.group, seed)
         if symmetry.known:
             more = symmetry.turned(x, y, np.random.default_rng(seed))

@@ -17,7 +17,7 @@ from lsds_plugins.learners.common import LearnerBase, targets
 from lsds_plugins.learners.compression import Compression
 from lsds_plugins.learners.graph import Graph
 from lsds_plugins.learners.layers import write_recurrent, write_sequential
-from lsds_plugins.learners.training import NetOptions, predicted, seeded, train
+from lsds_plugins.learners.training import StoppingOptions, predicted, seeded, train
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lsds.contracts.learning import Examples
 
 
-class PaperNetOptions(NetOptions):
+class PaperNetOptions(StoppingOptions):
     """Options of both."""
 
     compress: bool = Field(default=False, description="compress the signals' tails before they are standardised")

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds_plugins.learners.compression import Compression
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -33,6 +35,10 @@ class Symmetry:
         self._odd = [at[name] for name in ODD if name in at]
         self.known = bool(self._vectors) and not any(halves) and not any(name in at for name in DIRECTED)
         """Whether there is a direction among the signals, and all of them are known."""
+
+    def compression(self, x: NDArray[np.float32], y: NDArray[np.float32], seed: int) -> Compression:
+        """Return a compression in which both parts of a vector have one unit: that of examples turned any way."""
+        return Compression.fit(self.turned(x, y, np.random.default_rng(seed))[0] if self.known else x)
 
     def turned(
         self, x: NDArray[np.float32], y: NDArray[np.float32], rng: np.random.Generator, share: float = 1.0

@@ -1,4 +1,5 @@
-"""How all nets are trained: Adam, one thread, early stopping on groups held out, the same by the same seed."""
+"""How nets are trained: Adam, one thread, the same by the same seed; stopping early by groups held out, or on everybody
+with a rate that falls to zero."""
 
 from __future__ import annotations
 
@@ -23,8 +24,13 @@ class NetOptions(LearnerOptions):
     weight_decay: float = Field(default=0.0, ge=0, le=10, description="of Adam, decoupled")
     batch: int = Field(default=512, ge=1, le=65536, description="windows in a step")
     epochs: int = Field(default=100, ge=1, le=10000, description="passes over the data at most")
-    patience: int = Field(default=8, ge=1, le=1000, description="passes without a better one after which it stops")
     dropout: float = Field(default=0.1, ge=0, lt=1, description="share of units left out while training")
+
+
+class StoppingOptions(NetOptions):
+    """Options of nets that stop when they get no better."""
+
+    patience: int = Field(default=8, ge=1, le=1000, description="passes without a better one after which it stops")
 
 
 _WARM_UP = 0.15
@@ -52,7 +58,7 @@ def train(
     x: NDArray[np.float32],
     y: NDArray[np.float32],
     group: NDArray[np.intp],
-    options: NetOptions,
+    options: StoppingOptions,
     seed: int,
 ) -> NDArray[np.bool_]:
     """Train in place, to be called within `seeded`; return (n,) who was held out and chose the best epoch.

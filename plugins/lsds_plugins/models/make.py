@@ -11,6 +11,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
+from lsds.cli.threads import one_thread
 from lsds.processes import DIED, spread
 
 SHIPPED = {
@@ -22,7 +23,6 @@ SHIPPED = {
 
 def train(which: tuple[str, str], folder: str) -> str:
     """Train one, dataset and learner; return what its card says of it."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     import numpy as np
 
     from lsds.learning.collect.objects import SEEN
@@ -50,6 +50,7 @@ def main(arguments: list[str]) -> int:
         print(f"no learner {', '.join(sorted(unknown))}; there are {', '.join(n for _, n in todo)}", file=sys.stderr)
         return 2
     chosen = [which for which in todo if not named or which[1] in named]
+    one_thread()
     died = 0
     for (_, name), told in spread(partial(train, folder=folder), chosen, os.cpu_count() or 1):
         print(told or f"{name}: {DIED}", flush=True)

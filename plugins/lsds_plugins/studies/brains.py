@@ -7,6 +7,7 @@ frames of a simulated run, so that a noisy machine disturbs all alike.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -50,7 +51,8 @@ UNTRAINED: dict[Job, tuple[str, ...]] = {"detect": ("threshold", "rigid-residual
 KINDS = {"detect": "detector", "estimate": "estimator"}
 COLUMNS = (
     ("model", "model", ""), ("signals", "signals", ""), ("length", "frames", "d"), ("update_us", "us an update", ".1f"),
-    ("score", "score", ".4f"), ("low", "low", ".4f"), ("high", "high", ".4f"), ("front", "Pareto", ""),
+    ("score", "score", ".4f"), ("low", "low", ".4f"), ("high", "high", ".4f"), ("answered", "answered", ".3f"),
+    ("front", "Pareto", ""),
 )  # fmt: skip
 
 
@@ -101,6 +103,7 @@ class BrainStudy:
         title = f"{KINDS[self._job]}s on objects never seen, simulated: {score} against time, one thread"
         notes = [
             f"score: {score}, 95 % interval over recordings; fitted on at most {self.options.most} windows",
+            "answered: share of the labelled frames in which what the model looks at is defined; the score is of those",
             "time: signals, window and model, median over the frames of one simulated run, all models in turns",
         ]
         return StudyResult(title, COLUMNS, rows, partial(plot, rows=rows, score=score, title=title), notes)
@@ -184,7 +187,7 @@ def _planned(job: Job) -> list[tuple[str, dict[str, Any]]]:
 def _detects(own: Task, score: Any, limit: float) -> dict[str, Value]:
     row = detection.scored(own, score, limit)
     return {"score": row["accuracy"], "low": row["accuracy_low"], "high": row["accuracy_high"], "auc": row["auc"],
-            "false_alarms_per_min": row["false_alarms_per_min"]}  # fmt: skip
+            "false_alarms_per_min": row["false_alarms_per_min"], "answered": own.answered}  # fmt: skip
 
 
 def _estimates(own: Task, speed: Any) -> dict[str, Value]:
@@ -192,7 +195,7 @@ def _estimates(own: Task, speed: Any) -> dict[str, Value]:
     found = regression(true, speed)
     interval = bootstrap(own.column("recording"), lambda rows: r2(true[rows], speed[rows]))
     return {"score": found["r2"], "low": interval.low, "high": interval.high, "mae_m_s": found["mae"],
-            "moving_mae_m_s": found["moving_mae"]}  # fmt: skip
+            "moving_mae_m_s": found["moving_mae"], "answered": own.answered}  # fmt: skip
 
 
 def _mark_front(rows: list[dict[str, Value]]) -> None:
@@ -200,6 +203,7 @@ def _mark_front(rows: list[dict[str, Value]]) -> None:
     for row in rows:
         us, score = float(row["update_us"] or 0), float(row["score"] or 0)
         beaten = any(float(other["update_us"] or 0) <= us and float(other["score"] or 0) > score for other in rows)
+        beaten = beaten or math.isnan(score)
         row["front"] = "" if beaten else "*"
 
 
