@@ -73,13 +73,7 @@ def train(
     adam = torch.optim.AdamW(net.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay)
     best, best_state, since = float("inf"), _copy(net), 0
     for _ in range(options.epochs):
-        net.train()
-        for rows in torch.split(torch.randperm(len(inputs)), options.batch):
-            adam.zero_grad(set_to_none=True)
-            loss(net(inputs[rows]), wanted[rows]).backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
-            adam.step()
-        net.eval()
+        _pass(net, loss, inputs, wanted, adam, options.batch)
         with torch.no_grad():
             now = float(loss(_in_pieces(net, held_inputs), held_wanted))
         if now < best:
@@ -109,7 +103,6 @@ def train_whole(
     rng = np.random.default_rng(seed)
     adam = torch.optim.AdamW(net.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay)
     rate: Any = None
-    net.train()
     for _ in range(options.epochs):
         x, y = (torch.from_numpy(values) for values in draw(rng))
         if rate is None:
@@ -117,12 +110,23 @@ def train_whole(
             rate = torch.optim.lr_scheduler.OneCycleLR(
                 adam, options.learning_rate, total_steps=steps + 1, pct_start=_WARM_UP
             )
-        for rows in torch.split(torch.randperm(len(x)), options.batch):
-            adam.zero_grad(set_to_none=True)
-            loss(net(x[rows]), y[rows]).backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
-            adam.step()
-            rate.step()
+        _pass(net, loss, x, y, adam, options.batch, rate.step)
+
+
+def _pass(
+    net: torch.nn.Module, loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, y: torch.Tensor,
+    adam: torch.optim.Optimizer, batch: int, then: Callable[[], object] = lambda: None,
+) -> None:  # fmt: skip
+    """Step over all examples once, in batches drawn anew."""
+    import torch
+
+    net.train()
+    for rows in torch.split(torch.randperm(len(x)), batch):
+        adam.zero_grad(set_to_none=True)
+        loss(net(x[rows]), y[rows]).backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
+        adam.step()
+        then()
     net.eval()
 
 
