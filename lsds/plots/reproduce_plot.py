@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from lsds.learning.collect.objects import UNSEEN
 
 _SPLITS = ("frames", "recording", "object")
+_MODELS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "one-parameter rule")
 
 
 def plot_reproduction(path: Path, result: dict[str, Any]) -> None:
@@ -39,7 +40,8 @@ def _splits(ax: Any, rows: list[dict[str, Any]]) -> None:
         control = "shuffled" in name or "nuisance" in name
         at = [k for k, split in enumerate(_SPLITS) if split in by]
         values = [100 * by[_SPLITS[k]]["accuracy"] for k in at]
-        ax.plot(at, values, "x:" if control else "o-", color=f"C{index % 10}", label=name, ms=6)
+        color = f"C{len(_MODELS) + index % 5}" if control else _color(by[_SPLITS[at[0]]]["model"])
+        ax.plot(at, values, "x:" if control else "o-", color=color, label=name, ms=6)
     majority = next((row for row in rows if row["table"] == "cross-validation" and row["model"] == "majority"), None)
     if majority:
         ax.axhline(100 * majority["accuracy"], color="0.5", lw=1, ls="--", label="majority")
@@ -61,12 +63,17 @@ def _objects(ax: Any, rows: list[dict[str, Any]]) -> None:
         high = np.array([100 * by[name]["accuracy_high"] for name in UNSEEN]) - values
         at = np.arange(len(UNSEEN)) + (index - (len(models) - 1) / 2) * width
         errors = np.maximum(np.stack([low, high]), 0)
-        ax.bar(at, values, width, yerr=errors, label=model, color=f"C{index}", error_kw={"lw": 0.8})
+        ax.bar(at, values, width, yerr=errors, label=model, color=_color(model), error_kw={"lw": 0.8})
     ax.set_xticks(range(len(UNSEEN)), UNSEEN)
     ax.set_ylim(50, 101)
     ax.set_ylabel("accuracy (%)")
     ax.set_title("Detection on objects never seen", fontsize=10)
-    ax.legend(fontsize=7, frameon=False, ncols=2)
+    ax.legend(fontsize=7, loc="lower center", ncols=3, framealpha=0.9)
+
+
+def _color(model: str) -> str:
+    """Return a model's color, the same in every panel."""
+    return f"C{_MODELS.index(model)}" if model in _MODELS else "0.3"
 
 
 def _severity(ax: Any, rows: list[dict[str, Any]], table: str, title: str) -> None:

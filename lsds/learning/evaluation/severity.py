@@ -22,6 +22,9 @@ SPEED, RATE = 3, 2
 """Columns of an estimator's answer: speed, angular velocity; their standard deviations are four further on."""
 NINETY = 1.6449
 MOVING_RAD_S = 0.05
+CALIBRATED_ON = 12_000
+"""Windows at most that models are fitted on whose errors calibrate another's intervals: a little worse, and so on the
+safe side."""
 Row = dict[str, Any]
 
 
@@ -128,7 +131,8 @@ def unseen(
         own, other = task(train, learner), task(test, learner)
         moving = (true_speed(own) > 1e-3).astype(int)
         by = "object" if len(set(own.column("object").tolist())) > 2 else "recording"
-        factors = conformal(own, out_of_fold(learner, own, folds(own.column(by), moving, 3, seed), seed, model.most))
+        most = min(model.most, CALIBRATED_ON) if model.most else CALIBRATED_ON
+        factors = conformal(own, out_of_fold(learner, own, folds(own.column(by), moving, 3, seed), seed, most))
         said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
         objects = other.column("object")
         for which in [*dict.fromkeys(objects.tolist()), "all"]:
