@@ -35,12 +35,12 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     by = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
     names = own.column(by)
     count = min(FOLDS, len(set(names.tolist())))
-    said = out_of_fold(learner, own, folds(names, np.asarray(spread, int), count, seed), seed)
+    said = out_of_fold(learner, own, folds(names, np.asarray(spread, int), count, seed), seed, model.most)
     intervals = (severity.NINETY,) * 4 if detects else severity.conformal(own, said)
     scores = detection.scored(own, said) if detects else severity.scored(own, said, intervals)
     # Intervals were calibrated on these very answers: what they cover says nothing.
     scores = {key: value for key, value in scores.items() if not key.endswith("coverage")}
-    fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed)
+    fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most)
     onnx = fitted.export()
     card = Card(
         name=path.stem,
