@@ -1,8 +1,8 @@
 """Train the models that are shipped: `python -m lsds_plugins.models.make DATA`.
 
 DATA holds the datasets `detection` and `severity` (`lsds collect`, or data/ of `lsds reproduce`). Nothing is learnt
-from the five unseen objects, nor from the pipe. Estimators learn from both: in severity's protocol nothing is ever held,
-and what has never seen a load that does not slip takes it for a slow slip.
+from the five unseen objects, nor from the pipe. Estimators learn from both: in severity's protocol nothing is ever
+held, and what has never seen a load that does not slip takes it for a slow slip.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SHIPPED = {
 """Learners by dataset, the slowest first."""
 DATASETS = {"detection": ("detection",), "severity": ("severity", "detection")}
 MOST = {"field-gru": 60_000, "lstm": 60_000}
-"""Windows that these are fitted on at most, drawn from all: more take longer and change little."""
+"""Windows that these are fitted on at most, drawn from all, so that it takes minutes and not an hour."""
 
 
 def train(which: tuple[str, str], folder: str) -> str:
