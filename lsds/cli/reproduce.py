@@ -23,8 +23,9 @@ from lsds.errors import DataError
 def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | None) -> None:
     """Measure the study's tables on simulated data, side by side with what was printed.
 
-    Collects the data by the study's protocols (again only what is missing), fits every model by the paper's split and
-    grouped by recording and object, and writes tables.md, results.json and tables.png. Needs the train extra.
+    Collects the data by the study's protocols, fits every model by the paper's split and grouped by recording and
+    object, and writes tables.md, results.json and tables.png. Interrupted, it goes on where it stopped. Needs the train
+    extra.
 
     \b
     Examples:

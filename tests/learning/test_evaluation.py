@@ -179,6 +179,9 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     ticks = []
     result = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: ticks.append(told))
     assert ticks[-1] == ("fitting", len(todo), len(todo))
+    monkeypatch.setattr(measure, "run", None)
+    again = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: None)
+    assert again["rows"] == json.loads(json.dumps(result["rows"], default=float)), "what was fitted is not fitted again"
     (failed,) = result["failed"]
     assert "no-such-set" in failed["reason"]
     text = markdown(result)

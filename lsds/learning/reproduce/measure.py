@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import json
 import platform
 from collections.abc import Callable
@@ -26,14 +28,16 @@ RESULTS = "results.json"
 
 
 def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tick: Tick) -> dict[str, Any]:
-    """Return {"rows", "failed", "datasets", ...}; data goes to `out`/data and is used again where it is complete.
+    """Return {"rows", "failed", "datasets", ...}; data goes to `out`/data, what was fitted to `out`/fits, and both are
+    used again: interrupted, it goes on where it stopped.
 
     `tick(what, done, whole)` on the way. Raises PluginError where a training library is missing, DataError where data
     cannot be collected or written; a learner that fails is named in "failed", and all others are measured.
     """
     todo, host = planned(quick=quick), PluginHost()
-    for learner in {job.learner for job in todo if job.learner}:
-        Model(learner).build(host)  # A library that is missing is told before half an hour has passed.
+    # A library that is missing is told before half an hour has passed.
+    learners = [Model(name).build(host) for name in sorted({job.learner for job in todo if job.learner})]
+    code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
     cards = {}
     for name in JOBS:
@@ -46,7 +50,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
             raise DataError(f"{folder}: was collected with another {' and '.join(other)} (choose another --out)")
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
-    fitting = partial(_guarded, data=str(data), seed=seed, quick=quick)
+    fitting = partial(_kept, fits=out / "fits", code=code, data=str(data), seed=seed, quick=quick)
     for done, (job_done, found) in enumerate(spread(fitting, todo, jobs), 1):
         if found is None or isinstance(found, str):
             job_name = " ".join(str(v) for v in asdict(job_done).values() if v)
@@ -60,6 +64,28 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     }  # fmt: skip
     write_whole(out / RESULTS, json.dumps(result, indent=1, default=float).encode())
     return result
+
+
+def _code(folders: list[Path]) -> str:
+    """Return a number that changes with what fits and scores."""
+    files = sorted(path for folder in set(folders) for path in folder.rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+
+def _kept(job: FitJob, fits: Path, code: str, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:
+    """Return a fit's rows, from the last time where nothing that they depend on has changed."""
+    cards = [(Path(data) / name / CARD).read_text(encoding="utf-8") for name in JOBS]
+    told = json.dumps([asdict(job), cards, seed, quick, __version__, code], sort_keys=True)
+    path = fits / f"{hashlib.sha256(told.encode()).hexdigest()[:24]}.json"
+    try:
+        rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+        return rows
+    except (OSError, ValueError):
+        pass
+    found = _guarded(job, data, seed, quick)
+    if not isinstance(found, str):
+        write_whole(path, json.dumps(found, default=float).encode())
+    return found
 
 
 def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:
