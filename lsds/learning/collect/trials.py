@@ -28,7 +28,7 @@ SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 RATES_RAD_S = (0.3, 0.6, 1.0, 1.5, 2.2)
 STATIC_GRASPS, TRAJECTORIES, GRASP_TICKS, REPEATS = 5, 10, 10, 5
 PAUSE_S = 5.0
-QUICK_OBJECTS = 10
+QUICK_OBJECTS = 6
 """Of the fifteen to learn from, so many are in a quick campaign."""
 DRAGS, LIFTS, STROKES = 12, 12, 6
 """Slip recordings of either kind, and strokes of one: a third of all frames slip, as in the study's data."""
