@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from itertools import islice
 from multiprocessing import get_context, parent_process
 from typing import TypeVar
 
@@ -27,12 +27,9 @@ def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> 
     if jobs <= 1 or len(items) <= 1:
         yield from ((item, work(item)) for item in items)
         return
-    left = iter(items)
-    suspects: list[Item] = []
-    while True:
-        yield from _together(work, left, min(jobs, len(items)), suspects)
-        if not suspects:
-            return
+    waiting, suspects = deque(items), list[Item]()
+    while waiting:
+        yield from _together(work, waiting, min(jobs, len(items)), suspects)
         # One of those under way took its process down, and the others with it: now each has a process to itself.
         for item in suspects:
             with _pool(1) as pool:
@@ -44,21 +41,26 @@ def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> 
 
 
 def _together(
-    work: Callable[[Item], Result], left: Iterator[Item], jobs: int, suspects: list[Item]
+    work: Callable[[Item], Result], waiting: deque[Item], jobs: int, suspects: list[Item]
 ) -> Iterator[tuple[Item, Result]]:
     """Yield items with their results until there are none left, or until a process dies: `suspects` were under way."""
+    pending: dict[Future[Result], Item] = {}
     with _pool(jobs) as pool:
-        # No more at a time than there are processes: what has been handed over cannot be taken back.
-        pending: dict[Future[Result], Item] = {}
+
+        def hand_over() -> None:
+            # No more at a time than there are processes: what has been handed over cannot be taken back.
+            while waiting and len(pending) < jobs:
+                pending[pool.submit(work, waiting[0])] = waiting[0]
+                waiting.popleft()
+
         try:
-            pending |= {pool.submit(work, item): item for item in islice(left, jobs)}
+            hand_over()
             while pending:
                 ready, _ = wait(pending, return_when=FIRST_COMPLETED)
                 for done in ready:
                     result = done.result()
-                    item = pending.pop(done)
-                    pending |= {pool.submit(work, following): following for following in islice(left, 1)}
-                    yield item, result
+                    yield pending.pop(done), result
+                hand_over()
         except BrokenProcessPool:
             suspects += pending.values()
         except BaseException:

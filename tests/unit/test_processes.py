@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
@@ -51,6 +53,20 @@ def test_after_a_crash_the_rest_is_done_together_again():
     found = dict(spread(pids, range(40), 2))
     assert found.pop(2) is None
     assert len(set(found.values())) < 10, "not a process an item"
+
+
+def test_nothing_is_lost_where_a_crash_falls_between_a_result_and_what_follows_it(monkeypatch):
+    """The pool is found broken only when the next item is handed over; what came before and what comes next stay."""
+    submit, calls = ProcessPoolExecutor.submit, []
+
+    def breaks_once(self, *arguments):
+        calls.append(arguments)
+        if len(calls) == 5:
+            raise BrokenProcessPool
+        return submit(self, *arguments)
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", breaks_once)
+    assert sorted(spread(square, range(8), 2)) == [(k, k * k) for k in range(8)]
 
 
 SLEEPER = """
