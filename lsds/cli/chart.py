@@ -42,6 +42,7 @@ def chart() -> None:
       lsds chart realism --recordings videos
       lsds chart detectors --data detection
       lsds chart estimators --data severity
+      lsds chart learning --data severity --also pipe
     """
 
 
@@ -253,6 +254,33 @@ def estimators(
     """
     options: dict[str, object] = {"data": data, "most": most, "repeats": repeats, "seed": seed}
     _study("estimators", options, seed, plot, csv_file, json_file)
+
+
+@chart.command()
+@click.option("--data", required=True, metavar="FOLDER", help="Dataset: lsds collect, or lsds reproduce.")
+@click.option("--also", default="", metavar="FOLDER", help="Another one, to be scored on besides.")
+@click.option("--learner", "learners", multiple=True, metavar="NAME", default=("linear-window", "field-gru"),
+              show_default=True, help="A learner; repeatable, all of one job.")  # fmt: skip
+@click.option("--repeats", type=click.IntRange(1, 100), default=1, show_default=True, help="Orders of the objects.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@_outputs("learning.png")
+def learning(
+    data: str, also: str, learners: tuple[str, ...], repeats: int, seed: int, plot: Path, csv_file: str | None,
+    json_file: str | None,
+) -> None:  # fmt: skip
+    """Chart the learning curve: scores on objects never seen by the number of objects to learn from.
+
+    Needs the train extra.
+
+    
+    Examples:
+      lsds chart learning --data severity --also pipe
+      lsds chart learning --data detection --learner field-mlp --learner logistic --repeats 3
+    """
+    options: dict[str, object] = {
+        "data": data, "also": also, "learners": list(learners), "repeats": repeats, "seed": seed,
+    }  # fmt: skip
+    _study("learning", options, seed, plot, csv_file, json_file)
 
 
 def _study(

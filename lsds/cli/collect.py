@@ -2,35 +2,35 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import click
 
-from lsds.cli.output import json_option, table, write_json
+from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.threads import MOST_PROCESSES, processes
 
 if TYPE_CHECKING:
     from lsds.learning.collect.trials import Job
 
 
 @click.command()
-@click.argument("job", type=click.Choice(["detection", "severity", "pipe"]))
+@click.argument("job", type=click.Choice(["detection", "severity", "pipe", "catch"]))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder of the dataset.")
 @click.option("--config", "config_file", type=click.Path(dir_okay=False), help="Config of the rig, TOML.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change one key; repeatable.")
 @click.option("--object", "objects", multiple=True, metavar="NAME", help="Only this object; repeatable.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--quick", is_flag=True, help="About a tenth of the protocol, to try it out.")
-@click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True,
+@click.option("--jobs", type=click.IntRange(1, MOST_PROCESSES), default=processes, show_default="one a core",
               help="Processes; simulated cells only.")  # fmt: skip
 @json_option
 def collect(
     job: str, out: Path, config_file: str | None, overrides: tuple[str, ...], objects: tuple[str, ...], seed: int,
     quick: bool, jobs: int, json_file: str | None,
 ) -> None:  # fmt: skip
-    """Record a dataset: JOB is detection, severity or pipe.
+    """Record a dataset: JOB is detection, severity or pipe, as in the study, or catch: it is gripped while it slips.
 
     Each recording is on disk as soon as it is done. Interrupted, full disk, a trial that failed: the same command goes
     on where it stopped. Without --config it is the simulated cell, and all figures from it are simulated. On a real
@@ -42,6 +42,7 @@ def collect(
       lsds collect severity --out severity --object can --object ruler
       lsds collect pipe --out pipe --quick --jobs 1
     """
+    require_writable(json_file)
     import numpy as np
 
     from lsds.learning.collect.campaign import collect as run

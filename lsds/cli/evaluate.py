@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import click
 
 from lsds.cli.output import json_option, require_writable
 from lsds.cli.study_output import run_study, show_study
-from lsds.cli.threads import one_thread
+from lsds.cli.threads import MOST_PROCESSES, one_thread, processes
 
 
 @click.group()
@@ -32,7 +31,7 @@ def evaluate() -> None:
               help="True frame interval over the nominal: divides the rates that --model sees.")  # fmt: skip
 @click.option("--cache", metavar="DIR", default="", help="Keep what was read there; 'none' keeps nothing.  "
               "[default: the user's cache folder]")  # fmt: skip
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes; all cores if not given.")
+@click.option("--jobs", type=click.IntRange(1, MOST_PROCESSES), help="Processes; all cores if not given.")
 @click.option("--repeats", type=click.IntRange(1, 50), default=3, show_default=True, help="Dealings into folds.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of folds and models.")
 @click.option("--save-clip-model", metavar="FILE", help="Fit the clip model on all of PATH and write it (.onnx).")
@@ -68,7 +67,7 @@ def incipient_slip(
         read_index(folder)  # What is wrong with it is told before anything is computed.
     options: dict[str, object] = {
         "path": str(path), "train": str(train or ""), "model": model, "slower": slower, "cache": cache,
-        "repeats": repeats, "jobs": jobs or os.cpu_count() or 1, "save_model": save_clip_model or "",
+        "repeats": repeats, "jobs": jobs or processes(), "save_model": save_clip_model or "",
     }  # fmt: skip
     result = run_study("incipient-slip", options, seed, "reading, training")
     for reason in result.details["failures"].values():

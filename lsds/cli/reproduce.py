@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, write_json
+from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.threads import MOST_PROCESSES, one_thread, processes
 from lsds.errors import DataError
 
 
@@ -18,7 +18,8 @@ from lsds.errors import DataError
               show_default=True, help="Folder for data, tables and picture.")  # fmt: skip
 @click.option("--quick", is_flag=True, help="A tenth of the data, fewer fits: minutes.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True, help="Processes.")
+@click.option("--jobs", type=click.IntRange(1, MOST_PROCESSES), default=processes, show_default="one a core",
+              help="Processes.")  # fmt: skip
 @json_option
 def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | None) -> None:
     """Measure the study's tables on simulated data, side by side with what was printed.
@@ -32,8 +33,7 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
       lsds reproduce --quick --out quick
       lsds reproduce --out reproduction --jobs 2
     """
-    from lsds.cli.threads import one_thread
-
+    require_writable(json_file)
     one_thread()
     from lsds.learning.datasets import write_whole
     from lsds.learning.reproduce.measure import measure

@@ -1,8 +1,15 @@
-"""One thread for the small matrix products of the per-frame path."""
+"""One thread for the small matrix products of the per-frame path, and as many processes as there are cores."""
 
 from __future__ import annotations
 
 import os
+
+MOST_PROCESSES = 256
+
+
+def processes() -> int:
+    """Return how many processes a command uses that is not told."""
+    return min(MOST_PROCESSES, os.cpu_count() or 1)
 
 
 def one_thread() -> None:

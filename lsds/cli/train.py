@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from lsds.cli.output import json_option, table, write_json
+from lsds.cli.output import json_option, require_writable, table, write_json
 
 
 @click.command()
@@ -33,6 +33,8 @@ def train(
     """
     from lsds.cli.threads import one_thread
 
+    for file in (out if out.parent.is_dir() else None, json_file):
+        require_writable(file)
     one_thread()
     import numpy as np
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from lsds.errors import DataError, ModelError
 from lsds.learning.datasets import write_whole
+from lsds.learning.intervals import NORMAL_90, Factors
 from lsds.learning.signals import UNITS, signal_names
 
 if TYPE_CHECKING:
@@ -27,16 +28,17 @@ if TYPE_CHECKING:
 
     from lsds.learning.windows import Window
 
-FORMAT = "lsds model 1"
+FORMAT, CLIPS = "lsds model 1", "lsds clip model 1"
 OUTPUTS = {"detect": 1, "estimate": 8}
 """How many numbers a row of `y` holds, by job."""
 
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """What is told of a model. `threshold` is the probability above which a detector says slip; `intervals` the factor
-    by which an estimator's standard deviations are multiplied to make 90 % intervals (conformal), for vx, vy, angular
-    velocity and speed; `figures_are` "simulated" or "measured"."""
+    """What is told of a model. `threshold` is the probability above which a detector says slip; `intervals` the factors
+    by which an estimator's standard deviations are multiplied to make 90 % intervals, for vx, vy, angular velocity and
+    speed, `moving_intervals` those where it says that it moves, the same where there are none; `figures_are`
+    "simulated" or "measured"."""
 
     name: str
     job: str
@@ -44,10 +46,16 @@ class Card:
     length: int
     figures_are: str
     threshold: float = 0.5
-    intervals: tuple[float, ...] = (1.645, 1.645, 1.645, 1.645)
+    intervals: tuple[float, ...] = (NORMAL_90,) * 4
+    moving_intervals: tuple[float, ...] = ()
     trained_on: Mapping[str, Any] | None = None
     scores: Mapping[str, Any] | None = None
     versions: Mapping[str, str] | None = None
+
+    @property
+    def factors(self) -> Factors:
+        """What the intervals are widened by."""
+        return Factors(self.intervals, self.moving_intervals or self.intervals)
 
     def as_json(self, onnx: bytes) -> dict[str, Any]:
         """Return the card for its model's file."""
@@ -60,6 +68,7 @@ class Card:
             "figures_are": self.figures_are,
             "threshold": self.threshold,
             "intervals": list(self.intervals),
+            "moving_intervals": list(self.factors.moving),
             "trained_on": dict(self.trained_on or {}),
             "scores": dict(self.scores or {}),
             "versions": dict(self.versions or {}),
@@ -169,6 +178,10 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
         raise ModelError(f"{beside}: a model needs its card there: {error.strerror or error}") from error
     except ValueError as error:
         raise ModelError(f"{beside}: not a model's card: {error}") from error
+    if isinstance(told, dict) and told.get("format") == CLIPS:
+        raise ModelError(
+            f"{path}: a model of whole clips, for lsds evaluate incipient-slip; it cannot run frame by frame"
+        )
     if not isinstance(told, dict) or told.get("format") != FORMAT:
         raise ModelError(f"{beside}: not the card of an '{FORMAT}'; train the model anew")
     if told.get("job") != job:
@@ -177,13 +190,15 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
         signals = dict(told["signals"])
         card = Card(
             str(told["name"]), job, tuple(signals), int(told["length"]), str(told["figures_are"]),
-            float(told["threshold"]), tuple(float(v) for v in told["intervals"]), told.get("trained_on"),
+            float(told["threshold"]), tuple(float(v) for v in told["intervals"]),
+            tuple(float(v) for v in told.get("moving_intervals") or ()), told.get("trained_on"),
             told.get("scores"), told.get("versions"),
         )  # fmt: skip
         signal_names(card.signals)
-        if not (card.length >= 1 and 0 <= card.threshold <= 1 and len(card.intervals) == 4):
+        complete = all(len(factors) == 4 for factors in card.factors)
+        if not (card.length >= 1 and 0 <= card.threshold <= 1 and complete):
             raise ValueError("length, threshold or intervals are out of range")
-        if not all(0 < factor < math.inf for factor in card.intervals):
+        if not all(0 < factor < math.inf for factors in card.factors for factor in factors):
             raise ValueError("intervals must be positive factors")
     except (KeyError, TypeError, ValueError) as error:
         raise ModelError(f"{beside}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import ModelError
+from lsds.learning.artefact import CLIPS as FORMAT
 from lsds.learning.clips import FEATURES, FRAMES, logged
 from lsds.learning.datasets import write_whole
 
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-
-FORMAT = "lsds clip model 1"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,15 +57,6 @@ def save(path: Path, onnx: bytes, middle: Floats, objects: Sequence[str], traine
     }
     write_whole(path, onnx)
     write_whole(path.with_suffix(".json"), (json.dumps(card, indent=1) + "\n").encode())
-
-
-def is_clip_model(path: Path) -> bool:
-    """Return whether a model's card says that it is one of these."""
-    try:
-        told = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(told, dict) and told.get("format") == FORMAT
 
 
 def load(path: Path) -> ClipModel:

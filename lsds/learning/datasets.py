@@ -130,7 +130,11 @@ def joined(parts: Sequence[Mapping[str, NDArray[Any]]], card: Mapping[str, Any])
 def load(folder: Path) -> Dataset:
     """Read a dataset. Raises DataError where it is none, was cut short, lacks a column or holds nonsense in one."""
     path = folder / FRAMES
-    card = _card(folder)
+    card = read_card(folder)
+    if card is None:
+        raise DataError(f"{folder}: no dataset there, for it has no {CARD} (lsds collect makes one)")
+    if card.get("format") != FORMAT:
+        raise DataError(f"{folder / CARD}: not the card of an '{FORMAT}'; collect it anew")
     if not card.get("complete", False):
         raise DataError(f"{folder}: its collection was not finished; run lsds collect with the same --out to go on")
     columns = read_table(path)
@@ -140,16 +144,19 @@ def load(folder: Path) -> Dataset:
     return Dataset(columns, card)
 
 
-def _card(folder: Path) -> dict[str, Any]:
+def read_card(folder: Path) -> dict[str, Any] | None:
+    """Return a folder's card, of whatever dataset; None where there is none. Raises DataError for what is no card."""
     path = folder / CARD
-    if not path.is_file():
-        raise DataError(f"{folder}: no dataset there, for it has no {CARD} (lsds collect makes one)")
     try:
         card = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except NotADirectoryError as error:
+        raise DataError(f"{folder}: is a file; name the folder of the dataset that it is in") from error
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: not a dataset's card: {error}") from error
-    if not isinstance(card, dict) or card.get("format") != FORMAT:
-        raise DataError(f"{path}: not the card of an '{FORMAT}'; collect it anew")
+    if not isinstance(card, dict):
+        raise DataError(f"{path}: not a dataset's card, for it holds no table (choose another folder)")
     return card
 
 

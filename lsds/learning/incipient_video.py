@@ -15,7 +15,7 @@ from lsds.learning.signals import signals_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-VERSION = 1
+VERSION = 2
 """Goes up whenever the same video would give other columns, so that no older cache is believed."""
 
 _LEAST_FRAMES = 12
@@ -81,3 +81,6 @@ def try_columns(video: Video) -> dict[str, NDArray[Any]] | str:
         return columns_of(video)
     except LsdsError as error:
         return str(error)
+    except Exception as error:
+        # A library's own, at whatever that video holds; the others count all the same.
+        return f"{video.path}: {type(error).__name__}: {error}"

@@ -53,7 +53,8 @@ def _splits(ax: Any, rows: list[dict[str, Any]]) -> None:
 
 
 def _objects(ax: Any, rows: list[dict[str, Any]]) -> None:
-    own = [row for row in rows if row["table"] == "unseen"]
+    # The controls are in the table; here they would hide what is close together.
+    own = [row for row in rows if row["table"] == "unseen" and row["model"] in _MODELS]
     models = list(dict.fromkeys(row["model"] for row in own))
     width = 0.8 / max(len(models), 1)
     for index, model in enumerate(models):
@@ -79,15 +80,16 @@ def _color(model: str) -> str:
 def _severity(ax: Any, rows: list[dict[str, Any]], table: str, title: str) -> None:
     own = sorted((row for row in rows if row["table"] == table), key=lambda row: -row["mae"])
     at = np.arange(len(own))
-    colors = ["C0" if row["learner"] and row["labels"] == "measured" else "0.7" for row in own]
+    colors = ["0.7" if row["control"] or row["labels"] == "shuffled" else "C0" for row in own]
     ax.barh(at, [100 * row["mae"] for row in own], color=colors, label="all frames")
     ax.plot([100 * row["moving_mae"] for row in own], at, "k|", ms=9, label="moving only")
     ax.set_yticks(at, [_title(row) for row in own], fontsize=7)
-    ax.set_xlabel("cm/s (grey: learns nothing, or shuffled labels)")
+    ax.set_xlabel("cm/s (grey: learns nothing, or there is nothing to learn)")
     ax.set_title(title, fontsize=10)
     ax.legend(fontsize=7, frameon=False)
 
 
 def _title(row: dict[str, Any]) -> str:
     signals = f" {row['signals']}" if row["signals"] != "own" and row["learner"] and not row["control"] else ""
-    return f"{row['model']}{signals}" + (" (shuffled)" if row["labels"] == "shuffled" else "")
+    named = row["labels"] != "shuffled" or "shuffled" in row["model"]
+    return f"{row['model']}{signals}" + ("" if named else " (shuffled)")

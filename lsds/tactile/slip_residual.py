@@ -63,7 +63,8 @@ def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResid
     field = observation.field
     chosen = markers_in_contact(observation, least)
     velocity = as_complex(field.velocity_m_s)
-    if np.count_nonzero(field.valid) < len(velocity) or math.isnan(field.velocity_m_s.item(0)):
+    # One product in place of a question each. A dot that was lost in the frame before has no velocity, but is valid.
+    if math.isnan(np.vdot(velocity, velocity).real):
         chosen = chosen & ~np.isnan(velocity)
     contact = _contact(field, chosen, motion)
     count = contact.count

@@ -104,6 +104,15 @@ def lsds_backends() -> list[BackendSpec]:
             requires=("sklearn", "pyarrow"),
             extra="train",
         ),
+        BackendSpec(
+            "study",
+            "learning",
+            "lsds_plugins.studies.learning_curve:LearningStudy",
+            "lsds_plugins.studies.learning_curve:LearningOptions",
+            summary="scores on objects never seen by the number of objects to learn from",
+            requires=("sklearn", "torch", "pyarrow"),
+            extra="train",
+        ),
         *(
             BackendSpec(
                 "study",

@@ -31,7 +31,8 @@ def graph(length, width, y=1, shape=()):
     """A model that gives the first `y` signals of a window."""
     own = Graph(length, width)
     flat = own.add("Flatten", "x")
-    return own.finish(own.columns(flat, 0, y), shape)
+    bounds = [own.constant(np.array([number])) for number in (0, y, 1)]
+    return own.finish(own.add("Slice", flat, *bounds), shape)
 
 
 def plain(inputs, outputs, nodes):

@@ -5,8 +5,10 @@ import pytest
 from learning.frames import CONTEXT, HOST, observations
 from lsds_plugins.estimators.field import FieldOptions, speed_of
 from lsds_plugins.studies import brains
+from lsds_plugins.studies.learning_curve import LearningOptions, LearningStudy
 
 from lsds.cli.main import main
+from lsds.errors import DataError
 from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.datasets import from_rows, joined
 from lsds.learning.signals import SIGNALS, signals_of
@@ -55,3 +57,38 @@ def test_a_chart_has_every_model_scored_timed_and_ranked(tmp_path, monkeypatch, 
     result.draw(tmp_path / "chart.png")
     assert (tmp_path / "chart.png").read_bytes()[:4] == b"\x89PNG"
     assert main(["chart", name, "--data", str(tmp_path / "none")]) != 0
+
+
+@pytest.mark.parametrize(("learner", "score", "plain"), [
+    ("logistic", "accuracy", "majority"), ("linear-window", "r2", "always zero"),
+])  # fmt: skip
+def test_a_learning_curve_has_every_count_and_what_knows_nothing(tmp_path, learner, score, plain):
+    things = ("can", "bottle", "ruler", *UNSEEN[:2])
+    parts = [recording(f"{thing}{k}", thing, 10 * i + k) for i, thing in enumerate(things) for k in range(2)]
+    joined(parts, {"figures_are": "simulated"}).save(tmp_path / "data")
+    joined([recording("pipe0", "pvc-pipe", 90), recording("can9", "can", 91)], {}).save(tmp_path / "other")
+    options = LearningOptions(data=str(tmp_path / "data"), also=str(tmp_path / "other"), learners=[learner])
+    result = LearningStudy(options, CONTEXT).run(lambda done, whole: None)
+    fitted = [row for row in result.rows if row["model"] == learner]
+    assert [(row["objects"], row["on"]) for row in fitted] == [
+        (n, on) for n in (1, 2, 3) for on in ("unseen", "other")
+    ]  # fmt: skip
+    known = {row["on"]: row[score] for row in result.rows if row["model"] == plain}
+    assert fitted[-2][score] > known["unseen"]
+    assert "simulated" in result.title
+    result.draw(tmp_path / "curve.png")
+    assert (tmp_path / "curve.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_learning_curve_refuses_what_it_cannot_compare(tmp_path):
+    parts = [recording(thing, thing, i) for i, thing in enumerate(("can", UNSEEN[0]))]
+    joined(parts, {}).save(tmp_path / "data")
+    joined(parts[:1], {}).save(tmp_path / "other")
+    for options, said in (
+        ({"learners": ["logistic", "linear-window"]}, "of one job"),
+        ({"also": str(tmp_path / "other")}, "no object that nothing is learnt from"),
+    ):
+        with pytest.raises(DataError, match=said):
+            LearningStudy(LearningOptions(data=str(tmp_path / "data"), **options), CONTEXT).run(
+                lambda done, whole: None
+            )

@@ -75,6 +75,18 @@ def test_the_protocols_have_what_the_study_s_have():
     assert [move.duration_s for move in grasp.moves[1:]] == [5.0] * 10
 
 
+def test_a_catch_closes_while_the_arm_moves_and_never_opens():
+    planned = trials("catch", None, 0)
+    assert {trial.clamped for trial in planned} == {False, True}
+    for trial in planned:
+        closing = [move for move in trial.moves if move.aperture_m is not None]
+        apertures = [trial.grip_aperture_m, *(move.aperture_m for move in closing)]
+        assert closing
+        assert np.all(np.diff(apertures) <= 0)
+        assert all(move.velocity_m_s > 0 and 0.02 <= move.closing_m_s <= 0.15 for move in closing)
+        assert trial.moves[-1].velocity_m_s == 0, "it ends at rest"
+
+
 def test_an_object_without_a_plan_is_named():
     with pytest.raises(DataError, match="no plan for brick"):
         trials("severity", ["brick"], 0)
@@ -151,6 +163,29 @@ def test_a_trial_that_fails_is_named_and_the_others_are_kept(tmp_path, monkeypat
     assert len(list((tmp_path / "pipe" / "parts").iterdir())) == 1
 
 
+def test_a_trial_that_meets_a_library_s_error_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
+    def one_fails(trial, config_file, overrides):
+        if trial.recording.endswith("0"):
+            raise ValueError("matrix is singular")
+        return run_trial(trial, config_file, overrides)
+
+    monkeypatch.setattr(campaign, "run_trial", one_fails)
+    with pytest.raises(DataError, match=r"1 of 2 recordings failed[^\0]*ValueError: matrix is singular"):
+        campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
+    (kept,) = (tmp_path / "pipe" / "parts").iterdir()
+    kept.write_bytes(kept.read_bytes()[:100])
+    monkeypatch.setattr(campaign, "run_trial", run_trial)
+    data = campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
+    assert len(set(data["recording"])) == 2, "what was damaged is done again"
+
+
+@pytest.mark.parametrize("override", ["seed=3", "cell.simulated.object=sponge", "sensor.mock-gelsight-mini.gel=2"])
+def test_what_a_trial_is_cannot_be_overridden(tmp_path, override):
+    with pytest.raises(DataError, match="is the protocol's to set"):
+        campaign.collect("pipe", tmp_path / "pipe", overrides=(*FAST, override), quick=True)
+    assert not (tmp_path / "pipe").exists()
+
+
 def test_a_folder_that_is_something_else_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("\\section{}")
     with pytest.raises(DataError, match="not empty"):
@@ -214,6 +249,23 @@ def test_where_nothing_knows_the_truth_poses_tell_the_turning_beyond_half_a_turn
     assert found["slip"].tolist() == [1] * 110
     assert np.isnan(found["speed_true"]).all()
     assert set(found["slip_true"]) == {-1}
+
+
+def test_beyond_the_object_s_end_poses_alone_do_not_tell_whether_it_slips():
+    tick = 16_000_000
+    labels = SlipLabels(Samples([]), measured=True, end_m=0.02)
+    facing = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    for k in range(120):
+        # At 3.8 cm/s past the end, then at rest.
+        gripper = pose_of(facing, np.array([0.0, 0.0, 0.5 + 0.038 * min(k * tick * 1e-9, 1.0)]))
+        labels.see(PoseSample(k * tick, k, {"gripper": gripper, "object": pose_of(facing, np.array([0.0, 0.0, 0.4]))}))
+    found = labels.at([k * tick for k in range(20, 120)])
+    slip = found["slip"]
+    risen = 0.038 * np.minimum(np.arange(20, 120) * tick * 1e-9, 1.0)
+    assert set(slip[risen < 0.018]) == {1}
+    assert set(slip[(risen > 0.022) & (risen < 0.037)]) == {-1}
+    assert np.isnan(found["speed"][slip == -1]).all()
+    assert slip[-1] == 0
 
 
 def test_a_real_cell_waits_until_somebody_has_put_the_object_there(tmp_path, monkeypatch):

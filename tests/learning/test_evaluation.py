@@ -9,12 +9,14 @@ from hypothesis import strategies as st
 
 from lsds.errors import DataError
 from lsds.learning.artefact import load as load_model
+from lsds.learning.collect.campaign import study
 from lsds.learning.collect.objects import SEEN, UNSEEN
 from lsds.learning.datasets import Dataset, from_rows, joined
 from lsds.learning.evaluation import detection, severity
-from lsds.learning.evaluation.controls import contact_constant, rule_score, rule_threshold, shuffled
+from lsds.learning.evaluation.controls import contact_constant, nuisance, rule_score, rule_threshold, shuffled
 from lsds.learning.evaluation.fitting import Model, labelled, task
 from lsds.learning.evaluation.shipping import train
+from lsds.learning.intervals import conformal
 from lsds.learning.reproduce import jobs, measure
 from lsds.learning.reproduce.report import markdown
 from lsds.learning.signals import SIGNALS
@@ -83,7 +85,7 @@ def test_a_learner_beats_the_majority_and_its_controls_do_not():
     assert row["accuracy"] > 0.85
     assert row["accuracy_low"] <= row["accuracy"] <= row["accuracy_high"]
     assert row["auc"] > detection.cross_validate(data, model, HOST, "object", labels="shuffled")["auc"] + 0.1
-    blind = detection.cross_validate(data, detection.nuisance(model), HOST, "object")
+    blind = detection.cross_validate(data, nuisance(model), HOST, "object")
     assert blind["auc"] < 0.65
     assert detection.majority(data)["accuracy"] == pytest.approx(max(np.mean(data["slip"]), 1 - np.mean(data["slip"])))
     assert detection.one_parameter(data, "object")["accuracy"] > 0.8
@@ -95,6 +97,7 @@ def test_unseen_objects_have_a_row_each_and_one_for_all():
     rows = detection.unseen(data.where(~test), data.where(test), [Model("logistic")], HOST)
     assert [(row["model"], row["object"]) for row in rows] == [
         ("logistic", "f"), ("logistic", "all"), ("one-parameter rule", "f"), ("one-parameter rule", "all"),
+        ("majority", "f"), ("majority", "all"),
     ]  # fmt: skip
     assert rows[0]["accuracy"] == rows[1]["accuracy"]
 
@@ -102,7 +105,9 @@ def test_unseen_objects_have_a_row_each_and_one_for_all():
 def test_severity_has_intervals_that_cover_what_they_say():
     data = dataset()
     test = np.isin(data["object"], ("e", "f"))
-    rows = severity.unseen(data.where(~test), data.where(test), [Model("linear-window")], HOST)
+    seen, other = data.where(~test), data.where(test)
+    rows = severity.calibrated(seen, Model("linear-window"), HOST).scored(other)
+    rows += severity.plain_unseen(seen, other)
     by = {(row["model"], row["object"]): row for row in rows}
     own = by["linear-window", "all"]
     assert own["mae"] < by["always zero", "all"]["mae"]
@@ -126,6 +131,13 @@ def test_frames_without_an_answer_are_told():
     own = task(data, Model("field-mlp").build(HOST))
     assert own.answered == pytest.approx(79 / 80), "v_net of the first frame is undefined"
     assert labelled(data, "detect").answered == 1
+    right = own.y.astype(float)
+    row = detection.scored(own, right)
+    assert row["accuracy"] == row["accuracy_all"] == 1, "the first frames rest, and unanswered is taken as rest"
+    slips = Dataset({**data.columns, "slip": np.ones(len(data), np.int8)}, data.card)
+    row = detection.scored(task(slips, Model("field-mlp").build(HOST)), np.ones(len(right)))
+    assert row["accuracy"] == 1
+    assert row["accuracy_all"] == pytest.approx(79 / 80)
 
 
 def test_conformal_factors_make_ninety_per_cent():
@@ -136,10 +148,29 @@ def test_conformal_factors_make_ninety_per_cent():
     true = np.column_stack([own.y, severity.true_speed(own)])
     std = rng.uniform(0.5, 2.0, (count, 4))
     said = np.hstack([true + std * rng.standard_normal((count, 4)), std])
-    factors = severity.conformal(own, said)
-    assert factors == pytest.approx((1.645,) * 4, rel=0.1)
-    inside = np.abs(said[:, :4] - true) <= np.array(factors) * std
-    assert inside.mean(axis=0) == pytest.approx([0.9] * 4, abs=0.01)
+    factors = severity.calibration(own, said)
+    for each in factors:
+        assert each == pytest.approx((1.645,) * 4, rel=0.2)
+    inside = np.abs(said[:, :4] - true) <= factors.half_widths(said)
+    assert inside.mean(axis=0) == pytest.approx([0.9] * 4, abs=0.03)
+
+
+def test_what_moves_has_intervals_of_its_own_and_no_part_of_a_velocity_is_promised_to_be_exact():
+    rng = np.random.default_rng(0)
+    moves = rng.random(4000) < 0.2
+    true = np.zeros((4000, 4))
+    true[moves, 1] = true[moves, 3] = 0.04
+    # Exact across the slide, ten times as wrong where it moves as where it rests, and told the same of both.
+    wrong = np.where(moves, 1e-2, 1e-3) * rng.standard_normal(4000)
+    said = np.hstack([true, np.full((4000, 4), 1e-3)])
+    said[:, 1] += wrong
+    said[:, 3] = np.abs(said[:, 3] + wrong)
+    factors = conformal(true, said)
+    half = factors.half_widths(said)
+    assert factors.rest[0] == factors.rest[1]
+    assert factors.moving[0] == factors.moving[1] > 5 * factors.rest[1]
+    for which in (moves, ~moves):
+        assert (np.abs(said[which, 3] - true[which, 3]) <= half[which, 3]).mean() == pytest.approx(0.9, abs=0.03)
 
 
 def test_a_model_is_written_with_a_card_that_says_where_it_comes_from(tmp_path):
@@ -163,17 +194,19 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     names = (*SEEN[:4], *UNSEEN)
     data = tmp_path / "out" / "data"
     for job, objects in (("detection", names), ("severity", names), ("pipe", ("pvc-pipe",))):
-        dataset(objects, 2).save(data / job)
+        own = dataset(objects, 2)
+        Dataset(own.columns, study(job, 0, quick=True)).save(data / job)
     todo = [
         jobs.FitJob("cross-validation", "logistic", "", "object"),
         jobs.FitJob("cross-validation", "logistic", "", "frames"),
         jobs.FitJob("unseen", "logistic"),
         jobs.FitJob("leave-one-out", "linear-window"),
         jobs.FitJob("severity-unseen", "linear-window"),
-        jobs.FitJob("pipe", "linear-window"),
+        jobs.FitJob("unseen", "logistic", labels="shuffled"),
+        jobs.FitJob("severity-unseen", "linear-window", control="nuisance"),
         jobs.FitJob("leave-one-out", "linear-window", "no-such-set"),
-        *(jobs.FitJob(table, control="rules") for table in (
-            "cross-validation", "unseen", "leave-one-out", "severity-unseen", "pipe")),
+        *(jobs.FitJob(table, control="rules")
+          for table in ("cross-validation", "unseen", "leave-one-out", "severity-unseen")),
     ]  # fmt: skip
     monkeypatch.setattr(measure, "planned", lambda quick: todo)
     ticks = []
@@ -182,9 +215,15 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     monkeypatch.setattr(measure, "run", None)
     again = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: None)
     assert again["rows"] == json.loads(json.dumps(result["rows"], default=float)), "what was fitted is not fitted again"
+    with pytest.raises(DataError, match="was collected with another quick"):
+        measure.measure(tmp_path / "out", tick=lambda *told: None)
     (failed,) = result["failed"]
     assert "no-such-set" in failed["reason"]
     text = markdown(result)
+    pipe = [row["model"] for row in result["rows"] if row["table"] == "pipe" and row["object"] == "all"]
+    blind = "linear-window, nuisances only"
+    assert sorted(pipe) == ["always zero", "constant in contact", "linear-window", blind]
+    assert "logistic, labels shuffled" in text
     for part in ("simulated", "one-parameter rule", "majority", "always zero", "constant in contact", "Not measured"):
         assert part in text
     assert "91.8, 99.5, 98.1, 74.8, 99.5" not in text, "printed figures stand beside the paper's own models only"

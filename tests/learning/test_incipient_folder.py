@@ -9,7 +9,7 @@ import pytest
 from learning.labelled import HEADER, film, row, write_index
 
 from lsds.errors import DataError
-from lsds.learning import incipient_load
+from lsds.learning import incipient_load, incipient_video
 from lsds.learning.clips_signals import CLIP_SIGNALS
 from lsds.learning.datasets import COLUMNS
 from lsds.learning.incipient import physical, read_index
@@ -52,6 +52,20 @@ def test_what_cannot_be_read_is_told_and_the_rest_is_kept(recorded):
     assert sorted(failures) == ["thing3__e3__cam0", "thing4__e4__cam0"]
     for name, reason in failures.items():
         assert name in reason
+
+
+def test_a_video_on_which_a_library_fails_is_told_and_the_rest_is_kept(recorded, monkeypatch):
+    known = incipient_video.columns_of
+
+    def one_fails(video):
+        if video.name == "thing1__e1__cam2":
+            raise ValueError("singular matrix")
+        return known(video)
+
+    monkeypatch.setattr(incipient_video, "columns_of", one_fails)
+    data = load(recorded)
+    assert "ValueError: singular matrix" in data.card["failures"]["thing1__e1__cam2"]
+    assert set(data["recording"]) == {"thing1__e1__cam0", "thing2__e2__cam0"}
 
 
 def test_a_second_time_comes_from_the_cache_until_a_video_changes(recorded, tmp_path, monkeypatch):

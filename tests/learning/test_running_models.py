@@ -18,8 +18,9 @@ from lsds.contracts import Detector, Estimator, FeatureVector
 from lsds.errors import ConfigError, DataError, ModelError
 from lsds.learning.artefact import Card, load, save
 from lsds.learning.datasets import Dataset, from_rows
-from lsds.learning.signals import signals_of
-from lsds.learning.windows import windows
+from lsds.learning.intervals import MOVES_M_S, NORMAL_90
+from lsds.learning.signals import Picker, signals_of
+from lsds.learning.windows import Window, windows
 
 DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone")
 ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
@@ -82,7 +83,7 @@ def test_an_estimator_says_frame_by_frame_what_the_library_says_of_the_recording
         numbers = (*e.velocity_m_s, e.angular_rad_s, e.speed_m_s)
         spreads = (*e.velocity_std_m_s, e.angular_std_rad_s, e.speed_std_m_s)
         assert numbers == pytest.approx(row[:4], abs=1e-5)
-        assert spreads == pytest.approx(row[4:] * 1.645 / 1.6448536, abs=1e-5)
+        assert spreads == pytest.approx(row[4:], abs=1e-5)
     assert all(math.isnan(e.speed_m_s) for e in found if e.abstained)
 
 
@@ -135,6 +136,25 @@ def test_an_estimator_abstains_above_the_deviation_asked_for_and_its_card_widens
         limit = factor * wide.speed_std_m_s
         built = HOST.build(kind, "onnx", {"model": str(wide_path), "abstain_above_std_m_s": limit}, CONTEXT)
         assert built.update(seen[1]).abstained == abstains
+
+
+def test_an_estimator_that_says_that_it_moves_has_the_intervals_of_what_moves(seen, tmp_path):
+    card = {"intervals": (NORMAL_90,) * 4, "moving_intervals": (3 * NORMAL_90,) * 4}
+    kind, path, _ = fit_and_save("field-gru", tmp_path, **card)
+    model, estimator = load(path, "estimate"), HOST.build(kind, "onnx", {"model": str(path)}, CONTEXT)
+    window = Window(model.card.length, len(model.card.signals))
+    pick, told = Picker(model.card.signals), []
+    for observation in seen:
+        estimate, picked = estimator.update(observation), pick(observation)
+        if picked is None:
+            continue
+        window.push(picked)
+        said = model.run(window.frames.copy())
+        told.append(said[0, 3] > MOVES_M_S)
+        widths = model.card.factors.half_widths(said)[0] / NORMAL_90
+        found = (*estimate.velocity_std_m_s, estimate.angular_std_rad_s, estimate.speed_std_m_s)
+        assert found == pytest.approx(widths, rel=1e-4)
+    assert len(told) > 3
 
 
 def test_a_model_without_a_file_is_one_clear_error(tmp_path):

@@ -167,6 +167,19 @@ def test_detectors_abstain_without_a_velocity(make):
     assert detection.confidence == 0
 
 
+def test_a_dot_that_was_lost_and_is_found_again_costs_its_own_velocity_only():
+    velocity = slip_along(SHEAR_Y, 3)
+    whole = slip_residual(observation(velocity, displacement_m=SHEAR_Y))
+    one = velocity.copy()
+    one[20] = math.nan
+    found = slip_residual(observation(one, displacement_m=SHEAR_Y))
+    assert found.markers == whole.markers - 1
+    for name in ("along", "across", "translation", "excess"):
+        assert math.isfinite(getattr(found, name))
+    assert found.along == pytest.approx(whole.along, rel=0.3)
+    assert residual().update(observation(one, displacement_m=SHEAR_Y)).score > 0
+
+
 def test_the_residual_abstains_with_few_markers_and_starts_afresh():
     detector = residual(frames=5)
     slipping = slip_along(SHEAR_Y, 1, 1e-3)

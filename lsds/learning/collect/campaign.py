@@ -24,7 +24,18 @@ from lsds.contracts import Kind
 from lsds.errors import DataError, LsdsError
 from lsds.learning.collect.drive import run_trial
 from lsds.learning.collect.trials import Job, Trial, trials
-from lsds.learning.datasets import CARD, COLUMNS, FORMAT, PARTS, Dataset, joined, read_table, write_table, write_whole
+from lsds.learning.datasets import (
+    CARD,
+    COLUMNS,
+    FORMAT,
+    PARTS,
+    Dataset,
+    joined,
+    read_card,
+    read_table,
+    write_table,
+    write_whole,
+)
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import NO_DEVICE
 from lsds.processes import DIED, spread
@@ -44,6 +55,7 @@ PRESETS: dict[Job, tuple[str, ...]] = {
     "detection": _GEL,
     "severity": (*_GEL, *_CAMERA),
     "pipe": (*_GEL, *_CAMERA),
+    "catch": _GEL,
 }
 """What is set where no config names a cell: the simulated one, its gel on the coarsest grid in steps of 4 ms, and for
 velocities a small picture of the camera that measures them, which takes most of the time."""
@@ -72,13 +84,13 @@ def collect(
     settings = (*(() if config_file else PRESETS[job]), *overrides)
     config = load_config(config_file, settings)
     planned = trials(job, objects, seed, quick=quick)
-    asked = {
-        "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
-        "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
-        "rig": _rig(config), "overrides": list(settings), "lsds": __version__, "config": _digest(config),
-    }  # fmt: skip
+    asked = _asked(job, planned, config, settings, seed, quick)
+    own = {"seed", "cell.simulated.clamped", *(key for trial in planned for key in trial.simulated)}
+    taken = sorted(own & {override.partition("=")[0].strip() for override in overrides})
+    if taken:
+        raise DataError(f"{', '.join(taken)}: is the protocol's to set, from trial to trial (--seed draws others)")
     parts = out / PARTS
-    missing = [trial for trial in planned if not _part(parts, trial).is_file()]
+    missing = [trial for trial in planned if not _is_kept(_part(parts, trial))]
     mocked = config.cell.backend != NO_DEVICE
     if missing and not mocked and prepare is None:
         raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
@@ -109,12 +121,32 @@ def collect(
     return data
 
 
+def study(job: Job, seed: int, *, quick: bool) -> dict[str, Any]:
+    """Return what the card of the study's own dataset says: the simulated cell, all objects."""
+    settings = PRESETS[job]
+    return _asked(job, trials(job, None, seed, quick=quick), load_config(None, settings), settings, seed, quick)
+
+
+def _asked(
+    job: Job, planned: Sequence[Trial], config: RigConfig, settings: Sequence[str], seed: int, quick: bool
+) -> dict[str, Any]:
+    """Return what decides the data."""
+    return {
+        "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
+        "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
+        "rig": _rig(config), "overrides": list(settings), "lsds": __version__, "config": _digest(config),
+    }  # fmt: skip
+
+
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
     """Do a trial and keep it; return what went wrong with it. Raises DataError where it cannot be kept."""
     try:
         columns = run_trial(trial, config_file, settings)
     except LsdsError as error:
         return str(error)
+    except Exception as error:
+        # A library's own, at whatever that trial has met; the others go on.
+        return f"{type(error).__name__}: {error}"
     write_table(columns, _part(parts, trial))
     return ""
 
@@ -126,15 +158,8 @@ def _do_by_hand(trial: Trial, prepare: Callable[[Trial], None], work: Callable[[
 
 def _claim(out: Path, asked: dict[str, Any]) -> None:
     """See that the folder is this campaign's, and say so in it. Raises DataError where it is another's."""
-    path = out / CARD
-    card = {**asked, "format": FORMAT, "complete": False}
-    if path.is_file():
-        try:
-            known = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise DataError(f"{path}: not a dataset's card: {error}") from error
-        if not isinstance(known, dict):
-            raise DataError(f"{path}: not a dataset's card (choose another folder)")
+    known = read_card(out)
+    if known is not None:
         if known.get("complete"):
             raise DataError(f"{out}: holds a complete dataset already (choose another folder)")
         other = [key for key in asked if known.get(key) != json.loads(json.dumps(asked[key]))]
@@ -145,18 +170,31 @@ def _claim(out: Path, asked: dict[str, Any]) -> None:
         return
     if out.exists() and any(out.iterdir()):
         raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
-    write_whole(path, json.dumps(card, indent=2, sort_keys=True).encode())
+    card = {**asked, "format": FORMAT, "complete": False}
+    write_whole(out / CARD, json.dumps(card, indent=2, sort_keys=True).encode())
 
 
 def _part(parts: Path, trial: Trial) -> Path:
     return parts / f"{trial.recording}.parquet"
 
 
+def _is_kept(path: Path) -> bool:
+    """Whether a recording is there; one that is damaged is set aside, and done again."""
+    if not path.is_file():
+        return False
+    try:
+        _read_part(path)
+    except DataError:
+        path.replace(path.with_suffix(".damaged"))
+        return False
+    return True
+
+
 def _read_part(path: Path) -> dict[str, np.ndarray[Any, Any]]:
     columns = read_table(path)
     missing = [name for name in COLUMNS if name not in columns]
     if missing:
-        raise DataError(f"{path}: column {', '.join(missing)} missing; delete the file and run it again")
+        raise DataError(f"{path}: column {', '.join(missing)} missing; run it again")
     return columns
 
 

@@ -68,7 +68,7 @@ class _Drive:
         self._guard = Guard(rig.config.safety)
         self._perception = Perception(rig.tracker, rig.sensor.spec, rig.config.tactile)
         self._truth = TruthLog(rig.cell, NS_PER_S / TICK_NS)
-        self._labels = SlipLabels(self._truth, measured=rig.pose_source is not None)
+        self._labels = SlipLabels(self._truth, measured=rig.pose_source is not None, end_m=trial.end_m)
         self._repeated = RepeatedImage()
         self._last_seq = -1
         self._poses_count = False
@@ -125,7 +125,7 @@ class _Drive:
 
     def _move(self, move: Move) -> None:
         if move.aperture_m is not None:
-            self._close(move.aperture_m, SLOW_M_S)
+            self._close(move.aperture_m, move.closing_m_s)
         self._velocity = (move.velocity_m_s, move.turn_rad_s)
         self._go(move.duration_s)
 

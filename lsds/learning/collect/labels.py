@@ -31,23 +31,29 @@ SLOP_NS = 40_000_000
 
 
 class _Slip(NamedTuple):
-    """A measured slip velocity (m/s) and rate (rad/s) at the time of the pose that they were measured with."""
+    """A measured slip velocity (m/s) and rate (rad/s) at the time of the pose that they were measured with, and how far
+    the grip has risen along the object by then."""
 
     t_ns: int
     x_m_s: float
     y_m_s: float
     turn_rad_s: float
+    risen_m: float
 
 
-_UNSEEN = _Slip(0, math.nan, math.nan, math.nan)
+_UNSEEN = _Slip(0, math.nan, math.nan, math.nan, math.nan)
 
 
 class SlipLabels:
     """Gathers poses; tells labels at the end. `measured` false: there is no pose source, and the truth, smoothed as a
-    pose source's velocity is, stands in."""
+    pose source's velocity is, stands in.
 
-    def __init__(self, truth: TruthLog, *, measured: bool) -> None:
+    `end_m`: how far the grip can rise along the object until its middle is at the object's end. Beyond that poses do
+    not tell what still touches: a simulator knows, elsewhere what moves there is unknown."""
+
+    def __init__(self, truth: TruthLog, *, measured: bool, end_m: float = math.inf) -> None:
         self._truth = truth
+        self._end_m = end_m
         self._measured = measured
         self._velocity = PoseVelocity(SMOOTHING_S)
         self._angle_rad = 0.0
@@ -86,7 +92,7 @@ class SlipLabels:
         if motion is not None:
             # The grip rises past the object: the object goes down, along +y of the sensor; x points to -x of the base.
             x, rate, z = motion.velocity_m_s
-            self._slips.append(_Slip(sample.t_ns, x, z, rate))
+            self._slips.append(_Slip(sample.t_ns, x, z, rate, float(self._slid_m[2])))
 
     def at(self, times_ns: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Return every label column (frames,)."""
@@ -111,10 +117,13 @@ class SlipLabels:
                 "speed": speed, "slip": np.where(known, moves, -1),
             }  # fmt: skip
         slips = [nearest(self._slips, t_ns, SLOP_NS) or _UNSEEN for t_ns in times_ns]
-        seen = np.array([slip[1:] for slip in slips]).reshape(-1, 3)
-        # Where pads and object are apart there is nothing to slip: the grip's own contact says so.
-        touching = ~(true[:, 4] <= 0)
-        seen[~touching] = 0.0
+        seen = np.array([slip[1:4] for slip in slips]).reshape(-1, 3)
+        if samples:
+            # Where pads and object are apart there is nothing to slip.
+            seen[true[:, 4] <= 0] = 0.0
+        else:
+            past = np.array([slip.risen_m for slip in slips]) > self._end_m
+            seen[past & (np.hypot(seen[:, 0], seen[:, 1]) > SLIP_M_S)] = math.nan
         speed = np.hypot(seen[:, 0], seen[:, 1])
         # The simulated cell's camera is not shown that the gripper turns.
         turning = smooth[:, 2] if samples else seen[:, 2]

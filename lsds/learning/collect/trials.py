@@ -5,10 +5,12 @@ lifted; GRASP, from first touch ten ticks tighter, with pauses; SLIP, in half of
 through the grip, in the other half it is lifted with too little force. Severity: clamped, the grip slides up at five
 velocities, five repeats of each, off the object's end; beside the paper's protocol it turns about the object, too.
 Pipe: like severity, on the demonstration's object and at its arm speed.
+Catch, not the study's: what the loop does, which none of the others does: the fingers close while it slips.
 """
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,8 +21,10 @@ import numpy as np
 from lsds.errors import DataError
 from lsds.learning.collect.objects import PIPE, PLANS, SEEN, UNSEEN
 
-Job = Literal["detection", "severity", "pipe"]
-JOBS: tuple[Job, ...] = ("detection", "severity", "pipe")
+Job = Literal["detection", "severity", "pipe", "catch"]
+STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
+"""What the study's tables are of."""
+JOBS: tuple[Job, ...] = (*STUDY, "catch")
 
 TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""
@@ -35,6 +39,9 @@ DRAGS, LIFTS, STROKES = 12, 12, 6
 FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
 """Force over what carries the object: where it is held, where it is to slip."""
 DRAG_N = (1.0, 9.0)
+CATCHES, CLOSED_TO = 12, (0.8, 5.0)
+"""Recordings of an object that is caught, and the force then over what carries it: now and then it slips on."""
+CATCH_LIFT_M_S = (0.012, 0.06)
 CHATTER = (0.25, 0.6)
 """How unevenly a simulated surface slides. The upper end comes closest to how fast dots tremble in the study's released
 sample while slipping (median 11 px/s, 95 % below 53); one surface is not like another."""
@@ -48,18 +55,19 @@ SLIDE_M = 45e-3
 @dataclass(frozen=True, slots=True)
 class Move:
     """For `duration_s` the arm rises at `velocity_m_s` and turns at `turn_rad_s`; at its beginning the fingers go to
-    `aperture_m`, None leaves them."""
+    `aperture_m` at `closing_m_s`, None leaves them."""
 
     duration_s: float
     velocity_m_s: float = 0.0
     turn_rad_s: float = 0.0
     aperture_m: float | None = None
+    closing_m_s: float = 0.03
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
     """One recording. `simulated` are options of a simulated cell (dotted paths of the config), `clamped` whether the
-    object is to be clamped to the table."""
+    object is to be clamped to the table, `end_m` how far the grip rises along it until its middle is at its end."""
 
     recording: str
     object: str
@@ -70,6 +78,7 @@ class Trial:
     grip_aperture_m: float
     moves: tuple[Move, ...]
     simulated: dict[str, Any]
+    end_m: float = math.inf
 
 
 def trials(job: Job, objects: Sequence[str] | None, seed: int, *, quick: bool = False) -> list[Trial]:
@@ -82,7 +91,7 @@ def trials(job: Job, objects: Sequence[str] | None, seed: int, *, quick: bool = 
     unknown = [name for name in names if name not in PLANS]
     if unknown:
         raise DataError(f"no plan for {', '.join(unknown)}; there are {', '.join(PLANS)}")
-    make = {"detection": _detection, "severity": _severity, "pipe": _pipe}[job]
+    make = {"detection": _detection, "severity": _severity, "pipe": _pipe, "catch": _catch}[job]
     return [trial for name in names for trial in make(name, seed, quick)]
 
 
@@ -158,6 +167,29 @@ def _pipe(name: str, seed: int, quick: bool) -> list[Trial]:
     return [_slide(name, "pipe", 0.038, repeat, seed) for repeat in range(2 if quick else 2 * REPEATS)]
 
 
+def _catch(name: str, seed: int, quick: bool) -> list[Trial]:
+    return [_caught(name, k, seed) for k in range(2 if quick else CATCHES)]
+
+
+def _caught(name: str, number: int, seed: int) -> Trial:
+    """Lifted with too little force; while it slides the fingers close, in one step or some, until it is carried on. One
+    in four is clamped: it slides on, however hard it is gripped, until the arm rests."""
+    rng, start = _start(name, "catch", number, seed)
+    plan, clamped = PLANS[name], number % 4 == 3
+    loose, tight = max(rng.uniform(*LOOSE) * plan.needed_n, 0.05), _log_uniform(rng, CLOSED_TO) * plan.needed_n
+    speed = _log_uniform(rng, CATCH_LIFT_M_S)
+    moves = [Move(rng.uniform(0.2, 0.6)), Move(rng.uniform(0.1, 0.5), speed)]
+    steps = int(rng.integers(1, 7))
+    forces = np.geomspace(loose, max(tight, 1.2 * loose), steps + 1)[1:].tolist()
+    moves += [
+        Move(rng.uniform(0.04, 0.15), speed, 0.0, plan.aperture_m(force), rng.uniform(0.02, 0.1)) for force in forces
+    ]
+    moves += [Move(rng.uniform(0.2, 0.6), speed), Move(rng.uniform(0.3, 1.0))]
+    if clamped:
+        start["simulated"]["cell.simulated.grip_height_mm"] = 0.4 * plan.length_mm
+    return Trial(**start, clamped=clamped, grip_aperture_m=plan.aperture_m(loose), moves=tuple(moves))
+
+
 def _slide(name: str, protocol: str, speed: float, repeat: int, seed: int) -> Trial:
     rng, start = _start(name, protocol, repeat, seed, f"{speed * 100:g}cm_s")
     plan = PLANS[name]
@@ -165,7 +197,7 @@ def _slide(name: str, protocol: str, speed: float, repeat: int, seed: int) -> Tr
     way = min(SLIDE_M, 0.6e-3 * plan.length_mm)
     moves = (Move(rng.uniform(0.5, 1.5) * REST_S), Move((way + PAST_END_M) / speed, speed), Move(1.2 * REST_S))
     start["simulated"]["cell.simulated.grip_height_mm"] = plan.length_mm - way * 1e3
-    return Trial(**start, clamped=True, grip_aperture_m=plan.aperture_m(force), moves=moves)
+    return Trial(**start, clamped=True, grip_aperture_m=plan.aperture_m(force), moves=moves, end_m=way)
 
 
 def _turn(name: str, rate: float, sign: int, seed: int) -> Trial:

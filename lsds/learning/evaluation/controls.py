@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.learning.datasets import Dataset
+from lsds.learning.evaluation.fitting import Model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,7 +21,11 @@ if TYPE_CHECKING:
 
 RULE = "v_net"
 """The one-parameter rule's signal: the larger of the last two frames."""
-NUISANCES = ("markers", "brightness", "dt")
+
+
+def nuisance(model: Model) -> Model:
+    """Return the same learner on what must not tell slip from rest."""
+    return Model(model.learner, {**model.options, "signals": "nuisance"}, f"{model.name}, nuisances only", model.most)
 
 
 def rule_score(data: Dataset) -> Floats:

@@ -60,9 +60,15 @@ class Task:
     @property
     def answered(self) -> float:
         """Share of the labelled frames of these windows' objects that have a window; of the others nothing is said."""
+        return len(self.rows) / max(len(self.rows) + len(self.unanswered), 1)
+
+    @property
+    def unanswered(self) -> NDArray[np.intp]:
+        """Labelled rows of these windows' objects that have no window."""
         known = _known(targets(self.data, "detect" if self.y.ndim == 1 else "estimate"))
         known &= np.isin(self.data["object"], np.unique(self.column("object")))
-        return min(1.0, len(self.rows) / max(int(known.sum()), 1))
+        known[self.rows] = False
+        return np.flatnonzero(known)
 
     def part(self, index: NDArray[np.intp]) -> Task:
         """Return the windows `index` as a task of their own."""
@@ -114,7 +120,10 @@ def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitte
         kept = np.sort(np.random.default_rng(seed).choice(len(examples.y), most, replace=False))
         examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept])
     if learner.job == "detect" and len(np.unique(examples.y)) < 2:
-        raise DataError("all rows to learn from have the same label; there has to be slip and rest in them")
+        raise DataError(
+            "all rows to learn from have the same label; there has to be slip and rest in them, and for scores also in "
+            "each part that is left when some objects are left out"
+        )
     return learner.fit(examples, seed)
 
 

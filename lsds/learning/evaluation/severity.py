@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lsds.learning.evaluation.controls import contact_constant, in_contact, shuffled
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, out_of_fold, task
-from lsds.learning.metrics import bootstrap, coverage, regression
+from lsds.learning.intervals import RATE, SPEED, Factors, conformal
+from lsds.learning.metrics import MOVING_M_S, bootstrap, coverage, regression
 from lsds.learning.splits import folds, leave_one_out
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds.contracts.learning import Fitted, Learner
     from lsds.learning.datasets import Dataset
     from lsds.plugins.host import PluginHost
 
-SPEED, RATE = 3, 2
-"""Columns of an estimator's answer: speed, angular velocity; their standard deviations are four further on."""
-NINETY = 1.6449
 MOVING_RAD_S = 0.05
-CALIBRATED_ON = 12_000
+CALIBRATED_ON = 8_000
 """Windows at most that models are fitted on whose errors calibrate another's intervals: a little worse, and so on the
 safe side."""
+AS_TOLD = Factors()
+"""Of a model's own standard deviations, taken for a normal distribution's."""
 Row = dict[str, Any]
 
 
@@ -51,34 +52,37 @@ def leave_objects_out(
     return {"model": model.name, "labels": labels} | {k: v for k, v in row.items() if not k.endswith("coverage")}
 
 
-def scored(own: Task, said: NDArray[Any], intervals: Sequence[float] = (NINETY,) * 4) -> Row:
-    """Return MAE (with interval), RMSE, R2, moving only, the angular error and the coverage of 90 % intervals."""
+def scored(own: Task, said: NDArray[Any], factors: Factors = AS_TOLD) -> Row:
+    """Return MAE (with interval), RMSE, R2, moving only, the angular error and the coverage of 90 % intervals, of all
+    frames and of those that move or turn."""
     true = true_speed(own)
-    speed, spread = said[:, SPEED].astype(float), said[:, SPEED + 4].astype(float)
+    speed = said[:, SPEED].astype(float)
     off = np.abs(speed - true)
     interval = bootstrap(own.column("recording"), lambda rows: float(off[rows].mean()))
-    half = intervals[SPEED] * spread
+    widths = factors.half_widths(said)
+    half, moving = widths[:, SPEED], true > MOVING_M_S
     return {
         **regression(true, speed),
         "mae_low": interval.low,
         "mae_high": interval.high,
         "coverage": coverage(true, speed - half, speed + half),
+        "moving_coverage": coverage(true[moving], (speed - half)[moving], (speed + half)[moving]),
         "interval_width": float(2 * half.mean()),
-        **_angular(own, said, intervals[RATE]),
+        **_angular(own, said, widths[:, RATE]),
         "frames": len(true),
         "answered": own.answered,
     }
 
 
-def _angular(own: Task, said: NDArray[Any], factor: float) -> Row:
+def _angular(own: Task, said: NDArray[Any], half: NDArray[np.float64]) -> Row:
     true, rate = own.y[:, RATE].astype(float), said[:, RATE].astype(float)
     turning = np.abs(true) > MOVING_RAD_S
-    half = factor * said[:, RATE + 4]
     relative = float(np.abs(rate - true)[turning].sum() / np.abs(true)[turning].sum()) if turning.any() else None
     return {
         "angular_mae": float(np.abs(rate - true).mean()),
         "angular_relative_error": relative,
         "angular_coverage": coverage(true, rate - half, rate + half),
+        "turning_coverage": coverage(true[turning], (rate - half)[turning], (rate + half)[turning]),
     }
 
 
@@ -110,36 +114,49 @@ def baselines(train: Dataset, test: Dataset) -> list[Row]:
     ]
 
 
-def conformal(own: Task, said: NDArray[Any], level: float = 0.9) -> tuple[float, ...]:
-    """Return factors for the standard deviations of vx, vy, angular velocity and speed, from answers out of fold: each
-    is the quantile of |error| over standard deviation (split conformal prediction with a normalised score)."""
-    true = np.column_stack([own.y, true_speed(own)])
-    ratio = np.abs(said[:, :4] - true) / np.maximum(said[:, 4:], 1e-9)
-    rank = min(1.0, level * (1 + 1 / len(ratio)))
-    return tuple(float(v) for v in np.quantile(ratio, rank, axis=0))
+def calibration(own: Task, said: NDArray[Any]) -> Factors:
+    """Return the factors of the intervals from answers out of fold."""
+    return conformal(np.column_stack([own.y, true_speed(own)]), said)
 
 
-def unseen(
-    train: Dataset, test: Dataset, models: Sequence[Model], host: PluginHost, seed: int = 0,
-    tick: Callable[[str], None] = lambda name: None,
-) -> list[Row]:  # fmt: skip
-    """Return a row for each model and object of `test`, fitted on `train`; intervals calibrated on objects left out of
-    a first fit; the two plain predictors' rows last."""
-    rows: list[Row] = []
-    for model in models:
-        learner = model.build(host)
-        own, other = task(train, learner), task(test, learner)
-        moving = (true_speed(own) > 1e-3).astype(int)
-        by = "object" if len(set(own.column("object").tolist())) > 2 else "recording"
-        most = min(model.most, CALIBRATED_ON) if model.most else CALIBRATED_ON
-        factors = conformal(own, out_of_fold(learner, own, folds(own.column(by), moving, 3, seed), seed, most))
-        said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
-        objects = other.column("object")
-        for which in [*dict.fromkeys(objects.tolist()), "all"]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibrated:
+    """A fitted model and the factors of its 90 % intervals."""
+
+    model: Model
+    learner: Learner
+    fitted: Fitted
+    factors: Factors
+
+    def scored(self, test: Dataset) -> list[Row]:
+        """Return a row for each object of `test` and one for all of them."""
+        own = task(test, self.learner)
+        said, objects = self.fitted.predict(own.x), own.column("object")
+        rows = []
+        for which in _each_and_all(objects):
             index = np.flatnonzero((objects == which) | (which == "all"))
-            rows.append({"model": model.name, "object": which} | scored(other.part(index), said[index], factors))
-        tick(model.name)
-    for which in [*dict.fromkeys(test["object"].tolist()), "all"]:
-        part_of = test.where((test["object"] == which) | (which == "all"))
-        rows += [{**row, "object": which} for row in baselines(train, part_of)]
-    return rows
+            row = scored(own.part(index), said[index], self.factors)
+            rows.append({"model": self.model.name, "object": which} | row)
+        return rows
+
+
+def calibrated(train: Dataset, model: Model, host: PluginHost, seed: int = 0) -> Calibrated:
+    """Fit on `train`, intervals calibrated on objects left out of a first fit."""
+    learner = model.build(host)
+    own = task(train, learner)
+    moving = (true_speed(own) > 1e-3).astype(int)
+    by = "object" if len(set(own.column("object").tolist())) > 2 else "recording"
+    most = min(model.most, CALIBRATED_ON) if model.most else CALIBRATED_ON
+    factors = calibration(own, out_of_fold(learner, own, folds(own.column(by), moving, 3, seed), seed, most))
+    return Calibrated(model, learner, fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most), factors)
+
+
+def plain_unseen(train: Dataset, test: Dataset) -> list[Row]:
+    """Return the rows of the two plain predictors for each object of `test` and for all of them."""
+    objects = test["object"]
+    parts = {which: test.where((objects == which) | (which == "all")) for which in _each_and_all(objects)}
+    return [{**row, "object": which} for which, part in parts.items() for row in baselines(train, part)]
+
+
+def _each_and_all(objects: NDArray[Any]) -> list[str]:
+    return [*dict.fromkeys(objects.tolist()), "all"]

@@ -13,6 +13,7 @@ from lsds import __version__
 from lsds.learning.artefact import Card, save
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.fitting import Model, fit, out_of_fold, task
+from lsds.learning.intervals import Factors
 from lsds.learning.splits import folds
 
 if TYPE_CHECKING:
@@ -36,8 +37,8 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     names = own.column(by)
     count = min(FOLDS, len(set(names.tolist())))
     said = out_of_fold(learner, own, folds(names, np.asarray(spread, int), count, seed), seed, model.most)
-    intervals = (severity.NINETY,) * 4 if detects else severity.conformal(own, said)
-    scores = detection.scored(own, said) if detects else severity.scored(own, said, intervals)
+    factors = Factors() if detects else severity.calibration(own, said)
+    scores = detection.scored(own, said) if detects else severity.scored(own, said, factors)
     # Intervals were calibrated on these very answers: what they cover says nothing.
     scores = {key: value for key, value in scores.items() if not key.endswith("coverage")}
     fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most)
@@ -48,7 +49,8 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
         signals=tuple(learner.signals),
         length=learner.length,
         figures_are=str(data.card.get("figures_are", "unknown")),
-        intervals=intervals,
+        intervals=factors.rest,
+        moving_intervals=factors.moving,
         trained_on=_origin(data, model, seed),
         scores={"how": f"{count} folds by {by}", **{key: _short(value) for key, value in scores.items()}},
         versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
@@ -58,7 +60,11 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
 
 
 def _origin(data: Dataset, model: Model, seed: int) -> dict[str, Any]:
-    told = {key: data.card[key] for key in ("job", "seed", "rig", "overrides", "quick") if key in data.card}
+    told = {
+        key: data.card[key]
+        for key in ("job", "seed", "labels", "rig", "overrides", "quick", "datasets")
+        if key in data.card
+    }
     objects = sorted(set(data["object"].tolist()))
     return {
         **told, "learner": model.learner, "options": dict(model.options), "fit_seed": seed, "objects": objects,

@@ -15,9 +15,9 @@ from typing import Any
 from lsds import __version__
 from lsds.clock import perf_ns
 from lsds.errors import DataError, LsdsError
-from lsds.learning.collect.campaign import collect
-from lsds.learning.collect.trials import JOBS
-from lsds.learning.datasets import CARD, write_whole
+from lsds.learning.collect.campaign import collect, study
+from lsds.learning.collect.trials import STUDY
+from lsds.learning.datasets import CARD, read_card, write_whole
 from lsds.learning.evaluation.fitting import Model
 from lsds.learning.reproduce.jobs import FitJob, planned, run
 from lsds.plugins.host import PluginHost
@@ -40,14 +40,15 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
     cards = {}
-    for name in JOBS:
+    for name in STUDY:
         folder = data / name
-        if not _complete(folder):
+        if not (read_card(folder) or {}).get("complete"):
             collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_told(tick, f"collecting {name}"))
-        cards[name] = json.loads((folder / CARD).read_text(encoding="utf-8"))
-        other = [key for key, own in (("seed", seed), ("quick", quick)) if cards[name].get(key, own) != own]
+        cards[name] = read_card(folder) or {}
+        asked = json.loads(json.dumps(study(name, seed, quick=quick)))
+        other = [key for key, own in asked.items() if cards[name].get(key) != own]
         if other:
-            raise DataError(f"{folder}: was collected with another {' and '.join(other)} (choose another --out)")
+            raise DataError(f"{folder}: was collected with another {', '.join(other)} (choose another --out)")
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
     fitting = partial(_kept, fits=out / "fits", code=code, data=str(data), seed=seed, quick=quick)
@@ -74,7 +75,7 @@ def _code(folders: list[Path]) -> str:
 
 def _kept(job: FitJob, fits: Path, code: str, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:
     """Return a fit's rows, from the last time where nothing that they depend on has changed."""
-    cards = [(Path(data) / name / CARD).read_text(encoding="utf-8") for name in JOBS]
+    cards = [(Path(data) / name / CARD).read_text(encoding="utf-8") for name in STUDY]
     told = json.dumps([asdict(job), cards, seed, quick, __version__, code], sort_keys=True)
     path = fits / f"{hashlib.sha256(told.encode()).hexdigest()[:24]}.json"
     try:
@@ -102,15 +103,3 @@ def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, A
 
 def _told(tick: Tick, what: str) -> Callable[[int, int, str], None]:
     return lambda done, whole, _: tick(what, done, whole)
-
-
-def _complete(folder: Path) -> bool:
-    try:
-        known = json.loads((folder / CARD).read_text(encoding="utf-8"))
-        if not isinstance(known, dict):
-            raise ValueError("it holds no table")
-        return bool(known.get("complete"))
-    except FileNotFoundError:
-        return False
-    except (OSError, ValueError) as error:
-        raise DataError(f"{folder / CARD}: not a dataset's card: {error}") from error

@@ -7,7 +7,7 @@ from typing import Any
 
 from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.reproduce import printed
-from lsds.learning.reproduce.jobs import most
+from lsds.learning.reproduce.jobs import FEW_GROUPS, GROUPS, OWN_ESTIMATORS, most
 
 Row = dict[str, Any]
 
@@ -25,15 +25,23 @@ def markdown(result: dict[str, Any]) -> str:
         f"Data: {frames}; seed {result['seed']}.",
         "Frames of one recording resemble each other: the split by frames at random, the paper's, leaks. What counts is"
         " the split by object. Brackets are 95 % intervals, bootstrapped over recordings. Scores are of the frames"
-        " that a model answers; of those without a signal that it needs it says nothing.",
+        " that a model answers; of those without a signal that it needs it says nothing. Of all frames: those taken as"
+        " rest.",
         "Fitted on at most so many windows, drawn from all, to save time: "
         + ", ".join(f"{name} {count}" for name, count in most(quick=result["quick"]).items())
-        + ("." if result["quick"] else " (for severity of objects never seen all models had all)."),
+        + ("." if result["quick"] else " (for objects never seen all models had all)."),
         "## Detection, five folds",
         _cross_validation(rows),
         "## Detection, objects never seen",
         _unseen(rows),
         "## Severity, one object left out at a time",
+        "To save time "
+        + (
+            f"one of {FEW_GROUPS} groups of objects."
+            if result["quick"]
+            else f"{' and '.join(OWN_ESTIMATORS)}, not the paper's, leave out one of {GROUPS} groups of objects;"
+            f" with labels shuffled one of {FEW_GROUPS}."
+        ),
         _leave_one_out(rows),
         "## Severity, objects never seen",
         _severity_unseen(rows),
@@ -65,24 +73,24 @@ def _cross_validation(rows: list[Row]) -> str:
 
 
 def _unseen(rows: list[Row]) -> str:
-    header = ("model", *UNSEEN, "mean", "false positives on the sponge", "onset ms", "missed %", "false alarms/min",
-              "answered %", "printed: " + ", ".join(UNSEEN))  # fmt: skip
+    header = ("model", *UNSEEN, "mean", "mean of all frames", "false positives on the sponge", "onset ms", "missed %",
+              "false alarms/min", "answered %", "printed: " + ", ".join(UNSEEN))  # fmt: skip
     own = [row for row in rows if row["table"] == "unseen"]
     lines = []
     for model in dict.fromkeys(row["model"] for row in own):
         by = {row["object"]: row for row in own if row["model"] == model}
-        mean = sum(by[name]["accuracy"] for name in UNSEEN) / len(UNSEEN)
+        mean, mean_all = (sum(by[name][key] for name in UNSEEN) / len(UNSEEN) for key in ("accuracy", "accuracy_all"))
         given = [printed.UNSEEN_ACCURACY.get((model, name)) for name in UNSEEN]
         lines.append((
-            model, *(_accuracy(by[name]) for name in UNSEEN), _percent(mean),
+            model, *(_accuracy(by[name]) for name in UNSEEN), _percent(mean), _percent(mean_all),
             _number(by["sponge"]["false_positive_rate"], 3), *_alarms(by["all"]),
             ", ".join(_number(v, 1) for v in given),
         ))  # fmt: skip
     return _table(header, lines)
 
 
-_SEVERITY = ("MAE cm/s", "RMSE", "R2", "MAE moving", "R2 moving", "90 % intervals cover", "angular error",
-             "answered %", "printed MAE/RMSE/R2")  # fmt: skip
+_SEVERITY = ("MAE cm/s", "RMSE", "R2", "MAE moving", "R2 moving", "90 % intervals cover (moving)", "angular error",
+             "its intervals cover (turning)", "answered %", "printed MAE/RMSE/R2")  # fmt: skip
 
 
 def _severity_cells(row: Row, given: tuple[float, float, float] | None) -> tuple[str, ...]:
@@ -91,7 +99,8 @@ def _severity_cells(row: Row, given: tuple[float, float, float] | None) -> tuple
         mae += f" [{_number(row['mae_low'], 2, 100)}, {_number(row['mae_high'], 2, 100)}]"
     return (
         mae, _number(row["rmse"], 2, 100), _number(row["r2"], 2), _number(row["moving_mae"], 2, 100),
-        _number(row["moving_r2"], 2), _percent(row.get("coverage")), _percent(row.get("angular_relative_error")),
+        _number(row["moving_r2"], 2), _covers(row, "coverage", "moving_coverage"),
+        _percent(row.get("angular_relative_error")), _covers(row, "angular_coverage", "turning_coverage"),
         _percent(row.get("answered")), " / ".join(f"{v:.2f}" for v in given) if given else "",
     )  # fmt: skip
 
@@ -133,6 +142,10 @@ def _alarms(row: Row) -> tuple[str, ...]:
         _number(row.get("onset_latency_s"), 0, 1e3), _percent(row.get("onsets_missed")),
         _number(row.get("false_alarms_per_min"), 1), _percent(row.get("answered")),
     )  # fmt: skip
+
+
+def _covers(row: Row, whole: str, part: str) -> str:
+    return f"{_percent(row.get(whole))} ({_percent(row.get(part))})" if row.get(whole) is not None else "-"
 
 
 def _percent(value: float | None) -> str:

@@ -8,11 +8,9 @@ from functools import partial
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
+from lsds.learning.intervals import MOVES_M_S, NORMAL_90, TURNS_RAD_S
 from lsds.learning.running import RunningModel
 from lsds_plugins.models import model_path
-
-NORMAL_90 = 1.6448536269514722
-"""Half width of a normal distribution's middle 90 %, in standard deviations."""
 
 
 class LearnedOptions(BaseModel):
@@ -29,14 +27,14 @@ class LearnedOptions(BaseModel):
 class LearnedEstimator:
     """An `Estimator` whose standard deviations are one sigma of what makes its 90 % intervals hold.
 
-    The card's conformal factors widen or narrow what the model says of itself.
+    The card's conformal factors (`lsds.learning.intervals`) widen or narrow what the model says of itself.
     """
 
     def __init__(self, options: LearnedOptions, context: BuildContext, name: str) -> None:
         """Load the model. Raises ModelError."""
         self._model = RunningModel(model_path(name, options.model), "estimate")
         self.card = self._model.card
-        self._factors = tuple(factor / NORMAL_90 for factor in self.card.intervals)
+        self._rest, self._moving = (tuple(factor / NORMAL_90 for factor in own) for own in self.card.factors)
         self._most = math.inf if options.abstain_above_std_m_s is None else options.abstain_above_std_m_s
 
     def reset(self) -> None:
@@ -49,7 +47,8 @@ class LearnedEstimator:
         if numbers is None or not math.isfinite(sum(numbers)):
             return _ABSTAINED
         x, y, turn, speed, x_std, y_std, turn_std, speed_std = numbers
-        by_x, by_y, by_turn, by_speed = self._factors
+        by_x, by_y, _, by_speed = self._moving if speed > MOVES_M_S else self._rest
+        by_turn = (self._moving if abs(turn) > TURNS_RAD_S else self._rest)[2]
         speed_std *= by_speed
         return SlipEstimate(
             (x, y), (x_std * by_x, y_std * by_y), turn, turn_std * by_turn, speed, speed_std, speed_std > self._most

@@ -23,7 +23,7 @@ from lsds_plugins.learners.compression import Compression
 from lsds_plugins.learners.graph import Graph
 from lsds_plugins.learners.layers import write_recurrent, write_sequential
 from lsds_plugins.learners.symmetry import Symmetry
-from lsds_plugins.learners.training import NetOptions, predicted, seeded, train_whole
+from lsds_plugins.learners.training import NetOptions, array, predicted, seeded, train_whole
 
 if TYPE_CHECKING:
     import torch
@@ -39,8 +39,10 @@ SLIDING, TURNING = 0.04, 0.05
 """What moves: in units of speed, and of angular velocity."""
 NUMBERS, SHARES = 10, [8, 8, 9, 8]
 """What a net gives: four values, four widths, two shares of moving; and which share is whose: turning has its own."""
-_PLACES = np.array(SHARES) - 8
+_WHOLE = 40.0
+"""Its sigmoid is one in float32: the share of what has none."""
 FRAMES = 4
+"""Frames in a block."""
 TURNED = 0.5
 """Share of the examples that are turned and mirrored, anew in each pass."""
 
@@ -175,16 +177,21 @@ class FittedGru:
         return np.asarray(np.mean([predicted(net, shaped) for net in self._nets], axis=0) * self._unit)
 
     def export(self) -> bytes:
-        """Return the ONNX model."""
+        """Return the ONNX model. What both nets have in common is done once, on the answers of one below the other's:
+        in so small a graph each node costs more than its arithmetic."""
         graph = Graph(*self._shape)
         shaped = self._compression.write(graph)
-        parts = [self._write(graph, net, shaped) for net in self._nets]
-        total = parts[0]
-        for part in parts[1:]:
-            total = graph.add("Add", total, part)
-        return graph.finish(graph.add("Mul", total, graph.constant(self._unit / np.float32(len(parts)))), (8,))
+        both = graph.add("Concat", *(self._raw(graph, net, shaped) for net in self._nets), axis=0)
+        value, positive, share = graph.split(both, (3, 5, 8))
+        value = graph.add("Concat", value, graph.add("Softplus", positive), axis=1)
+        value = graph.add("Mul", value, graph.add("Sigmoid", share))
+        value = graph.add("Reshape", value, graph.constant(np.array([len(self._nets), -1, 8])))
+        total = graph.add("ReduceSum", value, graph.constant(np.array([0])), keepdims=0)
+        least = np.repeat(np.array([0, FLOOR], np.float32), 4)
+        return graph.finish(graph.dense(total, np.diag(self._unit) / len(self._nets), least * self._unit), (8,))
 
-    def _write(self, graph: Graph, net: Any, shaped: str) -> str:
+    def _raw(self, graph: Graph, net: Any, shaped: str) -> str:
+        """Add a net but for what follows its last layer; return (n, 16): its values, widths, and a share for each."""
         from torch import nn
 
         if isinstance(net.body, nn.GRU):
@@ -194,9 +201,7 @@ class FittedGru:
             rows = graph.add("Reshape", shaped, graph.constant(np.array([-1, first])))
             inner = write_sequential(graph, net.body, rows, self._compression)
             inner = graph.add("Reshape", inner, graph.constant(np.array([-1, last])))
-        raw = write_sequential(graph, net.head, inner)
-        share = graph.add("Gather", graph.add("Sigmoid", graph.columns(raw, 8, 10)), graph.constant(_PLACES), axis=1)
-        positive = graph.add("Softplus", graph.columns(raw, 3, 8))
-        value = graph.add("Concat", graph.columns(raw, 0, 3), graph.columns(positive, 0, 1), axis=1)
-        width = graph.add("Add", graph.columns(positive, 1, 5), graph.constant(np.array([FLOOR])))
-        return graph.add("Concat", graph.add("Mul", value, share), width, axis=1)
+        inner = write_sequential(graph, net.head[:-1], inner)
+        weight, bias = array(net.head[-1].weight), array(net.head[-1].bias)
+        weight = np.concatenate([weight[:8], weight[SHARES], np.zeros_like(weight[:4])])
+        return graph.dense(inner, weight.T, np.concatenate([bias[:8], bias[SHARES], np.full(4, _WHOLE)]))

@@ -44,10 +44,14 @@ class Graph:
         """Add value (n, a) @ weight (a, b) + bias (b,)."""
         return self.add("Gemm", value, self.constant(weight), self.constant(bias))
 
-    def columns(self, value: str, first: int, end: int) -> str:
-        """Add value (n, a)[:, first:end]."""
-        bounds = [self.constant(np.array([number])) for number in (first, end, 1)]
-        return self.add("Slice", value, *bounds)
+    def split(self, value: str, widths: Sequence[int]) -> list[str]:
+        """Add value (n, a) cut into pieces of so many columns; return their names."""
+        from onnx import helper
+
+        names = [f"n{len(self._nodes)}_{index}" for index in range(len(widths))]
+        sizes = self.constant(np.array(widths))
+        self._nodes.append(helper.make_node("Split", [value, sizes], names, axis=1))
+        return names
 
     def finish(self, value: str, shape: Sequence[int] = ()) -> bytes:
         """Make the last node's value y (n, *shape), () for one number a row; return the checked model's bytes."""

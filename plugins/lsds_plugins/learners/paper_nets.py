@@ -109,12 +109,16 @@ def _fitted(body: Any, head: Any, examples: Examples, options: PaperNetOptions, 
     compression = Compression.fit(examples.x, tails=options.compress)
     true = targets(examples.y)
     centre, spread = true.mean(axis=0), true.std(axis=0) + 1e-9
+    # One unit for a velocity's parts: data that slide along one axis must not make the other one exact.
+    spread[:2] = spread[:2].max()
     net, x = Net(), compression(examples.x)
     wanted = ((true - centre) / spread).astype(np.float32)
     held = train(net, nn.functional.mse_loss, x, wanted, examples.group, options, seed)
     fitted = FittedSquares(net, compression, centre, spread, np.zeros(4), (x.shape[1], x.shape[2]))
     wrong = fitted.predict(examples.x[held])[:, :4] - true[held]
-    return FittedSquares(net, compression, centre, spread, np.sqrt((wrong**2).mean(axis=0)) + 1e-9, fitted.shape)
+    std = np.sqrt((wrong**2).mean(axis=0)) + 1e-9
+    std[:2] = std[:2].max()
+    return FittedSquares(net, compression, centre, spread, std, fitted.shape)
 
 
 class FittedSquares:

@@ -29,6 +29,7 @@ from lsds.learning.datasets import Dataset, load
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import rule_score
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, task
+from lsds.learning.intervals import SPEED
 from lsds.learning.metrics import bootstrap, r2, regression
 from lsds.learning.running import RunningModel
 from lsds.learning.windows import windows
@@ -100,7 +101,8 @@ class BrainStudy:
         tick(1, 1)
         _mark_front(rows)
         score = "accuracy" if self._job == "detect" else "R2 of speed"
-        title = f"{KINDS[self._job]}s on objects never seen, simulated: {score} against time, one thread"
+        origin = whole.card.get("figures_are", "of unknown origin")
+        title = f"{KINDS[self._job]}s on objects never seen, {origin}: {score} against time, one thread"
         notes = [
             f"score: {score}, 95 % interval over recordings; fitted on at most {self.options.most} windows",
             "answered: share of the labelled frames in which what the model looks at is defined; the score is of those",
@@ -117,7 +119,9 @@ class BrainStudy:
         count = min(self.options.most, len(own.rows))
         index = np.sort(rng.choice(len(own.rows), count, replace=False))
         fitted = fit(learner, own.examples(index), self.options.seed)
-        save(path, fitted.export(), Card(name, self._job, tuple(learner.signals), learner.length, "simulated"))
+        origin = str(seen.card.get("figures_are", "unknown"))
+        card = Card(name, self._job, tuple(learner.signals), learner.length, origin)
+        save(path, fitted.export(), card)
         said = fitted.predict(test.x)
         row: dict[str, Value] = {
             "model": name, "signals": str(options.get("signals", "own")), "length": learner.length,
@@ -128,7 +132,7 @@ class BrainStudy:
     def _score(self, test: Task, said: Any) -> dict[str, Value]:
         if self._job == "detect":
             return _detects(test, said, detection.THRESHOLD)
-        return _estimates(test, said[:, severity.SPEED])
+        return _estimates(test, said[:, SPEED])
 
     def _untrained(self, name: str, other: Dataset) -> dict[str, Value]:
         """Return the row of a rule that is worked out from columns of the dataset, with its own default numbers."""

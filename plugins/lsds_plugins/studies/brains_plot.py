@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 MARKS = {"baseline": "v", "proposed": "s", "combined": "D", "field": "o", "own": "o", "untrained": "X"}
 
+_WORST = -0.5
+
 
 def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> None:
     """Write a PNG: left all models, the Pareto front joined; right score by length of the window."""
@@ -20,7 +22,14 @@ def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> No
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     names = list(dict.fromkeys(str(row["model"]) for row in rows))
+    # One that is far worse than to say nothing would press all others into a line.
+    least = min((_y(row) for row in rows if _y(row) > _WORST), default=0.0) - 0.02
     for row in rows:
+        if _y(row) < least:
+            left.annotate(f"{row['model']}: {_y(row):.1f}", (_x(row), least), (0, 6), textcoords="offset points",
+                          fontsize=7, ha="center")  # fmt: skip
+            left.plot(_x(row), least, "v", color=f"C{names.index(str(row['model']))}", clip_on=False)
+            continue
         color = f"C{names.index(str(row['model']))}"
         left.plot(_x(row), _y(row), MARKS.get(str(row["signals"]), "o"), color=color, ms=7 if row["front"] else 4,
                   mec="k" if row["front"] else color, mew=0.8)  # fmt: skip

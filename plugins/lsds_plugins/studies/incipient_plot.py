@@ -38,7 +38,7 @@ def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | 
     left.set_ylabel("share of recordings with slip that are found")
     handles, labels = left.get_legend_handles_labels()
     title = "AUC, mean of repeats; the curve is of the first"
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8, title=title, title_fontsize=8)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7, title=title, title_fontsize=8)
     left.set_title("whole recordings, objects not trained on", fontsize=10)
     if courses is None:
         right.set_axis_off()

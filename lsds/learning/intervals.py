@@ -1,0 +1,60 @@
+"""Intervals that hold: by what a model's standard deviations are multiplied so that nine in ten truths lie within.
+
+One set of factors for where the model says that it rests, one for where it says that it moves: most frames rest, and a
+single factor would be theirs, too narrow for every slip (Mondrian conformal prediction, the category being what the
+model says). Both parts of a velocity have one factor, the larger: protocols that slide along one axis show no error
+across it, which is no reason to promise none.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+NORMAL_90 = 1.6448536269514722
+"""Half width of a normal distribution's middle 90 %, in standard deviations."""
+MOVES_M_S, TURNS_RAD_S = 3e-3, 0.05
+"""A model that says more than this says that it moves: what is called slip where labels are measured."""
+LEAST, LEAST_FACTOR = 50, 0.05
+"""Fewer answers than this calibrate nothing of their own; and no interval is narrower than this many deviations."""
+SPEED, RATE = 3, 2
+_Four = tuple[float, ...]
+
+
+class Factors(NamedTuple):
+    """Factors (4,) each for vx, vy, angular velocity and speed."""
+
+    rest: _Four = (NORMAL_90,) * 4
+    moving: _Four = (NORMAL_90,) * 4
+
+    def half_widths(self, said: NDArray[Any]) -> NDArray[np.float64]:
+        """Return (n, 4) of a model's answers (n, 8)."""
+        chosen = np.where(_moves(said), np.array(self.moving), np.array(self.rest))
+        return np.asarray(chosen * said[:, 4:], np.float64)
+
+
+def conformal(true: NDArray[Any], said: NDArray[Any], level: float = 0.9) -> Factors:
+    """Return the factors that make `level` of the intervals hold, from answers `said` (n, 8) of a model that had not
+    seen the truths (n, 4): quantiles of |error| over standard deviation (split conformal, a normalised score)."""
+    ratio = np.abs(said[:, :4] - true) / np.maximum(said[:, 4:], 1e-9)
+    moves = _moves(said)
+    return Factors(*(_quantiles(ratio, which, level) for which in (~moves, moves)))
+
+
+def _moves(said: NDArray[Any]) -> NDArray[np.bool_]:
+    slides, turns = said[:, SPEED] > MOVES_M_S, np.abs(said[:, RATE]) > TURNS_RAD_S
+    return np.stack([slides, slides, turns, slides], axis=1)
+
+
+def _quantiles(ratio: NDArray[Any], which: NDArray[np.bool_], level: float) -> _Four:
+    found = []
+    for own, chosen in zip(ratio.T, which.T, strict=True):
+        values = own[chosen] if chosen.sum() >= LEAST else own
+        rank = min(1.0, level * (1 + 1 / len(values)))
+        found.append(max(float(np.quantile(values, rank)), LEAST_FACTOR))
+    found[:2] = [max(found[:2])] * 2
+    return tuple(found)
