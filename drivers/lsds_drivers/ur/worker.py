@@ -44,6 +44,12 @@ STALLED_NS = 2_000_000_000
 """After so long without a new timestamp the child ends itself, before ur_rtde would crash it."""
 
 SPEED_T_S = 0.002
+SETTLES_NS = 500_000_000
+"""What a stop may take beyond the deceleration itself."""
+
+AT_REST = 5e-3
+"""TCP speed (m/s) and turning (rad/s) below which an arm that was told to stop has stopped."""
+
 RUNNING = 7
 NORMAL_BIT, PROTECTIVE_BIT = 1, 4
 VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "safety_status_bits", "runtime_state"]
@@ -64,6 +70,8 @@ class Worker:
         self._command: Command | None = None
         self._sent_ns = 0
         self._moving = False
+        self._halted_ns = 0
+        self._lost = False
 
     def run(self) -> None:
         """Serve until the driver says so, or is gone, or the stream stalls."""
@@ -143,12 +151,14 @@ class Worker:
     def _drive(self) -> None:
         """Send the standing command where it is new or has to be renewed; brake where it has expired."""
         command, control = self._command, self._control
-        if control is None:
+        if control is None or self._lost:
+            # Lost: nobody feeds the watchdog any more, so that the controller itself stops the program.
             self._command = None
             return
         now = time.monotonic_ns()
         if command is None:
-            if now - self._sent_ns >= RESEND_NS:
+            self._lost = self._runs_on(now)
+            if not self._lost and now - self._sent_ns >= RESEND_NS:
                 self._sent_ns = now
                 control.kickWatchdog()
             return
@@ -156,23 +166,39 @@ class Worker:
             self._halt()
         elif now - self._sent_ns >= RESEND_NS:
             self._sent_ns = now
-            self._moving = True
+            self._moving, self._halted_ns = True, 0
             if not control.speedL(list(command.twist), command.acceleration, SPEED_T_S):
-                self._command = None
+                self._halt()
 
     def _halt(self) -> None:
-        """Decelerate to rest."""
+        """Decelerate to rest; where the controller does not take the stop, it is lost."""
         self._command = None
-        if self._control is not None and self._moving:
-            self._moving = False
-            with contextlib.suppress(RuntimeError):
-                self._control.speedStop(self._options["stop_acceleration_m_s2"])
+        if self._control is None or not self._moving or self._halted_ns or self._lost:
+            return
+        try:
+            self._lost = not self._control.speedStop(self._options["stop_acceleration_m_s2"])
+        except RuntimeError:
+            self._lost = True
+        self._halted_ns = time.monotonic_ns()
+
+    def _runs_on(self, now: int) -> bool:
+        """Whether an arm that was told to stop, and is not seen to rest, has had the time to."""
+        if not self._moving:
+            return False
+        if self._changed_ns > self._halted_ns and max(map(abs, self._receive.getActualTCPSpeed())) < AT_REST:
+            self._moving, self._halted_ns = False, 0
+            return False
+        fastest = max(self._options["speed_limit_m_s"], self._options["turn_limit_rad_s"])
+        braking_s = fastest / self._options["stop_acceleration_m_s2"]
+        return now - self._halted_ns > braking_s * 1e9 + SETTLES_NS
 
     def _arm(self) -> Reply:
         """Make the arm commandable; return what is in the way."""
         refusal = self._refusal()
         if refusal is not None:
             return refusal
+        if self._lost:
+            self._disarm()
         try:
             if self._control is None:
                 self._control = self._new_control()
@@ -250,6 +276,7 @@ class Worker:
         """Give control back; the program on the controller ends."""
         self._halt()
         control, self._control = self._control, None
+        self._moving, self._halted_ns, self._lost = False, 0, False
         if control is not None:
             with contextlib.suppress(RuntimeError):
                 control.stopScript()
