@@ -272,7 +272,7 @@ def learning(
 
     Needs the train extra.
 
-    
+    \b
     Examples:
       lsds chart learning --data severity --also pipe
       lsds chart learning --data detection --learner field-mlp --learner logistic --repeats 3

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lsds.cli.threads import processes
 from lsds.config import load_config
 from lsds.config.toml import value_text
 from lsds.errors import DataError, LsdsError
@@ -65,7 +65,7 @@ def track_many(
     # The config is checked once, here, so that a typo is one error and not one per recording.
     load_config(config_file, [*overrides, "sensor.backend=video", "sensor.video.path=x"])
     work = partial(_summary_of, config_file=config_file, overrides=tuple(overrides))
-    for source, summary in spread(work, sources, jobs or os.cpu_count() or 1):
+    for source, summary in spread(work, sources, jobs or processes()):
         yield _failed(source, f"{source}: {DIED}") if summary is None else summary
 
 

@@ -185,7 +185,7 @@ def _check(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 def write_table(columns: Mapping[str, NDArray[Any]], path: Path) -> None:
     """Write columns as Parquet, whole or not at all, with their units. Raises DataError."""
-    arrow, parquet = _arrow()
+    arrow, parquet = require_arrow()
     units = {name.encode(): UNITS[name].encode() for name in columns if name in UNITS}
     table = arrow.table({name: arrow.array(values) for name, values in columns.items()})
     table = table.replace_schema_metadata({b"format": FORMAT.encode(), **units})
@@ -196,7 +196,7 @@ def write_table(columns: Mapping[str, NDArray[Any]], path: Path) -> None:
 
 def read_table(path: Path) -> dict[str, NDArray[Any]]:
     """Read columns from Parquet. Raises DataError where the file is missing, damaged, or in other units."""
-    arrow, parquet = _arrow()
+    arrow, parquet = require_arrow()
     try:
         table = parquet.read_table(path, page_checksum_verification=True)
         names = table.column_names
@@ -238,7 +238,8 @@ def write_whole(path: Path, content: bytes) -> None:
         ) from error
 
 
-def _arrow() -> tuple[Any, Any]:
+def require_arrow() -> tuple[Any, Any]:
+    """Return pyarrow and its Parquet module. Raises DataError where they are not installed."""
     try:
         import pyarrow
         import pyarrow.parquet as parquet

@@ -6,7 +6,7 @@ learnt to recognise the recording passes for one that has learnt slip.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,6 +15,8 @@ from lsds.errors import DataError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from lsds.learning.datasets import Dataset
 
 SplitName = Literal["frames", "recording", "object"]
 
@@ -59,6 +61,21 @@ def random_folds(stratify: NDArray[Any], count: int, seed: int) -> Iterator[tupl
         fold_of[rows] = np.arange(len(rows)) % count
     for fold in range(count):
         yield np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
+
+
+def each_and_all(objects: NDArray[Any]) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Yield each object's name with a mask (rows,) of its rows, in order of appearance; last "all" with all rows."""
+    for name in dict.fromkeys(objects.tolist()):
+        yield str(name), objects == name
+    yield "all", np.ones(len(objects), bool)
+
+
+def seen_and_unseen(data: Dataset, unseen: Sequence[str], name: object = "the dataset") -> tuple[Dataset, Dataset]:
+    """Return the objects to learn from, and those never seen. Raises DataError, with the name, where one is empty."""
+    held = np.isin(data["object"], unseen)
+    if not held.any() or held.all():
+        raise DataError(f"{name}: needs objects to learn from and some of {', '.join(unseen)}")
+    return data.where(~held), data.where(held)
 
 
 def leave_one_out(groups: NDArray[Any]) -> Iterator[tuple[str, NDArray[np.intp], NDArray[np.intp]]]:

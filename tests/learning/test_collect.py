@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -149,27 +150,26 @@ def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
     assert load(out).card["complete"]
 
 
-def test_a_trial_that_fails_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
-    real = campaign.run_trial
+def first_fails(error):
+    """`run_trial` that raises an error in a job's first recording."""
 
-    def one_fails(trial, config_file, overrides):
+    def run(trial, config_file, overrides):
         if trial.recording.endswith("__0"):
-            raise DataError("the light flickers")
-        return real(trial, config_file, overrides)
+            raise error
+        return run_trial(trial, config_file, overrides)
 
-    monkeypatch.setattr(campaign, "run_trial", one_fails)
+    return run
+
+
+def test_a_trial_that_fails_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(campaign, "run_trial", first_fails(DataError("the light flickers")))
     with pytest.raises(DataError, match=r"1 of 2 recordings failed[^\0]*light flickers"):
         campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
     assert len(list((tmp_path / "pipe" / "parts").iterdir())) == 1
 
 
 def test_a_trial_that_meets_a_library_s_error_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
-    def one_fails(trial, config_file, overrides):
-        if trial.recording.endswith("0"):
-            raise ValueError("matrix is singular")
-        return run_trial(trial, config_file, overrides)
-
-    monkeypatch.setattr(campaign, "run_trial", one_fails)
+    monkeypatch.setattr(campaign, "run_trial", first_fails(ValueError("matrix is singular")))
     with pytest.raises(DataError, match=r"1 of 2 recordings failed[^\0]*ValueError: matrix is singular"):
         campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
     (kept,) = (tmp_path / "pipe" / "parts").iterdir()
@@ -184,6 +184,30 @@ def test_what_a_trial_is_cannot_be_overridden(tmp_path, override):
     with pytest.raises(DataError, match="is the protocol's to set"):
         campaign.collect("pipe", tmp_path / "pipe", overrides=(*FAST, override), quick=True)
     assert not (tmp_path / "pipe").exists()
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """A campaign that was interrupted, its recording damaged since."""
+    monkeypatch.setattr(campaign, "run_trial", first_fails(DataError("the light flickers")))
+    with pytest.raises(DataError, match="flickers"):
+        campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
+    (kept,) = (tmp_path / "pipe" / "parts").iterdir()
+    kept.write_bytes(kept.read_bytes()[:100])
+    return kept
+
+
+def test_who_asks_for_something_else_moves_nothing_of_a_campaign_that_was_begun(begun):
+    with pytest.raises(DataError, match=r"begun with another seed \(0\)"):
+        campaign.collect("pipe", begun.parents[1], overrides=FAST, quick=True, seed=1)
+    assert [path.name for path in begun.parent.iterdir()] == [begun.name]
+
+
+def test_without_pyarrow_no_recording_passes_for_damaged(begun, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(DataError, match="pyarrow"):
+        campaign.collect("pipe", begun.parents[1], overrides=FAST, quick=True)
+    assert [path.name for path in begun.parent.iterdir()] == [begun.name]
 
 
 def test_a_folder_that_is_something_else_is_left_alone(tmp_path):

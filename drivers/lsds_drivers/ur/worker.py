@@ -190,7 +190,7 @@ class Worker:
             return False
         fastest = max(self._options["speed_limit_m_s"], self._options["turn_limit_rad_s"])
         braking_s = fastest / self._options["stop_acceleration_m_s2"]
-        return now - self._halted_ns > braking_s * 1e9 + SETTLES_NS
+        return bool(now - self._halted_ns > braking_s * 1e9 + SETTLES_NS)
 
     def _arm(self) -> Reply:
         """Make the arm commandable; return what is in the way."""

@@ -10,7 +10,7 @@ import hashlib
 import json
 import platform
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -33,6 +33,7 @@ from lsds.learning.datasets import (
     joined,
     read_card,
     read_table,
+    require_arrow,
     write_table,
     write_whole,
 )
@@ -89,12 +90,16 @@ def collect(
     taken = sorted(own & {override.partition("=")[0].strip() for override in overrides})
     if taken:
         raise DataError(f"{', '.join(taken)}: is the protocol's to set, from trial to trial (--seed draws others)")
+    require_arrow()
+    begun = _is_begun(out, asked)
     parts = out / PARTS
     missing = [trial for trial in planned if not _is_kept(_part(parts, trial))]
     mocked = config.cell.backend != NO_DEVICE
     if missing and not mocked and prepare is None:
         raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
-    _claim(out, asked)
+    if not begun:
+        card = {**asked, "format": FORMAT, "complete": False}
+        write_whole(out / CARD, json.dumps(card, indent=2, sort_keys=True).encode())
     done = len(planned) - len(missing)
     tick(done, len(planned), "")
     failed: list[str] = []
@@ -156,22 +161,26 @@ def _do_by_hand(trial: Trial, prepare: Callable[[Trial], None], work: Callable[[
     return work(trial)
 
 
-def _claim(out: Path, asked: dict[str, Any]) -> None:
-    """See that the folder is this campaign's, and say so in it. Raises DataError where it is another's."""
+def differing(card: Mapping[str, Any], asked: dict[str, Any]) -> str:
+    """Return in what a dataset's card differs from what is asked for, one after another; empty where in nothing."""
+    told = json.loads(json.dumps(asked))
+    own = {key: card.get(key) for key in told if card.get(key) != told[key]}
+    return ", ".join(f"{key} ({own[key]})" if key in ("seed", "quick", "labels", "lsds") else key for key in own)
+
+
+def _is_begun(out: Path, asked: dict[str, Any]) -> bool:
+    """Whether the folder holds a part of this campaign. Raises DataError where it holds anything else."""
     known = read_card(out)
-    if known is not None:
-        if known.get("complete"):
-            raise DataError(f"{out}: holds a complete dataset already (choose another folder)")
-        other = [key for key in asked if known.get(key) != json.loads(json.dumps(asked[key]))]
-        if other:
-            raise DataError(
-                f"{out}: was begun with another {', '.join(other)} (say the same to go on, or choose another folder)"
-            )
-        return
-    if out.exists() and any(out.iterdir()):
-        raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
-    card = {**asked, "format": FORMAT, "complete": False}
-    write_whole(out / CARD, json.dumps(card, indent=2, sort_keys=True).encode())
+    if known is None:
+        if out.exists() and any(out.iterdir()):
+            raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
+        return False
+    if known.get("complete"):
+        raise DataError(f"{out}: holds a complete dataset already; choose another folder for another one")
+    other = differing(known, asked)
+    if other:
+        raise DataError(f"{out}: was begun with another {other} (say the same to go on, or choose another folder)")
+    return True
 
 
 def _part(parts: Path, trial: Trial) -> Path:

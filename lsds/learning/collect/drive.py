@@ -14,6 +14,7 @@ from lsds.config.toml import value_text
 from lsds.contracts import ArmCommand, GripperCommand, Twist
 from lsds.errors import DataError, StaleData
 from lsds.learning.collect.labels import SlipLabels
+from lsds.learning.collect.trials import SLOW_M_S
 from lsds.learning.datasets import from_rows
 from lsds.learning.signals import signals_of
 from lsds.rig import Rig
@@ -35,7 +36,7 @@ TICK_NS = 8_000_000
 """How often sensor, arm and pose source are looked at."""
 APPROACH_M = 4e-3
 """The fingers come fast to this far from the object, and slowly from there."""
-FAST_M_S, SLOW_M_S = 0.1, 0.03
+FAST_M_S = 0.1
 REFERENCE_TIMEOUT_S = 8.0
 LIFETIME_S = 0.2
 

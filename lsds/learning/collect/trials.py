@@ -45,6 +45,8 @@ CATCH_LIFT_M_S = (0.012, 0.06)
 CHATTER = (0.25, 0.6)
 """How unevenly a simulated surface slides. The upper end comes closest to how fast dots tremble in the study's released
 sample while slipping (median 11 px/s, 95 % below 53); one surface is not like another."""
+SLOW_M_S = 0.03
+"""At what the fingers close on an object."""
 REST_S = 0.6
 PAST_END_M = 14e-3
 """How far the grip goes beyond where its middle has reached the object's end: the pad is off it then."""
@@ -61,7 +63,7 @@ class Move:
     velocity_m_s: float = 0.0
     turn_rad_s: float = 0.0
     aperture_m: float | None = None
-    closing_m_s: float = 0.03
+    closing_m_s: float = SLOW_M_S
 
 
 @dataclass(frozen=True, slots=True)

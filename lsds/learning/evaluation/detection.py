@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from lsds.learning.evaluation.controls import rule_score, rule_threshold, shuffled
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, out_of_fold, task
 from lsds.learning.metrics import bootstrap, classification, onsets
-from lsds.learning.splits import SplitName, folds, random_folds
+from lsds.learning.splits import SplitName, each_and_all, folds, random_folds
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,8 +85,7 @@ def majority(data: Dataset) -> Row:
     )
 
 
-def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginHost, seed: int = 0,
-           tick: Callable[[str], None] = lambda name: None) -> list[Row]:  # fmt: skip
+def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginHost, seed: int = 0) -> list[Row]:
     """Return a row for each model and object of `test`, after fitting on all of `train`.
 
     Last the rows of the rule and of the predictor that always says what is more frequent there.
@@ -97,7 +96,6 @@ def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginH
         own, other = task(train, learner), task(test, learner)
         said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
         rows += _by_object(model.name, other, said, THRESHOLD)
-        tick(model.name)
     fitted, rule = labelled(train, "detect"), labelled(test, "detect")
     threshold = rule_threshold(rule_score(train)[fitted.rows], fitted.column("slip") == 1)
     rows += _by_object("one-parameter rule", rule, rule_score(test)[rule.rows], threshold)
@@ -106,9 +104,7 @@ def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginH
 
 
 def _by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> list[Row]:
-    rows: list[Row] = []
-    objects = own.column("object")
-    for which in [*dict.fromkeys(objects.tolist()), "all"]:
-        rows_of = np.flatnonzero((objects == which) | (which == "all"))
-        rows.append({"model": name, "object": which} | scored(own.part(rows_of), score[rows_of], threshold))
-    return rows
+    return [
+        {"model": name, "object": which} | scored(own.part(rows), score[rows], threshold)
+        for which, rows in each_and_all(own.column("object"))
+    ]

@@ -70,8 +70,8 @@ class Task:
         known[self.rows] = False
         return np.flatnonzero(known)
 
-    def part(self, index: NDArray[np.intp]) -> Task:
-        """Return the windows `index` as a task of their own."""
+    def part(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> Task:
+        """Return the windows `index`, numbers or a mask, as a task of their own."""
         return Task(self.data, self.x[index], self.y[index], self.rows[index])
 
     def examples(self, index: NDArray[np.intp]) -> Examples:

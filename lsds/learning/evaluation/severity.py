@@ -11,7 +11,7 @@ from lsds.learning.evaluation.controls import contact_constant, in_contact, shuf
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, out_of_fold, task
 from lsds.learning.intervals import RATE, SPEED, Factors, conformal
 from lsds.learning.metrics import MOVING_M_S, bootstrap, coverage, regression
-from lsds.learning.splits import folds, leave_one_out
+from lsds.learning.splits import each_and_all, folds, leave_one_out
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -131,13 +131,11 @@ class Calibrated:
     def scored(self, test: Dataset) -> list[Row]:
         """Return a row for each object of `test` and one for all of them."""
         own = task(test, self.learner)
-        said, objects = self.fitted.predict(own.x), own.column("object")
-        rows = []
-        for which in _each_and_all(objects):
-            index = np.flatnonzero((objects == which) | (which == "all"))
-            row = scored(own.part(index), said[index], self.factors)
-            rows.append({"model": self.model.name, "object": which} | row)
-        return rows
+        said = self.fitted.predict(own.x)
+        return [
+            {"model": self.model.name, "object": which} | scored(own.part(rows), said[rows], self.factors)
+            for which, rows in each_and_all(own.column("object"))
+        ]
 
 
 def calibrated(train: Dataset, model: Model, host: PluginHost, seed: int = 0) -> Calibrated:
@@ -153,10 +151,5 @@ def calibrated(train: Dataset, model: Model, host: PluginHost, seed: int = 0) ->
 
 def plain_unseen(train: Dataset, test: Dataset) -> list[Row]:
     """Return the rows of the two plain predictors for each object of `test` and for all of them."""
-    objects = test["object"]
-    parts = {which: test.where((objects == which) | (which == "all")) for which in _each_and_all(objects)}
-    return [{**row, "object": which} for which, part in parts.items() for row in baselines(train, part)]
-
-
-def _each_and_all(objects: NDArray[Any]) -> list[str]:
-    return [*dict.fromkeys(objects.tolist()), "all"]
+    parts = each_and_all(test["object"])
+    return [{**row, "object": which} for which, rows in parts for row in baselines(train, test.where(rows))]

@@ -7,13 +7,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.datasets import Dataset, load
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import nuisance, shuffled
 from lsds.learning.evaluation.fitting import Model
+from lsds.learning.splits import seen_and_unseen
 from lsds.plugins.host import PluginHost
 
 Table = Literal["cross-validation", "unseen", "leave-one-out", "severity-unseen"]
@@ -110,7 +109,7 @@ def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[Row]:
 
 def _run(job: FitJob, folder: Path, seed: int, quick: bool) -> list[Row]:
     detects = job.table in ("cross-validation", "unseen")
-    seen, other = _parts(_data(folder / ("detection" if detects else "severity")))
+    seen, other = seen_and_unseen(_data(folder / ("detection" if detects else "severity")), UNSEEN)
     if job.control == "rules":
         return _rules(job, seen, other, folder, seed)
     host, model = PluginHost(), job.model(quick=quick)
@@ -145,11 +144,6 @@ def _rules(job: FitJob, seen: Dataset, other: Dataset, folder: Path, seed: int) 
 
 def _targets(other: Dataset, folder: Path) -> dict[str, Dataset]:
     return {"severity-unseen": other, "pipe": _data(folder / "pipe")}
-
-
-def _parts(whole: Dataset) -> tuple[Dataset, Dataset]:
-    unseen = np.isin(whole["object"], UNSEEN)
-    return whole.where(~unseen), whole.where(unseen)
 
 
 @lru_cache(maxsize=4)

@@ -15,7 +15,7 @@ from typing import Any
 from lsds import __version__
 from lsds.clock import perf_ns
 from lsds.errors import DataError, LsdsError
-from lsds.learning.collect.campaign import collect, study
+from lsds.learning.collect.campaign import collect, differing, study
 from lsds.learning.collect.trials import STUDY
 from lsds.learning.datasets import CARD, read_card, write_whole
 from lsds.learning.evaluation.fitting import Model
@@ -42,13 +42,14 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     cards = {}
     for name in STUDY:
         folder = data / name
-        if not (read_card(folder) or {}).get("complete"):
+        card = read_card(folder) or {}
+        if not card.get("complete"):
             collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_told(tick, f"collecting {name}"))
-        cards[name] = read_card(folder) or {}
-        asked = json.loads(json.dumps(study(name, seed, quick=quick)))
-        other = [key for key, own in asked.items() if cards[name].get(key) != own]
+            card = read_card(folder) or {}
+        other = differing(card, study(name, seed, quick=quick))
         if other:
-            raise DataError(f"{folder}: was collected with another {', '.join(other)} (choose another --out)")
+            raise DataError(f"{folder}: was collected with another {other} (choose another --out)")
+        cards[name] = card
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
     fitting = partial(_kept, fits=out / "fits", code=code, data=str(data), seed=seed, quick=quick)

@@ -7,12 +7,11 @@ never seen a load that does not slip takes it for a slow slip; but of detection 
 
 from __future__ import annotations
 
-import os
 import sys
 from functools import partial
 from pathlib import Path
 
-from lsds.cli.threads import one_thread
+from lsds.cli.threads import one_thread, processes
 from lsds.processes import DIED, spread
 
 SHIPPED = {
@@ -64,7 +63,7 @@ def main(arguments: list[str]) -> int:
     chosen = [which for which in todo if not named or which[1] in named]
     one_thread()
     died = 0
-    for (_, name), told in spread(partial(train, folder=folder), chosen, os.cpu_count() or 1):
+    for (_, name), told in spread(partial(train, folder=folder), chosen, processes()):
         print(told or f"{name}: {DIED}", flush=True)
         died += told is None
     return 1 if died else 0

@@ -22,10 +22,8 @@ from lsds.clock import perf_ns
 from lsds.config import load_config
 from lsds.contracts import BuildContext, Observation
 from lsds.contracts.study import StudyResult, Value
-from lsds.errors import DataError
 from lsds.learning.artefact import Card, save
-from lsds.learning.collect.objects import UNSEEN
-from lsds.learning.datasets import Dataset, load
+from lsds.learning.datasets import Dataset
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import rule_score
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, task
@@ -38,6 +36,7 @@ from lsds.rig import Rig
 from lsds.study.frame_cost import record
 from lsds.tactile.perception import Perception
 from lsds_plugins.studies.brains_plot import plot
+from lsds_plugins.studies.split_dataset import split_dataset
 
 if TYPE_CHECKING:
     from lsds.contracts.learning import Job
@@ -76,13 +75,7 @@ class BrainStudy:
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Fit, score and time. Raises DataError where there is no dataset with objects of both kinds."""
-        if not self.options.data:
-            raise DataError("name a dataset with --data: lsds collect makes one, or data/ of lsds reproduce")
-        whole = load(Path(self.options.data))
-        unseen = np.isin(whole["object"], UNSEEN)
-        if not unseen.any() or unseen.all():
-            raise DataError(f"{self.options.data}: needs objects to learn from and some of {', '.join(UNSEEN)}")
-        seen, other = whole.where(~unseen), whole.where(unseen)
+        seen, other = split_dataset(self.options.data)
         todo = _planned(self._job)
         rows: list[dict[str, Value]] = []
         with TemporaryDirectory() as folder:
@@ -101,7 +94,7 @@ class BrainStudy:
         tick(1, 1)
         _mark_front(rows)
         score = "accuracy" if self._job == "detect" else "R2 of speed"
-        origin = whole.card.get("figures_are", "of unknown origin")
+        origin = seen.card.get("figures_are", "of unknown origin")
         title = f"{KINDS[self._job]}s on objects never seen, {origin}: {score} against time, one thread"
         notes = [
             f"score: {score}, 95 % interval over recordings; fitted on at most {self.options.most} windows",

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 MARKS = {"baseline": "v", "proposed": "s", "combined": "D", "field": "o", "own": "o", "untrained": "X"}
 
 _WORST = -0.5
+"""A score below this only tells that a model fails: it is named at the lower edge, and not shown to scale."""
 
 
 def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> None:
@@ -25,12 +26,12 @@ def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> No
     # One that is far worse than to say nothing would press all others into a line.
     least = min((_y(row) for row in rows if _y(row) > _WORST), default=0.0) - 0.02
     for row in rows:
+        color = f"C{names.index(str(row['model']))}"
         if _y(row) < least:
             left.annotate(f"{row['model']}: {_y(row):.1f}", (_x(row), least), (0, 6), textcoords="offset points",
                           fontsize=7, ha="center")  # fmt: skip
-            left.plot(_x(row), least, "v", color=f"C{names.index(str(row['model']))}", clip_on=False)
+            left.plot(_x(row), least, "v", color=color, clip_on=False)
             continue
-        color = f"C{names.index(str(row['model']))}"
         left.plot(_x(row), _y(row), MARKS.get(str(row["signals"]), "o"), color=color, ms=7 if row["front"] else 4,
                   mec="k" if row["front"] else color, mew=0.8)  # fmt: skip
     front = sorted((row for row in rows if row["front"]), key=_x)

@@ -7,8 +7,9 @@ seen; where a second dataset is given, that too.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,15 +19,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
-from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.datasets import Dataset, load
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, task
 from lsds.plugins.host import PluginHost
 from lsds_plugins.studies.learning_plot import plot
+from lsds_plugins.studies.split_dataset import split_dataset
 
 if TYPE_CHECKING:
-    from lsds.contracts.learning import Job
+    from lsds.contracts.learning import Job, Learner
 
 COUNTS = (1, 2, 4, 8, 15)
 SCORES: dict[Job, dict[str, tuple[str, float]]] = {
@@ -60,55 +61,55 @@ class LearningStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Fit and score. Raises DataError where there is no dataset with objects of both kinds."""
         options = self.options
-        if not options.data:
-            raise DataError("name a dataset with --data: lsds collect makes one, or data/ of lsds reproduce")
-        whole = load(Path(options.data))
-        unseen = np.isin(whole["object"], UNSEEN)
-        if not unseen.any() or unseen.all():
-            raise DataError(f"{options.data}: needs objects to learn from and some of {', '.join(UNSEEN)}")
-        seen, tests = whole.where(~unseen), {"unseen": whole.where(unseen)}
+        seen, unseen = split_dataset(options.data)
+        tests = {"unseen": unseen}
         if options.also:
             other = load(Path(options.also))
             other = other.where(~np.isin(other["object"], seen["object"]))
             if not len(other):
                 raise DataError(f"{options.also}: has no object that nothing is learnt from")
             tests[Path(options.also).name or "also"] = other
-        job = self._job()
-        names = np.unique(seen["object"])
-        counts = sorted({min(count, len(names)) for count in COUNTS})
-        todo = [(learner, n, k) for learner in options.learners for n in counts for k in range(options.repeats)]
+        learners = self._learners()
+        job = next(iter(learners.values())).job
+        counts = sorted({min(count, len(np.unique(seen["object"]))) for count in COUNTS})
+        whole = len(learners) * len(counts) * options.repeats
         rows: list[dict[str, Value]] = []
-        for done, (learner, count, repeat) in enumerate(todo, 1):
-            order = np.random.default_rng([options.seed, repeat]).permutation(names)
-            rows += self._fit(learner, seen.where(np.isin(seen["object"], order[:count])), tests, job, count, repeat)
-            tick(done, len(todo))
+        fits = (
+            found for name, learner in learners.items() for found in self._curve(name, learner, seen, tests, counts)
+        )
+        for done, found in enumerate(fits, 1):
+            rows += found
+            tick(done, whole)
         rows += _knows_nothing(tests, job)
         shown = SCORES[job]
         columns = [("model", "model", ""), ("objects", "objects", ""), ("windows", "windows", ""), ("on", "on", "")]
         columns += [(key, heading, ".3f") for key, (heading, _) in shown.items()]
-        title = f"What more objects to learn from give, {whole.card.get('figures_are', 'of unknown origin')}"
+        title = f"What more objects to learn from give, {seen.card.get('figures_are', 'of unknown origin')}"
         return StudyResult(title, columns, rows, partial(plot, rows=rows, scores=shown, title=title), [
             "on: the objects never seen of the dataset, or the other dataset",
             "models learn from all windows of so many objects; the row without objects knows nothing",
         ])  # fmt: skip
 
-    def _job(self) -> Job:
-        jobs = {name: Model(name).build(self._host).job for name in self.options.learners}
-        if len(set(jobs.values())) > 1:
-            raise DataError(f"learners of one job, please: {', '.join(f'{name} {job}s' for name, job in jobs.items())}")
-        return next(iter(jobs.values()))
+    def _curve(
+        self, name: str, learner: Learner, seen: Dataset, tests: dict[str, Dataset], counts: list[int]
+    ) -> Iterator[list[dict[str, Value]]]:
+        """Yield the rows of one fit after another."""
+        scored_on = {on: task(data, learner) for on, data in tests.items()}
+        for count, repeat in product(counts, range(self.options.repeats)):
+            order = np.random.default_rng([self.options.seed, repeat]).permutation(np.unique(seen["object"]))
+            own = task(seen.where(np.isin(seen["object"], order[:count])), learner)
+            fitted = fit(learner, own.examples(np.arange(len(own.rows))), self.options.seed)
+            told: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
+            yield [
+                {**told, "on": on, **_scores(test, fitted.predict(test.x), learner.job)}
+                for on, test in scored_on.items()
+            ]
 
-    def _fit(
-        self, name: str, train: Dataset, tests: dict[str, Dataset], job: Job, count: int, repeat: int
-    ) -> list[dict[str, Value]]:
-        learner = Model(name).build(self._host)
-        own = task(train, learner)
-        fitted = fit(learner, own.examples(np.arange(len(own.rows))), self.options.seed)
-        told: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
-        found = []
-        for on, data in tests.items():
-            test = task(data, learner)
-            found.append({**told, "on": on, **_scores(test, fitted.predict(test.x), job)})
+    def _learners(self) -> dict[str, Learner]:
+        found = {name: Model(name).build(self._host) for name in self.options.learners}
+        if len({learner.job for learner in found.values()}) > 1:
+            jobs = ", ".join(f"{name} {learner.job}s" for name, learner in found.items())
+            raise DataError(f"learners of one job, please: {jobs}")
         return found
 
 

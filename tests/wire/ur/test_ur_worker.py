@@ -30,7 +30,7 @@ class Controller:
 
         return call
 
-    def getActualTCPSpeed(self):  # noqa: N802 - its name in ur_rtde
+    def getActualTCPSpeed(self):
         return self.speed
 
     def last(self, name):
