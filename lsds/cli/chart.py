@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 import click
 
 from lsds.cli.output import csv_text, json_option, require_writable, table, write_json, write_text
+from lsds.cli.progress import Progress
 from lsds.cli.study_output import run_study, show_study
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
@@ -64,8 +65,9 @@ def frame(repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: 
     from lsds.plots.frame_chart import plot_frame_cost
     from lsds.study.frame_cost import measure
 
-    with click.progressbar(length=repeats, label="measuring", file=sys.stderr) as bar:
-        cost = measure(seed, repeats, lambda: bar.update(1))
+    with Progress("measuring") as progress:
+        passes = count(1)
+        cost = measure(seed, repeats, lambda: progress.to(next(passes), repeats))
     rows = [(p.name, f"{p.p50_us:.1f}", f"{p.p99_us:.1f}") for p in (cost.total, *cost.parts, *cost.depth)]
     trackers = [
         (s.name, "peer" if s.peer else "", f"{s.p50_us:.0f}", f"{s.p99_us:.0f}", f"{s.rms_px:.4f}",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.progress import Progress
 from lsds.cli.threads import MOST_PROCESSES, processes
 
 if TYPE_CHECKING:
@@ -54,10 +55,10 @@ def collect(
                      f"between them, {how}; Enter when nobody is near", default="", show_default=False,
                      err=True)  # fmt: skip
 
-    with click.progressbar(length=1000, label=f"collecting {job}", file=sys.stderr) as bar:
+    with Progress(f"collecting {job}") as progress:
         data = run(
             cast("Job", job), out, config_file=config_file, overrides=overrides, objects=objects or None, seed=seed,
-            quick=quick, jobs=jobs, tick=lambda done, whole, _: bar.update(1000 * done // max(whole, 1) - bar.pos),
+            quick=quick, jobs=jobs, tick=lambda done, whole, _: progress.to(done, whole),
             prepare=prepare if sys.stdin.isatty() else None,
         )  # fmt: skip
     rows = []

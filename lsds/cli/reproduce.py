@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 import click
 
 from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.progress import Progress
 from lsds.cli.threads import MOST_PROCESSES, one_thread, processes
 from lsds.errors import DataError
 
@@ -40,17 +40,16 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
     from lsds.learning.reproduce.report import markdown
     from lsds.plots.reproduce_plot import plot_reproduction
 
-    bars: dict[str, Any] = {}
+    with ExitStack() as under_way:
+        steps: dict[str, Progress] = {}
 
-    def tick(what: str, done: int, whole: int) -> None:
-        if what not in bars:
-            bars[what] = click.progressbar(length=whole, label=what, file=sys.stderr)
-            bars[what].__enter__()
-        bars[what].update(done - bars[what].pos)
-        if done >= whole:
-            bars.pop(what).__exit__(None, None, None)
+        def tick(what: str, done: int, whole: int) -> None:
+            if what not in steps:
+                under_way.close()
+                steps[what] = under_way.enter_context(Progress(what))
+            steps[what].to(done, whole)
 
-    result = measure(out, seed=seed, quick=quick, jobs=jobs, tick=tick)
+        result = measure(out, seed=seed, quick=quick, jobs=jobs, tick=tick)
     text = markdown(result)
     write_whole(out / "tables.md", text.encode())
     try:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from lsds.cli.output import csv_text, table, write_json, write_text
+from lsds.cli.progress import Progress
 from lsds.errors import DataError
 
 if TYPE_CHECKING:
@@ -22,10 +22,8 @@ def run_study(name: str, options: dict[str, object], seed: int, doing: str) -> S
     from lsds.plugins.host import PluginHost
 
     built: Study = PluginHost().build("study", name, options, BuildContext(WallClock(), seed))
-    with click.progressbar(length=1000, label=doing, file=sys.stderr) as bar:
-        result = built.run(lambda done, whole: bar.update(1000 * done // whole - bar.pos))
-        bar.update(1000 - bar.pos)
-    return result
+    with Progress(doing) as progress:
+        return built.run(progress.to)
 
 
 def show_study(result: StudyResult, plot: Path | str | None, csv_file: str | None, json_file: str | None) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from lsds.cli.output import json_option, table, write_json
+from lsds.cli.progress import Progress
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
@@ -91,10 +92,10 @@ def _batch(
     if plot is not None:
         raise click.UsageError("--plot draws one recording; leave out --batch")
     results = []
-    with click.progressbar(length=len(videos), label=f"{len(videos)} recordings", file=sys.stderr) as bar:
+    with Progress(f"following dots in {len(videos)} recordings") as progress:
         for summary in track_session.track_many(videos, config, overrides, jobs):
             results.append(summary)
-            bar.update(1)
+            progress.to(len(results), len(videos))
     overview = track_session.overview(results)
     if json_file is not None:
         write_json({"overview": overview, "recordings": results}, json_file)

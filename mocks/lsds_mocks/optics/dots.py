@@ -34,10 +34,19 @@ def stamp_bank(diameter_px: float, core: float, blur_px: float) -> NDArray[np.ui
     square = (offset * offset * ((_TABLE - 1) / ((half + 1) ** 2 * 2))).astype(np.float32)
     size = 2 * half + 1
     bank = np.empty((PHASES, PHASES, size, size), np.uint8)
-    for phase in range(PHASES):
-        index = square[phase][None, :, None] + square[:, None, :]
-        bank[phase] = table[np.minimum(index + 0.5, _TABLE - 1).astype(np.intp)]
+    _fill(bank, table, square)
     return bank
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _fill(bank: NDArray[np.uint8], table: NDArray[np.uint8], square: NDArray[np.float32]) -> None:
+    """Look up each pixel's transmission by its squared distance from the middle, `square` (phases, size) an axis."""
+    for phase_y in range(bank.shape[0]):
+        for phase_x in range(bank.shape[1]):
+            for i, down in enumerate(square[phase_y]):
+                for j, across in enumerate(square[phase_x]):
+                    index = (down + across) + np.float32(0.5)
+                    bank[phase_y, phase_x, i, j] = table[min(int(index), _TABLE - 1)]
 
 
 class DotPainter:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,10 +54,20 @@ class Rays:
     """Which direction each pixel looks in: x/z and y/z (height, width) of its centre."""
 
     def __init__(self, camera: CameraModel) -> None:
-        width, height = camera.size
-        u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
         (fx, _, cx), (_, fy, cy), _ = camera.matrix.tolist()
-        self.x, self.y = undistorted((u - cx) / fx, (v - cy) / fy, camera.distortion)
+        self.x, self.y = _directions(camera.size, (fx, fy, cx, cy), tuple(camera.distortion.tolist()))
+
+
+@lru_cache(maxsize=4)
+def _directions(
+    size: tuple[int, int], lens: tuple[float, ...], distortion: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return x/z and y/z (height, width), the same arrays for the same camera, and nobody's to change."""
+    (width, height), (fx, fy, cx, cy) = size, lens
+    u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
+    x, y = undistorted((u - cx) / fx, (v - cy) / fy, np.array(distortion))
+    x.flags.writeable = y.flags.writeable = False
+    return x, y
 
 
 def undistorted(

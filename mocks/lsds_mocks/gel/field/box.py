@@ -49,7 +49,7 @@ class Box:
         """Multiplications of an answer and a rough inverse."""
         high, wide = self._full.shape[1:]
         through = 2.0 * 3 * high * (self.rows * self.columns + self.columns * wide)
-        return 2 * through + (sum(part.size for part in self._walls.classes) if self._walls is not None else 0)
+        return 2 * through + (float((self._walls.sizes**2).sum()) if self._walls is not None else 0.0)
 
     def respond(self, traction: NDArray[np.float32], out: NDArray[np.float32], first: int = 0) -> None:
         """Write the displacement (m) of all cells under a traction (Pa), or of its parts only the `first` and on."""
@@ -79,11 +79,7 @@ class Box:
         np.matmul(walls.down.T, self._strips, out=self._hats)
         load, lift, hats = self._load, self._lift, self._hats.reshape(-1)
         np.take(hats, walls.order, out=load)
-        begin = 0
-        for part in walls.classes:
-            end = begin + len(part)
-            np.matmul(part, load[begin:end], out=lift[begin:end])
-            begin = end
+        walls.answer(load, lift)
         hats[walls.order] = lift
         strips, bent = self._strips[first:], self._bent[first:]
         np.matmul(walls.down, self._hats[first:], out=strips)

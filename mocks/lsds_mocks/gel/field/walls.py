@@ -13,6 +13,7 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,13 +27,19 @@ _Stretch = tuple[int, int] | None
 @dataclass(frozen=True, eq=False)
 class Walls:
     """`down` (rows, n) and `across` (columns, m): the mean of each hat, or of each sum or difference of mirror images,
-    over each cell. `order` (3 n m,) puts into classes what they gather from a traction (3, n, m); `classes` follow each
-    other, (size, size) each, metres per pascal."""
+    over each cell. `order` (3 n m,) puts into classes what they gather from a traction (3, n, m); `sizes` (classes,) of
+    these, which follow each other. `matrix`: of each class its symmetric matrix (size, size), metres per pascal, the
+    rows of its upper half one after another: less than a processor's own cache holds, where all of it would not fit."""
 
     down: NDArray[np.float32]
     across: NDArray[np.float32]
     order: NDArray[np.int64]
-    classes: tuple[NDArray[np.float32], ...]
+    sizes: NDArray[np.int64]
+    matrix: NDArray[np.float32]
+
+    def answer(self, load: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Write what all classes say to a load (3 n m,), in their order."""
+        _symmetric(self.sizes, self.matrix, load, out)
 
 
 @lru_cache(maxsize=8)
@@ -58,8 +65,8 @@ def _stretch(over: NDArray[np.float32]) -> _Stretch:
 @lru_cache(maxsize=8)
 def _classes(
     operator: Operator, high: _Stretch, wide: _Stretch
-) -> tuple[NDArray[np.int64], tuple[NDArray[np.float32], ...]]:
-    """Return order and classes for the hats of two stretches."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+    """Return order, sizes and matrices of the classes for the hats of two stretches."""
     hats = operator.grid.hats
     taken = np.zeros((3, hats.rows + 1, hats.columns + 1), bool)
     taken[:, slice(*(high or (None,))), slice(*(wide or (None,)))] = True
@@ -68,8 +75,37 @@ def _classes(
     for members, matrix in _folded(operator, high is None, wide is None):
         kept = taken.ravel()[members]
         order.append(number[members[kept]])
-        classes.append(np.ascontiguousarray(matrix[np.ix_(kept, kept)]))
-    return np.concatenate(order), tuple(classes)
+        classes.append(matrix[np.ix_(kept, kept)])
+    halves = [part[np.triu_indices(len(part))] for part in classes]
+    return np.concatenate(order), np.array([len(part) for part in classes]), np.concatenate(halves)
+
+
+@njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
+def _symmetric(
+    sizes: NDArray[np.int64], matrix: NDArray[np.float32], load: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    """Write the products of symmetric matrices, of which the upper halves are given, with parts of `load`."""
+    out[:] = 0
+    begin, at = 0, 0
+    for size in sizes:
+        x, y = load[begin : begin + size], out[begin : begin + size]
+        # Two rows at a time: what they add to lies in the cache, and is read and written half as often.
+        for i in range(0, size - 1, 2):
+            upper, lower = matrix[at : at + size - i], matrix[at + size - i : at + 2 * (size - i) - 1]
+            at += 2 * (size - i) - 1
+            a, b = x[i], x[i + 1]
+            first, second = np.float32(0), np.float32(0)
+            upper_on, lower_on, x_on, y_on = upper[2:], lower[1:], x[i + 2 :], y[i + 2 :]
+            for j in range(size - i - 2):
+                first += upper_on[j] * x_on[j]
+                second += lower_on[j] * x_on[j]
+                y_on[j] += upper_on[j] * a + lower_on[j] * b
+            y[i] += first + upper[0] * a + upper[1] * b
+            y[i + 1] += second + upper[1] * a + lower[0] * b
+        if size % 2:
+            y[size - 1] += matrix[at] * x[size - 1]
+            at += 1
+        begin += size
 
 
 @lru_cache(maxsize=8)
