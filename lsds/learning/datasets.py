@@ -127,6 +127,33 @@ def joined(parts: Sequence[Mapping[str, NDArray[Any]]], card: Mapping[str, Any])
     return Dataset({name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}, card)
 
 
+def merged(parts: Mapping[str, Dataset]) -> Dataset:
+    """Return one dataset of several, by their names. Recordings that are called alike stay apart; the card tells what
+    all were made with, and of each job its own labels, overrides and seed.
+
+    Raises DataError where two hold the same recordings.
+    """
+    first, *others = parts.values()
+    if not others:
+        return first
+    columns, cards, taken = [], dict[str, Any](), set[str]()
+    for name, part in parts.items():
+        own = {key: part.card.get(key) for key in ("job", "labels", "overrides", "seed")}
+        names = part["recording"]
+        if taken & set(names.tolist()):
+            if own in cards.values():
+                raise DataError(f"{name}: holds the same recordings as another of the datasets")
+            names = np.array([f"{name}/{each}" for each in names], object)
+        taken |= set(names.tolist())
+        columns.append({**part.columns, "recording": names})
+        cards[name] = own
+    same = {key: first.card.get(key) for key in ("rig", "quick")}
+    same = {key: value for key, value in same.items() if all(part.card.get(key) == value for part in others)}
+    origins = dict.fromkeys(str(part.card.get("figures_are", "unknown")) for part in parts.values())
+    jobs = dict.fromkeys(str(own["job"]) for own in cards.values())
+    return joined(columns, {**same, "figures_are": " and ".join(origins), "job": ", ".join(jobs), "datasets": cards})
+
+
 def load(folder: Path) -> Dataset:
     """Read a dataset. Raises DataError where it is none, was cut short, lacks a column or holds nonsense in one."""
     path = folder / FRAMES

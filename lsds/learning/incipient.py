@@ -58,7 +58,8 @@ def read_index(folder: Path) -> list[Video]:
     """
     path = folder / INDEX
     if not folder.is_dir():
-        raise DataError(f"{folder}: there is no such folder (give the one that holds {INDEX} and the videos)")
+        what = "is a file" if folder.exists() else "there is no such folder"
+        raise DataError(f"{folder}: {what} (give the folder that holds {INDEX} and the videos)")
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file)

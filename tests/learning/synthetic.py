@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lsds.contracts.learning import Examples
-from lsds.learning.signals import SIGNAL_SETS
+from lsds.learning.datasets import from_rows, joined
+from lsds.learning.signals import SIGNAL_SETS, SIGNALS
 
 UNIT = 1e-4
 
@@ -42,3 +43,32 @@ def examples(job: str, names, length: int, rows: int = 5000, seed: int = 0) -> E
     first = np.maximum.accumulate(np.where(np.r_[True, group[1:] != group[:-1]], np.arange(rows), 0))
     back = np.maximum(np.arange(rows)[:, None] + np.arange(1 - length, 1), first[:, None])
     return Examples(values[back], moving.astype(np.float32) if job == "detect" else y, group.astype(np.intp))
+
+
+def recording(name, object_name, seed, frames=80, protocol="slip"):
+    """Slips for a second at some time; how fast the field moves tells, with noise."""
+    rng = np.random.default_rng(seed)
+    t = 0.04 * np.arange(frames)
+    begun = rng.integers(2, frames - 22)
+    slip = (np.arange(frames) >= begun) & (np.arange(frames) < begun + 25)
+    speed = np.where(slip, rng.uniform(0.01, 0.06), 0.0)
+    signals = np.abs(1e-4 * rng.standard_normal((frames, len(SIGNALS)))).astype(np.float32)
+    for signal in ("v_net", "mean_speed", "residual_along", "residual_excess", "rigid_speed"):
+        signals[:, SIGNALS.index(signal)] += (0.02 * speed * rng.lognormal(0, 0.4, frames)).astype(np.float32)
+    signals[:, SIGNALS.index("area")] = 0.2
+    signals[:, SIGNALS.index("dt")] = 0.04
+    signals[0, SIGNALS.index("v_net")] = np.nan
+    labels = {
+        "slip": slip, "speed": speed, "velocity_x": np.zeros(frames), "velocity_y": speed,
+        "angular_velocity_label": np.zeros(frames),
+    }  # fmt: skip
+    return from_rows(name, object_name, protocol, t, signals, labels)
+
+
+def dataset(objects=("a", "b", "c", "d", "e", "f"), recordings=3):
+    parts = [
+        recording(f"{name}{number}", name, 100 * index + number)
+        for index, name in enumerate(objects)
+        for number in range(recordings)
+    ]
+    return joined(parts, {"figures_are": "simulated", "job": "detection"})

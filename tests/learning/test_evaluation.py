@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from learning.synthetic import dataset
 
 from lsds.errors import DataError
 from lsds.learning.artefact import load as load_model
 from lsds.learning.collect.campaign import study
 from lsds.learning.collect.objects import SEEN, UNSEEN
-from lsds.learning.datasets import Dataset, from_rows, joined
+from lsds.learning.datasets import Dataset
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import contact_constant, nuisance, rule_score, rule_threshold, shuffled
 from lsds.learning.evaluation.fitting import Model, labelled, task
@@ -19,40 +20,10 @@ from lsds.learning.evaluation.shipping import train
 from lsds.learning.intervals import conformal
 from lsds.learning.reproduce import jobs, measure
 from lsds.learning.reproduce.report import markdown
-from lsds.learning.signals import SIGNALS
 from lsds.plots.reproduce_plot import plot_reproduction
 from lsds.plugins.host import PluginHost
 
 HOST = PluginHost()
-
-
-def recording(name, object_name, seed, frames=80, protocol="slip"):
-    """Slips for a second at some time; how fast the field moves tells, with noise."""
-    rng = np.random.default_rng(seed)
-    t = 0.04 * np.arange(frames)
-    begun = rng.integers(2, frames - 22)
-    slip = (np.arange(frames) >= begun) & (np.arange(frames) < begun + 25)
-    speed = np.where(slip, rng.uniform(0.01, 0.06), 0.0)
-    signals = np.abs(1e-4 * rng.standard_normal((frames, len(SIGNALS)))).astype(np.float32)
-    for signal in ("v_net", "mean_speed", "residual_along", "residual_excess", "rigid_speed"):
-        signals[:, SIGNALS.index(signal)] += (0.02 * speed * rng.lognormal(0, 0.4, frames)).astype(np.float32)
-    signals[:, SIGNALS.index("area")] = 0.2
-    signals[:, SIGNALS.index("dt")] = 0.04
-    signals[0, SIGNALS.index("v_net")] = np.nan
-    labels = {
-        "slip": slip, "speed": speed, "velocity_x": np.zeros(frames), "velocity_y": speed,
-        "angular_velocity_label": np.zeros(frames),
-    }  # fmt: skip
-    return from_rows(name, object_name, protocol, t, signals, labels)
-
-
-def dataset(objects=("a", "b", "c", "d", "e", "f"), recordings=3):
-    parts = [
-        recording(f"{name}{number}", name, 100 * index + number)
-        for index, name in enumerate(objects)
-        for number in range(recordings)
-    ]
-    return joined(parts, {"figures_are": "simulated", "job": "detection"})
 
 
 @given(st.lists(st.tuples(st.sampled_from([0.0, 0.1, 0.2, 0.5, 1.0]), st.booleans()), min_size=1, max_size=30))
@@ -215,8 +186,11 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     monkeypatch.setattr(measure, "run", None)
     again = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: None)
     assert again["rows"] == json.loads(json.dumps(result["rows"], default=float)), "what was fitted is not fitted again"
-    with pytest.raises(DataError, match="was collected with another quick"):
+    with pytest.raises(DataError, match=r"was collected with another quick \(True\)"):
         measure.measure(tmp_path / "out", tick=lambda *told: None)
+    (tmp_path / "thesis.tex").write_text("\\section{}")
+    with pytest.raises(DataError, match="is not empty, and no reproduction"):
+        measure.measure(tmp_path, quick=True, tick=lambda *told: None)
     (failed,) = result["failed"]
     assert "no-such-set" in failed["reason"]
     text = markdown(result)

@@ -20,6 +20,7 @@ import numpy as np
 
 from lsds.errors import DataError
 from lsds.learning.collect.objects import PIPE, PLANS, SEEN, UNSEEN
+from lsds.plugins.registry import did_you_mean
 
 Job = Literal["detection", "severity", "pipe", "catch"]
 STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
@@ -92,7 +93,8 @@ def trials(job: Job, objects: Sequence[str] | None, seed: int, *, quick: bool = 
     names = tuple(dict.fromkeys(objects)) if objects else usual
     unknown = [name for name in names if name not in PLANS]
     if unknown:
-        raise DataError(f"no plan for {', '.join(unknown)}; there are {', '.join(PLANS)}")
+        hints = {did_you_mean(name, PLANS) for name in unknown} - {""}
+        raise DataError(f"no plan for {', '.join(unknown)}; {' '.join(hints) or 'there are ' + ', '.join(PLANS)}")
     make = {"detection": _detection, "severity": _severity, "pipe": _pipe, "catch": _catch}[job]
     return [trial for name in names for trial in make(name, seed, quick)]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from lsds.learning.artefact import Card, save
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.fitting import Model, fit, out_of_fold, task
 from lsds.learning.intervals import Factors
-from lsds.learning.splits import folds
+from lsds.learning.splits import SplitName, folds
 
 if TYPE_CHECKING:
     from lsds.learning.datasets import Dataset
@@ -33,14 +34,17 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     own = task(data, learner)
     detects = learner.job == "detect"
     spread = own.y if detects else (severity.true_speed(own) > 1e-3)
-    by = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
+    by: SplitName = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
     names = own.column(by)
     count = min(FOLDS, len(set(names.tolist())))
     said = out_of_fold(learner, own, folds(names, np.asarray(spread, int), count, seed), seed, model.most)
     factors = Factors() if detects else severity.calibration(own, said)
     scores = detection.scored(own, said) if detects else severity.scored(own, said, factors)
-    # Intervals were calibrated on these very answers: what they cover says nothing.
-    scores = {key: value for key, value in scores.items() if not key.endswith("coverage")}
+    plain = (
+        [detection.one_parameter(data, by, seed), detection.majority(data)]
+        if detects
+        else severity.baselines(data, data)
+    )
     fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most)
     onnx = fitted.export()
     card = Card(
@@ -52,7 +56,12 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
         intervals=factors.rest,
         moving_intervals=factors.moving,
         trained_on=_origin(data, model, seed),
-        scores={"how": f"{count} folds by {by}", **{key: _short(value) for key, value in scores.items()}},
+        # Intervals were calibrated on these very answers: what they cover says nothing.
+        scores={
+            "how": f"{count} folds by {by}",
+            **_told(scores),
+            "beside": {row["model"]: _told(row) for row in plain},
+        },
         versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
     )
     save(path, onnx, card)
@@ -82,5 +91,10 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _short(value: Any) -> Any:
-    return round(value, 5) if isinstance(value, float) else value
+def _told(scores: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the figures that a card keeps."""
+    return {
+        key: round(value, 5) if isinstance(value, float) else value
+        for key, value in scores.items()
+        if key not in ("model", "split", "labels") and not key.endswith("coverage")
+    }

@@ -39,6 +39,8 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     learners = [Model(name).build(host) for name in sorted({job.learner for job in todo if job.learner})]
     code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
+    if out.exists() and not data.exists() and any(out.iterdir()):
+        raise DataError(f"{out}: is not empty, and no reproduction (choose another --out)")
     cards = {}
     for name in STUDY:
         folder = data / name

@@ -46,7 +46,10 @@ class LearnerBase:
         if y.shape != wanted or examples.group.shape != (len(x),):
             raise DataError(f"labels are {y.shape} and groups {examples.group.shape}, not {wanted} and {(len(x),)}")
         if len(x) < LEAST_WINDOWS:
-            raise DataError(f"{len(x)} examples are too few to learn from; {LEAST_WINDOWS} are the least")
+            raise DataError(
+                f"{len(x)} examples are too few to learn from; {LEAST_WINDOWS} are the least, also in what is left when "
+                "some objects are left out for the scores (collect more: without --quick, or more objects)"
+            )
         for name, values in (("windows", x), ("labels", y)):
             if not np.isfinite(values).all():
                 raise DataError(f"the {name} hold NaN or infinity; leave those rows out (lsds.learning.windows does)")

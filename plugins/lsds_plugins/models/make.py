@@ -31,21 +31,18 @@ def train(which: tuple[str, str], folder: str) -> str:
     import numpy as np
 
     from lsds.learning.collect.objects import SEEN
-    from lsds.learning.datasets import joined, load
+    from lsds.learning.datasets import load, merged
     from lsds.learning.evaluation.fitting import Model
     from lsds.learning.evaluation.shipping import train as fit
     from lsds.plugins.host import PluginHost
 
     dataset, learner = which
-    parts = []
+    parts = {}
     for name, every in DATASETS[dataset].items():
         whole = load(Path(folder) / name)
         seen = whole.where(np.isin(whole["object"], SEEN))
-        parts.append(seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every])))
-    cards = {part.card["job"]: {key: part.card.get(key) for key in ("labels", "overrides", "seed")} for part in parts}
-    first = {key: parts[0].card.get(key) for key in ("figures_are", "rig", "quick")}
-    data = joined([part.columns for part in parts], {**first, "job": ", ".join(cards), "datasets": cards})
-    card = fit(data, Model(learner), PluginHost(), Path(__file__).parent / f"{learner}.onnx")
+        parts[name] = seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))
+    card = fit(merged(parts), Model(learner), PluginHost(), Path(__file__).parent / f"{learner}.onnx")
     return f"{learner}: {dict(card.scores or {})}"
 
 
