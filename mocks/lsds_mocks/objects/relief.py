@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numba import njit
 
 from lsds_mocks.gel.shapes import Surface
 
@@ -32,8 +34,7 @@ class Relief(Surface):
             return self.base.gap(x_m, y_m)
         rows, columns = self.depth_m.shape
         # OpenCV takes images of two axes only, and wraps an image around once.
-        at_x = ((x.reshape(1, -1) / self.pitch_m + (columns - 1) / 2) % columns).astype(np.float32)
-        at_y = ((y.reshape(1, -1) / self.pitch_m + (rows - 1) / 2) % rows).astype(np.float32)
+        at_x, at_y = _wrapped(x.ravel(), self.pitch_m, columns), _wrapped(y.ravel(), self.pitch_m, rows)
         pieces = [
             cv2.remap(self.depth_m, at_x[:, i : i + _REMAP], at_y[:, i : i + _REMAP], cv2.INTER_LINEAR,
                       borderMode=cv2.BORDER_WRAP)
@@ -45,6 +46,16 @@ class Relief(Surface):
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap of the shape's highest points."""
         return self.base.least_gap(x_m, y_m)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _wrapped(at_m: NDArray[np.float64], pitch_m: float, size: int) -> NDArray[np.float32]:
+    """Return (1, n) places along one axis of a map that repeats, in samples: from 0 to `size`."""
+    found = np.empty((1, at_m.size), np.float32)
+    for i in range(at_m.size):
+        place = at_m[i] / pitch_m + (size - 1) / 2
+        found[0, i] = place - size * math.floor(place / size)
+    return found
 
 
 _REMAP = 32_000

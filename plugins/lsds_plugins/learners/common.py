@@ -47,8 +47,8 @@ class LearnerBase:
             raise DataError(f"labels are {y.shape} and groups {examples.group.shape}, not {wanted} and {(len(x),)}")
         if len(x) < LEAST_WINDOWS:
             raise DataError(
-                f"{len(x)} examples are too few to learn from; {LEAST_WINDOWS} are the least, also in what is left when "
-                "some objects are left out for the scores (collect more: without --quick, or more objects)"
+                f"{len(x)} examples are too few to learn from; {LEAST_WINDOWS} are the least, also in what is left "
+                "when some objects are left out for the scores (collect more: without --quick, or more objects)"
             )
         for name, values in (("windows", x), ("labels", y)):
             if not np.isfinite(values).all():
