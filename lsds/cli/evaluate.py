@@ -1,4 +1,4 @@
-"""`lsds evaluate`: what learning is worth on recordings of real things."""
+"""`lsds evaluate`: what models are worth on data that they have not seen, real recordings above all."""
 
 from __future__ import annotations
 
@@ -13,12 +13,44 @@ from lsds.cli.threads import MOST_PROCESSES, one_thread, processes
 
 @click.group()
 def evaluate() -> None:
-    """Train and test on real recordings, beside what knows nothing.
+    """Score models on data that they have not seen, beside what knows nothing.
 
     \b
-    Example:
+    Examples:
+      lsds evaluate models detection/
       lsds evaluate incipient-slip recordings/
     """
+
+
+@evaluate.command("models")
+@click.argument("data", type=click.Path(path_type=Path))
+@click.option("--model", "models", multiple=True, metavar="NAME|FILE",
+              help="A shipped model, or a file (.onnx) of lsds train; repeatable.  [default: all shipped]")  # fmt: skip
+@click.option("--job", type=click.Choice(["detect", "estimate"]), help="What for.  [default: by the dataset]")
+@click.option("--object", "objects", multiple=True, metavar="NAME",
+              help="To be scored on; repeatable.  [default: all that no model has learnt from]")  # fmt: skip
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the table as CSV.")
+@click.option("--plot", metavar="FILE", help="Draw the scores, object by object, to this PNG.")
+@json_option
+def models(
+    data: Path, models: tuple[str, ...], job: str | None, objects: tuple[str, ...], csv_file: str | None,
+    plot: str | None, json_file: str | None,
+) -> None:  # fmt: skip
+    """Score models as they are on a dataset's objects that they have not learnt from. Nothing is trained.
+
+    DATA is a folder of lsds collect, or one in data/ of lsds reproduce. Needs the data extra.
+
+    \b
+    Examples:
+      lsds evaluate models detection
+      lsds evaluate models severity --model field-gru --model mine.onnx --plot speeds.png
+      lsds evaluate models detection --job estimate --object book --json book.json
+    """
+    one_thread()
+    for file in (plot, csv_file, json_file):
+        require_writable(file)
+    options: dict[str, object] = {"data": str(data), "models": list(models), "job": job or "", "objects": list(objects)}
+    show_study(run_study("models", options, 0, "scoring"), plot, csv_file, json_file)
 
 
 @evaluate.command("incipient-slip")

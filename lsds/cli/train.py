@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.plugins.registry import did_you_mean
 
 
 @click.command()
@@ -46,7 +48,6 @@ def train(
     from lsds.learning.evaluation.fitting import Model
     from lsds.learning.evaluation.shipping import train as run
     from lsds.plugins.host import PluginHost
-    from lsds.plugins.registry import did_you_mean
 
     if out.suffix != ".onnx":
         raise click.UsageError(f"--out {out}: has to end in .onnx")
@@ -54,32 +55,36 @@ def train(
         if "=" not in option:
             raise click.UsageError(f"--option {option}: needs KEY=VALUE, such as signals=field")
     chosen = {key: parse_value(value) for key, _, value in (option.partition("=") for option in options)}
-    whole = merged({str(folder): load(folder) for folder in folders})
-    objects = set(whole["object"].tolist())
-    for name in without:
-        if name not in objects:
-            hint = did_you_mean(name, objects) or f"it has {', '.join(sorted(objects))}"
-            raise click.UsageError(f"--without {name}: not in the dataset; {hint}")
-    if objects == set(without):
-        raise click.UsageError("--without leaves nothing to learn from")
+    whole = merged([(str(folder), load(folder)) for folder in folders])
+    require_part(whole["object"].tolist(), without)
     part = whole.where(~np.isin(whole["object"], without)) if without else whole
     card = run(part, Model(learner, chosen), PluginHost(), out, seed)
     if json_file is not None:
-        write_json(
-            {"model": str(out), "job": card.job, "scores": card.scores, "trained_on": card.trained_on}, json_file
-        )
+        told = {"model": str(out), "job": card.job, "scores": card.scores, "trained_on": card.trained_on}
+        write_json(told, json_file)
     if json_file != "-":
-        scores = dict(card.scores or {})
-        beside = scores.pop("beside", {})
-        rows = [
-            (
-                f"{key} ({_UNITS[key]})" if key in _UNITS else key,
-                _shown(value),
-                *(_shown(plain.get(key, "")) for plain in beside.values()),
-            )
-            for key, value in scores.items()
-        ]
-        click.echo(table(rows, ("score", f"{out.name} ({card.figures_are})", *beside)))
+        click.echo(scores_table(dict(card.scores or {}), f"{out.name} ({card.figures_are})"))
+
+
+def require_part(objects: list[str], without: tuple[str, ...]) -> None:
+    """Raise click.UsageError where an object is to be left out that is not there, or nothing would be left."""
+    known = set(objects)
+    for name in without:
+        if name not in known:
+            hint = did_you_mean(name, known) or f"it has {', '.join(sorted(known))}"
+            raise click.UsageError(f"--without {name}: not in the dataset; {hint}")
+    if known == set(without):
+        raise click.UsageError("--without leaves nothing to learn from")
+
+
+def scores_table(scores: dict[str, Any], title: str) -> str:
+    """Return a card's scores as text, those of the rules beside them."""
+    beside = scores.pop("beside", {})
+    rows = []
+    for key, value in scores.items():
+        named = f"{key} ({_UNITS[key]})" if key in _UNITS else key
+        rows.append((named, _shown(value), *(_shown(rule.get(key, "")) for rule in beside.values())))
+    return table(rows, ("score", title, *beside))
 
 
 _UNITS = {
@@ -89,4 +94,6 @@ _UNITS = {
 
 
 def _shown(value: object) -> str:
+    if value is None:
+        return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -38,7 +38,7 @@ class Card:
     """What is told of a model. `threshold` is the probability above which a detector says slip; `intervals` the factors
     by which an estimator's standard deviations are multiplied to make 90 % intervals, for vx, vy, angular velocity and
     speed, `moving_intervals` those where it says that it moves, the same where there are none; `figures_are`
-    "simulated" or "measured"."""
+    "simulated", "measured" or "simulated and measured"."""
 
     name: str
     job: str
@@ -79,7 +79,7 @@ class Card:
 def save(path: Path, onnx: bytes, card: Card) -> None:
     """Write `path` (.onnx) and its card beside it, each whole or not at all. Raises DataError."""
     write_whole(path, onnx)
-    write_whole(path.with_suffix(".json"), (json.dumps(card.as_json(onnx), indent=2) + "\n").encode())
+    write_whole(path.with_suffix(".json"), (json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n").encode())
 
 
 class Artefact:

@@ -6,10 +6,12 @@ On disk: a folder with `frames.parquet` and `card.json`. While it is being colle
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import TYPE_CHECKING, Any
@@ -127,31 +129,46 @@ def joined(parts: Sequence[Mapping[str, NDArray[Any]]], card: Mapping[str, Any])
     return Dataset({name: np.concatenate([part[name] for part in parts]) for name in COLUMNS}, card)
 
 
-def merged(parts: Mapping[str, Dataset]) -> Dataset:
+def merged(parts: Sequence[tuple[str, Dataset]]) -> Dataset:
     """Return one dataset of several, by their names. Recordings that are called alike stay apart; the card tells what
-    all were made with, and of each job its own labels, overrides and seed.
+    all were made with alike, and of each dataset its own job, labels, overrides and seed.
 
-    Raises DataError where two hold the same recordings.
+    Raises DataError where a recording is in two of them.
     """
-    first, *others = parts.values()
-    if not others:
-        return first
-    columns, cards, taken = [], dict[str, Any](), set[str]()
-    for name, part in parts.items():
-        own = {key: part.card.get(key) for key in ("job", "labels", "overrides", "seed")}
-        names = part["recording"]
-        if taken & set(names.tolist()):
-            if own in cards.values():
-                raise DataError(f"{name}: holds the same recordings as another of the datasets")
-            names = np.array([f"{name}/{each}" for each in names], object)
-        taken |= set(names.tolist())
-        columns.append({**part.columns, "recording": names})
-        cards[name] = own
-    same = {key: first.card.get(key) for key in ("rig", "quick")}
-    same = {key: value for key, value in same.items() if all(part.card.get(key) == value for part in others)}
-    origins = dict.fromkeys(str(part.card.get("figures_are", "unknown")) for part in parts.values())
-    jobs = dict.fromkeys(str(own["job"]) for own in cards.values())
-    return joined(columns, {**same, "figures_are": " and ".join(origins), "job": ", ".join(jobs), "datasets": cards})
+    if len(parts) == 1:
+        return parts[0][1]
+    columns, taken, seen = [], set[str](), dict[bytes, str]()
+    for name, part in parts:
+        recordings = part["recording"]
+        for begin, end in pairwise(part.starts):
+            digest = _digest(part, slice(begin, end))
+            if digest in seen:
+                raise DataError(f"{name}: recording {recordings[begin]} is the same as one of {seen[digest]}")
+            seen[digest] = name
+        if taken & set(recordings.tolist()):
+            recordings = np.array([f"{name}/{each}" for each in recordings], object)
+        taken |= set(recordings.tolist())
+        columns.append({**part.columns, "recording": recordings})
+    cards = [part.card for _, part in parts]
+    first = {key: cards[0][key] for key in ("rig", "quick") if key in cards[0]}
+    card = {key: value for key, value in first.items() if all(own.get(key) == value for own in cards)}
+    origins = {str(own.get("figures_are", "of unknown origin")) for own in cards}
+    return joined(columns, {
+        **card,
+        "figures_are": " and ".join(sorted(origins, reverse=True)),
+        "job": ", ".join(dict.fromkeys(str(own.get("job")) for own in cards)),
+        "datasets": {
+            name: {key: part.card.get(key) for key in ("job", "labels", "overrides", "seed")} for name, part in parts
+        },
+    })  # fmt: skip
+
+
+def _digest(data: Dataset, rows: slice) -> bytes:
+    """Return what tells recordings with other contents apart: their times and signals."""
+    told = hashlib.sha256(np.ascontiguousarray(data["t_s"][rows]).tobytes())
+    for name in SIGNALS:
+        told.update(np.ascontiguousarray(data[name][rows]).tobytes())
+    return told.digest()
 
 
 def load(folder: Path) -> Dataset:

@@ -106,6 +106,15 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "study",
+            "models",
+            "lsds_plugins.studies.scored_models:ModelsStudy",
+            "lsds_plugins.studies.scored_models:ModelsOptions",
+            summary="models as they are on a dataset's objects not learnt from, beside the trivial rules",
+            requires=("pyarrow",),
+            extra="data",
+        ),
+        BackendSpec(
+            "study",
             "learning",
             "lsds_plugins.studies.learning_curve:LearningStudy",
             "lsds_plugins.studies.learning_curve:LearningOptions",

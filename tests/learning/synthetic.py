@@ -65,9 +65,9 @@ def recording(name, object_name, seed, frames=80, protocol="slip"):
     return from_rows(name, object_name, protocol, t, signals, labels)
 
 
-def dataset(objects=("a", "b", "c", "d", "e", "f"), recordings=3):
+def dataset(objects=("a", "b", "c", "d", "e", "f"), recordings=3, seed=0):
     parts = [
-        recording(f"{name}{number}", name, 100 * index + number)
+        recording(f"{name}{number}", name, 1000 * seed + 100 * index + number)
         for index, name in enumerate(objects)
         for number in range(recordings)
     ]

@@ -121,12 +121,14 @@ def test_collects_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
         assert np.array_equal(again[name], data[name], equal_nan=COLUMNS[name] != "str")
     assert again.card["figures_are"] == "simulated"
     assert again.card["gels"]
+    with pytest.raises(DataError, match=r"holds a complete dataset of another seed \(0\)"):
+        campaign.collect("pipe", out, overrides=FAST, quick=True, seed=1)
     slipping = again["speed_true"] > 1e-3
     assert again["speed_true"][slipping] == pytest.approx(0.038, abs=0.004)
     assert 0.05 < slipping.mean() < 0.6
     # Smoothed and lagging, but the same slip.
     assert (again["slip"][slipping] == 1).mean() > 0.7
-    with pytest.raises(DataError, match="complete dataset already"):
+    with pytest.raises(DataError, match="this dataset, complete: nothing is left"):
         campaign.collect("pipe", out, overrides=FAST, quick=True)
 
 

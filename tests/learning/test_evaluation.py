@@ -1,6 +1,7 @@
 """Scores: rules have the parameters they should, controls end at chance, tables say what was measured."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -58,7 +59,9 @@ def test_a_learner_beats_the_majority_and_its_controls_do_not():
     assert row["auc"] > detection.cross_validate(data, model, HOST, "object", labels="shuffled")["auc"] + 0.1
     blind = detection.cross_validate(data, nuisance(model), HOST, "object")
     assert blind["auc"] < 0.65
-    assert detection.majority(data)["accuracy"] == pytest.approx(max(np.mean(data["slip"]), 1 - np.mean(data["slip"])))
+    assert detection.majority(labelled(data, "detect"))["accuracy"] == pytest.approx(
+        max(np.mean(data["slip"]), 1 - np.mean(data["slip"]))
+    )
     assert detection.one_parameter(data, "object")["accuracy"] > 0.8
 
 
@@ -78,7 +81,7 @@ def test_severity_has_intervals_that_cover_what_they_say():
     test = np.isin(data["object"], ("e", "f"))
     seen, other = data.where(~test), data.where(test)
     rows = severity.calibrated(seen, Model("linear-window"), HOST).scored(other)
-    rows += severity.plain_unseen(seen, other)
+    rows += severity.plain_unseen(labelled(seen, "estimate"), labelled(other, "estimate"))
     by = {(row["model"], row["object"]): row for row in rows}
     own = by["linear-window", "all"]
     assert own["mae"] < by["always zero", "all"]["mae"]
@@ -92,7 +95,9 @@ def test_the_constant_in_contact_is_not_fitted_on_the_object_that_it_answers_for
     data = dataset(("slow", "fast"), 1)
     speed = np.where(data["object"] == "slow", 0.01, 0.03).astype(np.float32)
     data = Dataset({**data.columns, "velocity_y": speed}, data.card)
-    alone, other = (severity.baselines(data, part)[1]["mae"] for part in (data, data.where(data["object"] == "slow")))
+    own = labelled(data, "estimate")
+    slow = own.part(own.column("object") == "slow")
+    alone, other = (severity.baselines(own, part)[1]["mae"] for part in (own, slow))
     assert alone == pytest.approx(0.02), "each is told what the other does"
     assert other == pytest.approx(0.01), "the mean of both"
 
@@ -179,6 +184,10 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
         *(jobs.FitJob(table, control="rules")
           for table in ("cross-validation", "unseen", "leave-one-out", "severity-unseen")),
     ]  # fmt: skip
+
+    def stopped(*_, **__):
+        raise DataError("stopped before it collected")
+
     monkeypatch.setattr(measure, "planned", lambda quick: todo)
     ticks = []
     result = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: ticks.append(told))
@@ -188,7 +197,11 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     assert again["rows"] == json.loads(json.dumps(result["rows"], default=float)), "what was fitted is not fitted again"
     with pytest.raises(DataError, match=r"was collected with another quick \(True\)"):
         measure.measure(tmp_path / "out", tick=lambda *told: None)
-    (tmp_path / "thesis.tex").write_text("\\section{}")
+    shutil.rmtree(tmp_path / "out" / "data")
+    monkeypatch.setattr(measure, "collect", stopped)
+    with pytest.raises(DataError, match="stopped before it collected"):
+        measure.measure(tmp_path / "out", quick=True, tick=lambda *told: None)
+    (tmp_path / "data").mkdir()
     with pytest.raises(DataError, match="is not empty, and no reproduction"):
         measure.measure(tmp_path, quick=True, tick=lambda *told: None)
     (failed,) = result["failed"]

@@ -14,9 +14,9 @@ from lsds.learning.artefact import load as load_model
 from lsds.learning.datasets import Dataset, merged
 
 
-def saved(folder, objects, **card):
-    data = dataset(objects)
-    Dataset(data.columns, {**data.card, "seed": 0, "labels": "truth, smoothed", **card}).save(folder)
+def saved(folder, objects, seed=0):
+    data = dataset(objects, seed=seed)
+    Dataset(data.columns, {**data.card, "seed": seed, "labels": "truth, smoothed"}).save(folder)
     return folder
 
 
@@ -47,16 +47,38 @@ def test_an_estimator_stands_beside_zero_and_a_constant(tmp_path):
     assert "mae (m/s)" in done.output
 
 
-def test_recordings_of_two_datasets_stay_apart(tmp_path):
-    parts = {name: dataset("ab") for name in ("x", "y")}
-    parts["y"] = Dataset(parts["y"].columns, {**parts["y"].card, "seed": 1, "figures_are": "measured"})
-    both = merged(parts)
+def test_recordings_of_two_datasets_stay_apart_though_they_are_called_alike():
+    # The same protocol on another day: all names and the card are the same, what was measured is not.
+    first, second = dataset("ab"), dataset("ab", seed=1)
+    both = merged([("x", first), ("y", Dataset(second.columns, {**second.card, "figures_are": "measured"}))])
     assert len(both.starts) == 13
     assert both.card["figures_are"] == "simulated and measured"
+    assert set(both.card) == {"figures_are", "job", "datasets"}
     assert all(len(set(both["recording"][a:b].tolist())) == 1 for a, b in pairwise(both.starts))
-    assert np.array_equal(both["slip"], np.tile(parts["x"]["slip"], 2))
-    with pytest.raises(DataError, match="z: holds the same recordings as another"):
-        merged({**parts, "z": parts["x"]})
+    assert np.array_equal(both["slip"], np.concatenate([first["slip"], second["slip"]]))
+
+
+def test_a_recording_that_is_in_two_datasets_is_told(tmp_path):
+    first = dataset("ab")
+    other = dataset("bc", seed=1)
+    some = first.where(first["recording"] == "a0")
+    with pytest.raises(DataError, match="z: recording a0 is the same as one of x"):
+        merged([("x", first), ("y", other), ("z", Dataset(some.columns, {"job": "catch"}))])
+    saved(tmp_path / "data", "abc")
+    twice = train("logistic", "--data", tmp_path / "data", "--data", tmp_path / "data", "--out", tmp_path / "m.onnx")
+    assert "is the same as one of" in str(twice.exception)
+
+
+def test_a_card_is_json_that_every_reader_takes(tmp_path):
+    done = train("logistic", "--data", saved(tmp_path / "data", "abcd"), "--out", tmp_path / "mine.onnx")
+    assert done.exit_code == 0, done.output
+
+    def refuse(constant):
+        raise ValueError(constant)
+
+    card = json.loads((tmp_path / "mine.json").read_text(), parse_constant=refuse)
+    assert card["scores"]["beside"]["majority"]["precision"] is None
+    assert " -" in done.output
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import select
 import signal
@@ -44,15 +45,28 @@ STALLED_NS = 2_000_000_000
 """After so long without a new timestamp the child ends itself, before ur_rtde would crash it."""
 
 SPEED_T_S = 0.002
-SETTLES_NS = 500_000_000
-"""What a stop may take beyond the deceleration itself."""
 
-AT_REST = 5e-3
-"""TCP speed (m/s) and turning (rad/s) below which an arm that was told to stop has stopped."""
+SETTLES_NS = 300_000_000
+"""What a stop may take beyond the deceleration itself, and how long an arm at rest may be seen to move."""
 
-RUNNING = 7
+RESTS_NS = 80_000_000
+"""States all along so much time have to show an arm at rest before it is taken to be."""
+
+REFUSES_NS = 200_000_000
+"""How long a refused stop may stand without a state that says why: the program has ended, the robot has stopped."""
+
+REST_M_S, REST_RAD_S = 5e-3, 2e-2
+"""An arm at rest is told to move more slowly than this, and more slowly than half of what was commanded last; where
+that was less than twice the least below, it is no use to look."""
+LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
+
+RUNNING, PLAYING = 7, 2
 NORMAL_BIT, PROTECTIVE_BIT = 1, 4
 VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "safety_status_bits", "runtime_state"]
+
+
+class Lost(Exception):
+    """Nobody has the arm in hand any more: the child ends, and with it what feeds the controller's watchdog."""
 
 
 class Worker:
@@ -69,9 +83,13 @@ class Worker:
         self._seq = 0
         self._command: Command | None = None
         self._sent_ns = 0
-        self._moving = False
-        self._halted_ns = 0
-        self._lost = False
+        # Whether it has been commanded to move and not been seen at rest since; when it was told to stop, 0 if it was
+        # not; whether the controller took that.
+        self._moving, self._halted_ns, self._refused = False, 0, False
+        self._fastest = 0.0
+        self._limits = REST_M_S, REST_RAD_S
+        # Since when all states have shown it at rest, or moving: arrival of the first of them, 0 for neither.
+        self._rests_ns = self._runs_ns = 0
 
     def run(self) -> None:
         """Serve until the driver says so, or is gone, or the stream stalls."""
@@ -86,8 +104,11 @@ class Worker:
         self._send(pack_reply(Kind.DONE, Reply()))
         # States go on while a call to the controller waits: they have a thread of their own.
         threading.Thread(target=self._watch, name="states", daemon=True).start()
-        while self._listen():
-            self._drive()
+        try:
+            while self._listen():
+                self._drive()
+        except Lost as lost:
+            self._give_up(str(lost), "see the pendant, then disarm and arm again")
 
     # -- the driver's side --------------------------------------------------------------------------------
 
@@ -124,9 +145,13 @@ class Worker:
             self._look()
             if time.monotonic_ns() - self._changed_ns > STALLED_NS:
                 problem = f"the controller has sent nothing new for {STALLED_NS / 1e9:.0f} s"
-                self._send(pack_reply(Kind.FAILED, Reply(problem, "see whether it still runs")))
-                # No good-bye: ur_rtde would wait for a controller that does not answer.
-                os._exit(1)
+                self._give_up(problem, "see whether it still runs")
+
+    def _give_up(self, problem: str, remedy: str) -> None:
+        """Say why, and end: the driver stops the program by the dashboard, the controller by its watchdog."""
+        self._send(pack_reply(Kind.FAILED, Reply(problem, remedy)))
+        # No good-bye: ur_rtde would wait for a controller that does not answer.
+        os._exit(1)
 
     def _look(self) -> None:
         """Pass a new state on."""
@@ -147,58 +172,88 @@ class Worker:
         )
         self._seq += 1
         self._send(pack_state(state))
+        self._judge(state.speed, now)
+
+    def _judge(self, speed: tuple[float, ...], now: int) -> None:
+        """Note since when states have shown the arm at rest, or moving. What is no number is not at rest."""
+        slides, turns = math.hypot(*speed[:3]), math.hypot(*speed[3:])
+        if slides < self._limits[0] and turns < self._limits[1]:
+            self._rests_ns, self._runs_ns = self._rests_ns or now, 0
+        else:
+            self._rests_ns, self._runs_ns = 0, self._runs_ns or now
 
     def _drive(self) -> None:
-        """Send the standing command where it is new or has to be renewed; brake where it has expired."""
+        """Send the standing command where it is new or has to be renewed; brake where it has expired.
+
+        Raises Lost where the arm is not where it should be: at rest, without a command.
+        """
         command, control = self._command, self._control
-        if control is None or self._lost:
-            # Lost: nobody feeds the watchdog any more, so that the controller itself stops the program.
+        if control is None or self._refused:
             self._command = None
-            return
         now = time.monotonic_ns()
-        if command is None:
-            self._lost = self._runs_on(now)
-            if not self._lost and now - self._sent_ns >= RESEND_NS:
+        if control is None:
+            return
+        if self._refused:
+            # Not fed until it is armed again: whatever states say, the controller's watchdog ends what still runs.
+            self._seek_reason(now)
+        elif command is None:
+            self._see_rest(now)
+            if now - self._sent_ns >= RESEND_NS:
                 self._sent_ns = now
                 control.kickWatchdog()
-            return
-        if now >= command.expires_ns:
+        elif now >= command.expires_ns:
             self._halt()
         elif now - self._sent_ns >= RESEND_NS:
             self._sent_ns = now
-            self._moving, self._halted_ns = True, 0
-            if not control.speedL(list(command.twist), command.acceleration, SPEED_T_S):
-                self._halt()
+            self._move(command, control)
+
+    def _move(self, command: Command, control: Any) -> None:
+        slides, turns = math.hypot(*command.twist[:3]), math.hypot(*command.twist[3:])
+        self._limits = _limit(slides, REST_M_S, LEAST_M_S), _limit(turns, REST_RAD_S, LEAST_RAD_S)
+        # It may still be as fast as the command before.
+        self._fastest = max(slides, turns, self._fastest if self._moving else 0.0)
+        self._moving, self._halted_ns = True, 0
+        if not control.speedL(list(command.twist), command.acceleration, SPEED_T_S):
+            self._refused = True
+            self._halt()
 
     def _halt(self) -> None:
-        """Decelerate to rest; where the controller does not take the stop, it is lost."""
+        """Decelerate to rest; note whether the controller takes it."""
         self._command = None
-        if self._control is None or not self._moving or self._halted_ns or self._lost:
+        if self._control is None or not self._moving:
             return
+        self._halted_ns = self._halted_ns or time.monotonic_ns()
         try:
-            self._lost = not self._control.speedStop(self._options["stop_acceleration_m_s2"])
+            taken = bool(self._control.speedStop(self._options["stop_acceleration_m_s2"]))
         except RuntimeError:
-            self._lost = True
-        self._halted_ns = time.monotonic_ns()
+            taken = False
+        self._refused = self._refused or not taken
 
-    def _runs_on(self, now: int) -> bool:
-        """Whether an arm that was told to stop, and is not seen to rest, has had the time to."""
-        if not self._moving:
-            return False
-        if self._changed_ns > self._halted_ns and max(map(abs, self._receive.getActualTCPSpeed())) < AT_REST:
-            self._moving, self._halted_ns = False, 0
-            return False
-        fastest = max(self._options["speed_limit_m_s"], self._options["turn_limit_rad_s"])
-        braking_s = fastest / self._options["stop_acceleration_m_s2"]
-        return bool(now - self._halted_ns > braking_s * 1e9 + SETTLES_NS)
+    def _seek_reason(self, now: int) -> None:
+        """See that a motion or a stop was refused because the controller has ended the program, or stopped the arm."""
+        state = self._receive
+        stopped = state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT
+        if not stopped and now - self._halted_ns > REFUSES_NS:
+            raise Lost("did not take a motion or a stop, and does not say why")
+
+    def _see_rest(self, now: int) -> None:
+        """See that an arm without a command stands still, once it has had the time to."""
+        newest = self._changed_ns
+        if self._moving:
+            # Turning slows down by as many rad/s2 as sliding does by m/s2.
+            braking_ns = 1e9 * self._fastest / self._options["stop_acceleration_m_s2"]
+            if self._rests_ns and newest - max(self._rests_ns, self._halted_ns) > RESTS_NS:
+                self._moving, self._halted_ns = False, 0
+            elif now - self._halted_ns > braking_ns + SETTLES_NS:
+                raise Lost("was told to stop, and is not seen at rest")
+        elif self._runs_ns and newest - self._runs_ns > SETTLES_NS:
+            raise Lost("moves, though nobody commands it")
 
     def _arm(self) -> Reply:
         """Make the arm commandable; return what is in the way."""
         refusal = self._refusal()
         if refusal is not None:
             return refusal
-        if self._lost:
-            self._disarm()
         try:
             if self._control is None:
                 self._control = self._new_control()
@@ -210,7 +265,10 @@ class Worker:
                 return Reply("refuses the TCP offset")
             if options["payload_kg"] is not None:
                 self._control.setPayload(options["payload_kg"], options["payload_cog_m"])
-            self._control.setWatchdog(WATCHDOG_HZ)
+            if not self._control.setWatchdog(WATCHDOG_HZ):
+                self._disarm()
+                return Reply("does not take its watchdog, without which it could run on", _CONTROL)
+            self._moving, self._halted_ns, self._refused = False, 0, False
         except (RuntimeError, OSError) as error:
             self._disarm()
             return Reply(f"does not take control: {_plain(error)}", _CONTROL)
@@ -276,7 +334,7 @@ class Worker:
         """Give control back; the program on the controller ends."""
         self._halt()
         control, self._control = self._control, None
-        self._moving, self._halted_ns, self._lost = False, 0, False
+        self._moving, self._halted_ns, self._refused = False, 0, False
         if control is not None:
             with contextlib.suppress(RuntimeError):
                 control.stopScript()
@@ -286,6 +344,11 @@ class Worker:
 
 _REACH = "check the address, the cable, and that the controller is on"
 _CONTROL = "is another client in control (registers in use)? is the arm in remote control?"
+
+
+def _limit(commanded: float, usual: float, least: float) -> float:
+    """Return the speed below which an arm is at rest that was commanded to move so fast."""
+    return max(least, min(usual, commanded / 2)) if commanded else usual
 
 
 def _plain(error: BaseException) -> str:

@@ -93,10 +93,12 @@ def collect(
     require_arrow()
     begun = _is_begun(out, asked)
     parts = out / PARTS
-    missing = [trial for trial in planned if not _is_kept(_part(parts, trial))]
+    missing = [trial for trial in planned if not _is_whole(_part(parts, trial))]
     mocked = config.cell.backend != NO_DEVICE
     if missing and not mocked and prepare is None:
         raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
+    for trial in missing:
+        _set_aside(_part(parts, trial))
     if not begun:
         card = {**asked, "format": FORMAT, "complete": False}
         write_whole(out / CARD, json.dumps(card, indent=2, sort_keys=True).encode())
@@ -171,13 +173,14 @@ def differing(card: Mapping[str, Any], asked: dict[str, Any]) -> str:
 def _is_begun(out: Path, asked: dict[str, Any]) -> bool:
     """Whether the folder holds a part of this campaign. Raises DataError where it holds anything else."""
     known = read_card(out)
-    if known is None:
+    if known is None or known.get("format") != FORMAT:
         if out.exists() and any(out.iterdir()):
             raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
         return False
-    if known.get("complete"):
-        raise DataError(f"{out}: holds a complete dataset already; choose another folder for another one")
     other = differing(known, asked)
+    if known.get("complete"):
+        told = f"a complete dataset of another {other}" if other else "this dataset, complete: nothing is left to do"
+        raise DataError(f"{out}: holds {told} (choose another folder for another one)")
     if other:
         raise DataError(f"{out}: was begun with another {other} (say the same to go on, or choose another folder)")
     return True
@@ -187,16 +190,21 @@ def _part(parts: Path, trial: Trial) -> Path:
     return parts / f"{trial.recording}.parquet"
 
 
-def _is_kept(path: Path) -> bool:
-    """Whether a recording is there; one that is damaged is set aside, and done again."""
+def _is_whole(path: Path) -> bool:
+    """Whether a recording is there, and can be read."""
     if not path.is_file():
         return False
     try:
         _read_part(path)
     except DataError:
-        path.replace(path.with_suffix(".damaged"))
         return False
     return True
+
+
+def _set_aside(path: Path) -> None:
+    """Keep what is left of a damaged recording, which is done again."""
+    if path.is_file():
+        path.replace(path.with_suffix(".damaged"))
 
 
 def _read_part(path: Path) -> dict[str, np.ndarray[Any, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,16 +69,24 @@ def scored(own: Task, score: NDArray[Any], threshold: float | NDArray[Any] = THR
 def one_parameter(data: Dataset, by: SplitName, seed: int = 0) -> Row:
     """Return the row of the rule whose threshold is fitted on the training rows of each fold."""
     own = labelled(data, "detect")
-    score = rule_score(data)[own.rows]
+    row = scored(own, *rule_out_of_fold(own, split(own, by, seed)))
+    return {"model": "one-parameter rule", "split": by, "labels": "measured"} | row
+
+
+def rule_out_of_fold(
+    own: Task, parts: Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rule's score (n,) of a task's rows and, from the other folds, its threshold (n,)."""
+    score = rule_score(own.data)[own.rows]
     threshold = np.zeros(len(score))
-    for train, test in split(own, by, seed):
+    for train, test in parts:
         threshold[test] = rule_threshold(score[train], own.column("slip")[train] == 1)
-    return {"model": "one-parameter rule", "split": by, "labels": "measured"} | scored(own, score, threshold)
+    return score, threshold
 
 
-def majority(data: Dataset) -> Row:
+def majority(own: Task) -> Row:
     """Return the row of the predictor that always says what is more frequent."""
-    slip = data["slip"][data["slip"] >= 0] == 1
+    slip = own.column("slip") == 1
     said = np.full(len(slip), slip.mean() > 0.5)
     return {"model": "majority", "split": "-", "labels": "measured", "frames": len(slip)} | classification(
         slip, said, said.astype(float)
@@ -95,15 +103,16 @@ def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginH
         learner = model.build(host)
         own, other = task(train, learner), task(test, learner)
         said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
-        rows += _by_object(model.name, other, said, THRESHOLD)
+        rows += by_object(model.name, other, said, THRESHOLD)
     fitted, rule = labelled(train, "detect"), labelled(test, "detect")
     threshold = rule_threshold(rule_score(train)[fitted.rows], fitted.column("slip") == 1)
-    rows += _by_object("one-parameter rule", rule, rule_score(test)[rule.rows], threshold)
+    rows += by_object("one-parameter rule", rule, rule_score(test)[rule.rows], threshold)
     usual = np.full(len(rule.rows), float(np.mean(fitted.column("slip") == 1) > THRESHOLD))
-    return rows + _by_object("majority", rule, usual, THRESHOLD)
+    return rows + by_object("majority", rule, usual, THRESHOLD)
 
 
-def _by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> list[Row]:
+def by_object(name: str, own: Task, score: NDArray[Any], threshold: float) -> list[Row]:
+    """Return a row for each object of a task and one for all of them."""
     return [
         {"model": name, "object": which} | scored(own.part(rows), score[rows], threshold)
         for which, rows in each_and_all(own.column("object"))

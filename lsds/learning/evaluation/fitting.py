@@ -10,7 +10,7 @@ import numpy as np
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.contracts.learning import Examples, Fitted, Job, Learner
+from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import DataError
 from lsds.learning.windows import windows
 from lsds.plugins.host import PluginHost
@@ -18,6 +18,7 @@ from lsds.plugins.host import PluginHost
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds.learning.artefact import Card
     from lsds.learning.datasets import Dataset
 
 
@@ -82,27 +83,27 @@ class Task:
         return Examples(self.x[index], self.y[index], np.unique(names, return_inverse=True)[1])
 
 
-def task(data: Dataset, learner: Learner) -> Task:
-    """Return a dataset as a learner sees it.
+def task(data: Dataset, looks: Learner | Card) -> Task:
+    """Return a dataset as a learner, or the model with that card, sees it.
 
     Raises DataError where no row has a label and all signals.
     """
-    x, rows = windows(data, learner.signals, learner.length)
-    y = targets(data, learner.job)[rows]
+    x, rows = windows(data, looks.signals, looks.length)
+    y = targets(data, looks.job)[rows]
     known = _known(y)
     if not known.any():
-        raise DataError(f"no row of the dataset has a label and all of {', '.join(learner.signals)}")
+        raise DataError(f"no row of the dataset has a label and all of {', '.join(looks.signals)}")
     return Task(data, x[known], y[known], rows[known])
 
 
-def labelled(data: Dataset, job: Job) -> Task:
+def labelled(data: Dataset, job: str) -> Task:
     """Return all rows that have a label, and no signals: what rules are scored on."""
     y = targets(data, job)
     rows = np.flatnonzero(_known(y))
     return Task(data, np.zeros((len(rows), 0, 0), np.float32), y[rows], rows)
 
 
-def targets(data: Dataset, job: Job) -> NDArray[np.float32]:
+def targets(data: Dataset, job: str) -> NDArray[np.float32]:
     """Return what is to be learnt, (rows,) slip or (rows, 3) velocities; negative or NaN where it is not known."""
     if job == "detect":
         return data["slip"].astype(np.float32)

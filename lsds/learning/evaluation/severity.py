@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.learning.evaluation.controls import contact_constant, in_contact, shuffled
-from lsds.learning.evaluation.fitting import Model, Task, fit, labelled, out_of_fold, task
+from lsds.learning.evaluation.fitting import Model, Task, fit, out_of_fold, task
 from lsds.learning.intervals import RATE, SPEED, Factors, conformal
 from lsds.learning.metrics import MOVING_M_S, bootstrap, coverage, regression
 from lsds.learning.splits import each_and_all, folds, leave_one_out
@@ -74,6 +74,14 @@ def scored(own: Task, said: NDArray[Any], factors: Factors = AS_TOLD) -> Row:
     }
 
 
+def by_object(name: str, own: Task, said: NDArray[Any], factors: Factors) -> list[Row]:
+    """Return a row for each object of a task and one for all of them."""
+    return [
+        {"model": name, "object": which} | scored(own.part(rows), said[rows], factors)
+        for which, rows in each_and_all(own.column("object"))
+    ]
+
+
 def _angular(own: Task, said: NDArray[Any], half: NDArray[np.float64]) -> Row:
     true, rate = own.y[:, RATE].astype(float), said[:, RATE].astype(float)
     turning = np.abs(true) > MOVING_RAD_S
@@ -97,20 +105,31 @@ def plain(own: Task, name: str, speed: NDArray[np.float64]) -> Row:
     }  # fmt: skip
 
 
-def baselines(train: Dataset, test: Dataset) -> list[Row]:
-    """Return the rows of "always zero" and "a constant while there is contact", the constant from `train`; where that
-    is `test` itself, for each object from the others."""
-    own, fitted = labelled(test, "estimate"), labelled(train, "estimate")
+def plain_speeds(fitted: Task, own: Task) -> dict[str, NDArray[np.float64]]:
+    """Return the speeds (n,) that "always zero" and "a constant while there is contact" say. The constant is from
+    `fitted`; where that is `own` itself, for each object from the others."""
     objects = own.column("object")
-    touching = in_contact(own.column("area").astype(float))
     area, speed = fitted.column("area").astype(float), true_speed(fitted)
     constant = np.full(len(objects), contact_constant(area, speed))
-    if train is test and len(set(objects.tolist())) > 1:
+    if fitted is own and len(set(objects.tolist())) > 1:
         for _, others, left in leave_one_out(objects):
             constant[left] = contact_constant(area[others], speed[others])
+    touching = in_contact(own.column("area").astype(float))
+    return {"always zero": np.zeros(len(objects)), "constant in contact": np.asarray(constant * touching, np.float64)}
+
+
+def baselines(fitted: Task, own: Task) -> list[Row]:
+    """Return the rows of these two."""
+    return [plain(own, name, speed) for name, speed in plain_speeds(fitted, own).items()]
+
+
+def plain_unseen(fitted: Task, own: Task) -> list[Row]:
+    """Return their rows for each object of a task and for all of them."""
+    speeds, parts = plain_speeds(fitted, own), each_and_all(own.column("object"))
     return [
-        plain(own, "always zero", np.zeros(len(objects))),
-        plain(own, "constant in contact", np.asarray(constant * touching, np.float64)),
+        {**plain(own.part(rows), name, speed[rows]), "object": which}
+        for which, rows in parts
+        for name, speed in speeds.items()
     ]
 
 
@@ -131,11 +150,7 @@ class Calibrated:
     def scored(self, test: Dataset) -> list[Row]:
         """Return a row for each object of `test` and one for all of them."""
         own = task(test, self.learner)
-        said = self.fitted.predict(own.x)
-        return [
-            {"model": self.model.name, "object": which} | scored(own.part(rows), said[rows], self.factors)
-            for which, rows in each_and_all(own.column("object"))
-        ]
+        return by_object(self.model.name, own, self.fitted.predict(own.x), self.factors)
 
 
 def calibrated(train: Dataset, model: Model, host: PluginHost, seed: int = 0) -> Calibrated:
@@ -147,9 +162,3 @@ def calibrated(train: Dataset, model: Model, host: PluginHost, seed: int = 0) ->
     most = min(model.most, CALIBRATED_ON) if model.most else CALIBRATED_ON
     factors = calibration(own, out_of_fold(learner, own, folds(own.column(by), moving, 3, seed), seed, most))
     return Calibrated(model, learner, fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most), factors)
-
-
-def plain_unseen(train: Dataset, test: Dataset) -> list[Row]:
-    """Return the rows of the two plain predictors for each object of `test` and for all of them."""
-    parts = each_and_all(test["object"])
-    return [{**row, "object": which} for which, rows in parts for row in baselines(train, test.where(rows))]

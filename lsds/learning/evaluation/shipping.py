@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Mapping
 from importlib import metadata
@@ -15,7 +16,7 @@ from lsds.learning.artefact import Card, save
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.fitting import Model, fit, out_of_fold, task
 from lsds.learning.intervals import Factors
-from lsds.learning.splits import SplitName, folds
+from lsds.learning.splits import folds
 
 if TYPE_CHECKING:
     from lsds.learning.datasets import Dataset
@@ -34,17 +35,19 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     own = task(data, learner)
     detects = learner.job == "detect"
     spread = own.y if detects else (severity.true_speed(own) > 1e-3)
-    by: SplitName = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
+    by = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
     names = own.column(by)
     count = min(FOLDS, len(set(names.tolist())))
-    said = out_of_fold(learner, own, folds(names, np.asarray(spread, int), count, seed), seed, model.most)
+    parts = list(folds(names, np.asarray(spread, int), count, seed))
+    said = out_of_fold(learner, own, parts, seed, model.most)
     factors = Factors() if detects else severity.calibration(own, said)
-    scores = detection.scored(own, said) if detects else severity.scored(own, said, factors)
-    plain = (
-        [detection.one_parameter(data, by, seed), detection.majority(data)]
-        if detects
-        else severity.baselines(data, data)
-    )
+    # The rules answer the same windows in the same folds.
+    if detects:
+        scores = detection.scored(own, said)
+        rules = [detection.scored(own, *detection.rule_out_of_fold(own, parts)), detection.majority(own)]
+        rules[0]["model"] = "one-parameter rule"
+    else:
+        scores, rules = severity.scored(own, said, factors), severity.baselines(own, own)
     fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most)
     onnx = fitted.export()
     card = Card(
@@ -60,7 +63,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
         scores={
             "how": f"{count} folds by {by}",
             **_told(scores),
-            "beside": {row["model"]: _told(row) for row in plain},
+            "beside": {row["model"]: _told(row) for row in rules},
         },
         versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
     )
@@ -92,9 +95,9 @@ def _versions() -> dict[str, str]:
 
 
 def _told(scores: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the figures that a card keeps."""
+    """Return the figures that a card keeps; None for an undefined one, such as the precision of who never says slip."""
     return {
-        key: round(value, 5) if isinstance(value, float) else value
+        key: (round(value, 5) if math.isfinite(value) else None) if isinstance(value, float) else value
         for key, value in scores.items()
         if key not in ("model", "split", "labels") and not key.endswith("coverage")
     }

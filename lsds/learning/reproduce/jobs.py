@@ -11,7 +11,7 @@ from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.datasets import Dataset, load
 from lsds.learning.evaluation import detection, severity
 from lsds.learning.evaluation.controls import nuisance, shuffled
-from lsds.learning.evaluation.fitting import Model
+from lsds.learning.evaluation.fitting import Model, labelled
 from lsds.learning.splits import seen_and_unseen
 from lsds.plugins.host import PluginHost
 
@@ -24,7 +24,7 @@ PAPER_ESTIMATORS = ("lstm", "mlp")
 OWN_ESTIMATORS = ("linear-window", "field-gru")
 MOST = {
     "random-forest": 20_000, "gradient-boosting": 8_000, "logistic": 20_000, "field-mlp": 20_000,
-    "lstm": 2_000, "mlp": 6_000, "field-gru": 9_000,
+    "lstm": 1_500, "mlp": 6_000, "field-gru": 9_000,
 }  # fmt: skip
 """Windows that one of many fits learns from at most, so that all of it takes half an hour; those for objects never seen
 learn from all."""
@@ -54,8 +54,10 @@ class FitJob:
         """The model it fits."""
         chosen = {"signals": self.signals} if self.signals else {}
         whole = self.table in ("unseen", "severity-unseen") and not quick
-        few = most(quick=quick) | (SHUFFLED_MOST if self.labels == "shuffled" else {})
-        return Model(self.learner, chosen, most=0 if whole else few.get(self.learner, 0))
+        few = most(quick=quick).get(self.learner, 0)
+        if self.labels == "shuffled":
+            few = min(few, SHUFFLED_MOST.get(self.learner, few))
+        return Model(self.learner, chosen, most=0 if whole else few)
 
 
 def most(*, quick: bool) -> dict[str, int]:
@@ -136,13 +138,15 @@ def _rules(job: FitJob, seen: Dataset, other: Dataset, folder: Path, seed: int) 
     """Return the rows of what learns nothing, or one number."""
     if job.table == "cross-validation":
         rules = [detection.one_parameter(seen, split, seed) for split in ("frames", "recording", "object")]
-        return [*rules, detection.majority(seen)]
+        return [*rules, detection.majority(labelled(seen, "detect"))]
     if job.table == "unseen":
         return detection.unseen(seen, other, [], PluginHost(), seed)
     if job.table == "leave-one-out":
-        return severity.baselines(seen, seen)
-    targets = _targets(other, folder).items()
-    return [{"table": table, **row} for table, target in targets for row in severity.plain_unseen(seen, target)]
+        own = labelled(seen, "estimate")
+        return severity.baselines(own, own)
+    fitted = labelled(seen, "estimate")
+    targets = {table: labelled(target, "estimate") for table, target in _targets(other, folder).items()}
+    return [{"table": table, **row} for table, own in targets.items() for row in severity.plain_unseen(fitted, own)]
 
 
 def _targets(other: Dataset, folder: Path) -> dict[str, Dataset]:

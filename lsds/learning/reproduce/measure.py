@@ -24,7 +24,7 @@ from lsds.plugins.host import PluginHost
 from lsds.processes import DIED, spread
 
 Tick = Callable[[str, int, int], None]
-RESULTS = "results.json"
+RESULTS, FITS = "results.json", "fits"
 
 
 def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tick: Tick) -> dict[str, Any]:
@@ -39,7 +39,8 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     learners = [Model(name).build(host) for name in sorted({job.learner for job in todo if job.learner})]
     code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
-    if out.exists() and not data.exists() and any(out.iterdir()):
+    own = [out / RESULTS, out / FITS, *(data / name / CARD for name in STUDY)]
+    if out.exists() and any(out.iterdir()) and not any(path.exists() for path in own):
         raise DataError(f"{out}: is not empty, and no reproduction (choose another --out)")
     cards = {}
     for name in STUDY:
@@ -54,7 +55,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
         cards[name] = card
     rows: list[dict[str, Any]] = []
     failed: list[dict[str, str]] = []
-    fitting = partial(_kept, fits=out / "fits", code=code, data=str(data), seed=seed, quick=quick)
+    fitting = partial(_kept, fits=out / FITS, code=code, data=str(data), seed=seed, quick=quick)
     for done, (job_done, found) in enumerate(spread(fitting, todo, jobs), 1):
         if found is None or isinstance(found, str):
             job_name = " ".join(str(v) for v in asdict(job_done).values() if v)

@@ -7,7 +7,7 @@ from typing import Any
 
 from lsds.learning.collect.objects import UNSEEN
 from lsds.learning.reproduce import printed
-from lsds.learning.reproduce.jobs import FEW_GROUPS, GROUPS, OWN_ESTIMATORS, most
+from lsds.learning.reproduce.jobs import FEW_GROUPS, GROUPS, OWN_ESTIMATORS, SHUFFLED_MOST, most
 
 Row = dict[str, Any]
 
@@ -40,7 +40,9 @@ def markdown(result: dict[str, Any]) -> str:
             f"one of {FEW_GROUPS} groups of objects."
             if result["quick"]
             else f"{' and '.join(OWN_ESTIMATORS)}, not the paper's, leave out one of {GROUPS} groups of objects;"
-            f" with labels shuffled one of {FEW_GROUPS}."
+            f" with labels shuffled one of {FEW_GROUPS}, and at most "
+            + " and ".join(f"{count} windows for {name}" for name, count in SHUFFLED_MOST.items())
+            + "."
         ),
         _leave_one_out(rows),
         "## Severity, objects never seen",

@@ -49,7 +49,7 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
         return BrushGel(shape, material, kernel=kernel)
     # What the solver leaves is a force from nowhere: damped by backward Euler, fed into ringing by the midpoint rule.
     settled = 0.02 if options.integrator == "backward-euler" else 0.004
-    # Compiled code, half a second of import: only for those who want it.
+    # The compiled solver and its tables: only for those who want it.
     from lsds_mocks.gel.field.compiling import prepare
 
     if options.fidelity == "auto":

@@ -37,11 +37,12 @@ def train(which: tuple[str, str], folder: str) -> str:
     from lsds.plugins.host import PluginHost
 
     dataset, learner = which
-    parts = {}
+    parts = []
     for name, every in DATASETS[dataset].items():
         whole = load(Path(folder) / name)
         seen = whole.where(np.isin(whole["object"], SEEN))
-        parts[name] = seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))
+        kept = np.isin(seen["recording"], np.unique(seen["recording"])[::every])
+        parts.append((name, seen.where(kept)))
     card = fit(merged(parts), Model(learner), PluginHost(), Path(__file__).parent / f"{learner}.onnx")
     return f"{learner}: {dict(card.scores or {})}"
 

@@ -1,24 +1,27 @@
-"""The child that holds ur_rtde feeds the controller's watchdog only while it knows what the arm does."""
+"""The child that holds ur_rtde feeds the controller's watchdog only while it has the arm in hand, and ends else."""
 
 from __future__ import annotations
 
+import math
 import socket
 import time
 
 import pytest
 from lsds_drivers.ur.options import UrOptions
 from lsds_drivers.ur.packets import Command, Kind, pack_command
-from lsds_drivers.ur.worker import WATCHDOG_HZ, Worker
+from lsds_drivers.ur.worker import RESEND_NS, WATCHDOG_HZ, Lost, Worker
 
-SETTLED_S = 1.2
-"""Longer than any stop takes by these options."""
+SPEED = 0.03
+STILL, RUNS = (0.0,) * 6, (0.0, 0.0, SPEED, 0.0, 0.0, 0.0)
+SETTLED_S = 0.8
+"""Longer than the child waits for anything, by these options."""
 
 
 class Controller:
     """ur_rtde's two interfaces: `answers` tells what a call returns, or raises; True where it does not say."""
 
     def __init__(self, answers):
-        self.answers, self.calls, self.speed = answers, [], [0.0] * 6
+        self.answers, self.calls = {"getRuntimeState": 2, "getSafetyStatusBits": 1, **answers}, []
 
     def __getattr__(self, name):
         def call(*arguments):
@@ -30,39 +33,38 @@ class Controller:
 
         return call
 
-    def getActualTCPSpeed(self):
-        return self.speed
+    def count(self, name):
+        return sum(called == name for called, _ in self.calls)
 
-    def last(self, name):
-        return max(at for called, at in self.calls if called == name)
+    def hungry_s(self):
+        """How long the watchdog has had nothing."""
+        return time.monotonic() - max(at for called, at in self.calls if called in ("kickWatchdog", "speedL"))
 
 
 class Arm:
-    """A worker around such a controller, in control, and the driver's end of its link."""
+    """A worker around such a controller, in control; `speed` is what states tell, None where none come."""
 
     def __init__(self, answers):
         self.link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self.controller = Controller(answers)
+        self.controller, self.speed = Controller(answers), STILL
         self.worker = Worker(theirs, UrOptions().model_dump())
         self.worker._receive = self.worker._control = self.controller
 
-    def command(self, within_s=0.1):
+    def command(self, within_s=0.1, speed=SPEED):
         expires_ns = time.monotonic_ns() + round(within_s * 1e9)
-        self.link.send(pack_command(Command((0.0, 0.0, 0.03, 0.0, 0.0, 0.0), 1.0, expires_ns)))
+        self.link.send(pack_command(Command((0.0, 0.0, speed, 0.0, 0.0, 0.0), 1.0, expires_ns)))
+
+    def stop(self):
+        self.link.send(bytes([Kind.STOP]))
 
     def serve(self, for_s):
-        """Let the worker run, with a stream of states that tells its controller's speed."""
         ends = time.monotonic() + for_s
         while time.monotonic() < ends:
-            self.worker._changed_ns = time.monotonic_ns()
+            if self.speed is not None:
+                self.worker._changed_ns = time.monotonic_ns()
+                self.worker._judge(self.speed, self.worker._changed_ns)
             self.worker._listen()
             self.worker._drive()
-
-    def starves(self):
-        """Whether the watchdog has had nothing for longer than it waits, and gets nothing any more."""
-        seen = len(self.controller.calls)
-        self.serve(2 / WATCHDOG_HZ)
-        return len(self.controller.calls) == seen
 
 
 @pytest.fixture
@@ -75,16 +77,15 @@ def arm(request):
 
 def test_at_rest_the_watchdog_is_fed_before_and_after_a_motion(arm):
     arm.serve(0.1)
-    assert arm.controller.last("kickWatchdog")
-    arm.command()
-    arm.serve(SETTLED_S)
-    assert [name for name, _ in arm.controller.calls].count("speedStop") == 1
-    assert time.monotonic() - arm.controller.last("kickWatchdog") < 1 / WATCHDOG_HZ
-    arm.command()
-    arm.serve(0.05)
-    arm.link.send(bytes([Kind.STOP]))
-    arm.serve(0.1)
-    assert [name for name, _ in arm.controller.calls].count("speedStop") == 2
+    assert arm.controller.count("kickWatchdog")
+    for _ in range(2):
+        arm.command()
+        arm.speed = RUNS
+        arm.serve(0.12)
+        arm.speed = STILL
+        arm.serve(SETTLED_S)
+    assert arm.controller.count("speedStop") == 2
+    assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
 
 
 REFUSALS = [False, RuntimeError("no answer")]
@@ -92,40 +93,116 @@ REFUSALS = [False, RuntimeError("no answer")]
 
 @pytest.mark.parametrize("arm", [{"speedStop": refusal} for refusal in REFUSALS], ids=repr, indirect=True)
 @pytest.mark.parametrize("ended", ["expiry", "stop"])
-def test_a_stop_that_the_controller_does_not_take_starves_its_watchdog(arm, ended):
+@pytest.mark.parametrize("speed", [STILL, RUNS], ids=["said to rest", "seen to run"])
+def test_a_stop_that_the_controller_does_not_take_ends_the_child(arm, ended, speed):
     arm.command(within_s=0.1 if ended == "expiry" else 30)
     arm.serve(0.05)
+    arm.speed = speed
     if ended == "stop":
-        arm.link.send(bytes([Kind.STOP]))
-    arm.serve(0.1)
-    assert arm.starves(), arm.controller.calls[-1]
-    arm.command(within_s=30)
-    assert arm.starves(), "a new command feeds the watchdog of an arm that nobody has in hand"
-
-
-@pytest.mark.parametrize("arm", [{"speedL": False}], indirect=True)
-def test_a_motion_that_cannot_be_renewed_is_stopped(arm):
-    arm.command(within_s=30)
-    arm.serve(0.05)
-    assert "speedStop" in {name for name, _ in arm.controller.calls}
-
-
-def test_an_arm_that_says_it_stops_and_runs_on_starves_its_watchdog(arm):
-    arm.command()
-    arm.controller.speed = [0.0, 0.0, 0.03, 0.0, 0.0, 0.0]
-    arm.serve(SETTLED_S)
-    assert arm.starves()
+        arm.stop()
+    with pytest.raises(Lost, match="did not take"):
+        arm.serve(SETTLED_S)
+    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ, "fed while nobody knew what it does"
 
 
 @pytest.mark.parametrize("arm", [{"speedStop": False}], indirect=True)
-def test_armed_again_it_takes_control_anew_and_feeds_the_watchdog(arm, monkeypatch):
+def test_every_further_stop_is_tried_too_and_no_command_gets_through(arm):
+    arm.command(within_s=30)
+    arm.serve(0.05)
+    for _ in range(3):
+        arm.stop()
+    arm.serve(0.02)
+    assert arm.controller.count("speedStop") == 3
+    moved = arm.controller.count("speedL")
+    arm.command(within_s=30)
+    arm.serve(0.1)
+    assert arm.controller.count("speedL") == moved
+
+
+@pytest.mark.parametrize("arm", [{"speedL": False}, {"speedL": False, "speedStop": False}], ids=repr, indirect=True)
+def test_a_motion_that_cannot_be_renewed_is_stopped_and_ends_the_child(arm):
+    arm.command(within_s=30)
+    with pytest.raises(Lost, match="did not take"):
+        arm.serve(SETTLED_S)
+    assert arm.controller.count("speedStop") == 1
+    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+
+
+@pytest.mark.parametrize(
+    "arm",
+    [{"speedL": False, "speedStop": False, **why} for why in ({"getRuntimeState": 1}, {"getSafetyStatusBits": 4})],
+    ids=repr,
+    indirect=True,
+)
+def test_where_the_controller_has_stopped_it_the_child_stays_and_feeds_nothing(arm):
+    arm.command(within_s=30)
+    arm.serve(SETTLED_S)
+    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+
+
+@pytest.mark.parametrize("seen", [RUNS, (0.0, 0.0, 0.0, 0.0, 0.0, 0.1), (0.0, math.nan, 0.0, 0.0, 0.0, 0.0), None])
+def test_an_arm_that_is_not_seen_to_come_to_rest_is_lost(arm, seen):
+    arm.serve(0.1)
+    arm.command()
+    arm.speed = seen
+    with pytest.raises(Lost, match="not seen at rest"):
+        arm.serve(SETTLED_S)
+
+
+def test_a_moment_of_rest_before_it_gets_going_is_no_rest(arm):
+    arm.command(within_s=30)
+    arm.serve(0.02)
+    arm.stop()
+    arm.serve(0.05)
+    arm.speed = RUNS
+    with pytest.raises(Lost):
+        arm.serve(SETTLED_S)
+
+
+def test_slow_motions_are_seen_too(arm):
+    arm.command(speed=0.004)
+    arm.speed = (0.0, 0.0, 0.004, 0.0, 0.0, 0.0)
+    with pytest.raises(Lost, match="not seen at rest"):
+        arm.serve(SETTLED_S)
+
+
+def test_an_arm_that_moves_with_no_command_long_after_its_stop_is_lost(arm):
+    arm.command()
+    arm.serve(SETTLED_S)
+    arm.speed = RUNS
+    with pytest.raises(Lost, match="nobody commands it"):
+        arm.serve(SETTLED_S)
+
+
+def test_commands_in_a_row_may_move_for_as_long_as_they_like(arm):
+    arm.speed = RUNS
+    for _ in range(20):
+        arm.command()
+        arm.serve(0.05)
+    assert arm.controller.count("speedStop") == 0
+    assert arm.controller.count("speedL") >= 1e9 / RESEND_NS / 2
+
+
+def test_without_its_watchdog_it_is_not_armed(arm, monkeypatch):
+    monkeypatch.setattr(arm.worker, "_refusal", lambda: None)
+    assert arm.worker._arm().problem == ""
+    arm.controller.answers["setWatchdog"] = False
+    assert "watchdog" in arm.worker._arm().problem
+    assert arm.controller.count("stopScript") == 1
+
+
+@pytest.mark.parametrize("arm", [{"speedStop": False, "getRuntimeState": 1}], indirect=True)
+def test_disarmed_and_armed_again_it_takes_control_anew_and_feeds_the_watchdog(arm, monkeypatch):
     arm.command()
     arm.serve(0.2)
-    assert arm.starves()
     fresh = Controller({})
     monkeypatch.setattr(arm.worker, "_refusal", lambda: None)
     monkeypatch.setattr(arm.worker, "_new_control", lambda: fresh)
+    arm.worker._disarm()
     assert arm.worker._arm().problem == ""
-    assert "stopScript" in {name for name, _ in arm.controller.calls}
+    assert arm.controller.count("stopScript") == 1
     arm.serve(0.05)
-    assert fresh.last("kickWatchdog")
+    assert fresh.count("kickWatchdog")
+    arm.command()
+    arm.serve(SETTLED_S)
+    assert fresh.hungry_s() < 1 / WATCHDOG_HZ

@@ -12,7 +12,8 @@ import numpy as np
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.operator import Kernel, operator
 from lsds_mocks.gel.field.sweep import relax
-from lsds_mocks.gel.shapes import Sphere
+from lsds_mocks.gel.shapes import Box, Sphere
+from lsds_mocks.objects.relief import Relief
 
 if TYPE_CHECKING:
     from lsds_mocks.gel.material import GelMaterial
@@ -29,6 +30,7 @@ def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad
     for fine in fines:
         operator(material, fine, kernel)
     x_m = np.zeros(2)
+    Relief(Box(1.0, 1.0, angle_rad=0.1), np.zeros((2, 2), np.float32), 1e-3).gap(x_m, x_m)
     for solver in ("blocks", "fft"):
         gel = FieldGel(Sphere(material.thickness_m), material, fine=fines[0], kernel=kernel, solver=solver)
         for turn in (1, -1):
