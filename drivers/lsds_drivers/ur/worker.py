@@ -56,9 +56,9 @@ REFUSES_NS = 200_000_000
 """How long a refused stop may stand without a state that says why: the program has ended, the robot has stopped."""
 
 REST_M_S, REST_RAD_S = 5e-3, 2e-2
-"""An arm at rest is told to move more slowly than this, and more slowly than half of what was commanded last; where
-that was less than twice the least below, it is no use to look."""
+"""States below this, and below half of what was commanded last, show an arm at rest."""
 LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
+"""But not below this, where a controller's own noise begins."""
 
 RUNNING, PLAYING = 7, 2
 NORMAL_BIT, PROTECTIVE_BIT = 1, 4
@@ -197,15 +197,20 @@ class Worker:
             # Not fed until it is armed again: whatever states say, the controller's watchdog ends what still runs.
             self._seek_reason(now)
         elif command is None:
-            self._see_rest(now)
-            if now - self._sent_ns >= RESEND_NS:
-                self._sent_ns = now
-                control.kickWatchdog()
+            # Once the program has ended, there is nothing to feed, and a person may jog the arm.
+            if self._receive.getRuntimeState() == PLAYING:
+                self._rest(control, now)
         elif now >= command.expires_ns:
             self._halt()
         elif now - self._sent_ns >= RESEND_NS:
             self._sent_ns = now
             self._move(command, control)
+
+    def _rest(self, control: Any, now: int) -> None:
+        self._see_rest(now)
+        if now - self._sent_ns >= RESEND_NS:
+            self._sent_ns = now
+            control.kickWatchdog()
 
     def _move(self, command: Command, control: Any) -> None:
         slides, turns = math.hypot(*command.twist[:3]), math.hypot(*command.twist[3:])

@@ -23,8 +23,8 @@ OWN_DETECTORS = ("logistic", "field-mlp")
 PAPER_ESTIMATORS = ("lstm", "mlp")
 OWN_ESTIMATORS = ("linear-window", "field-gru")
 MOST = {
-    "random-forest": 20_000, "gradient-boosting": 8_000, "logistic": 20_000, "field-mlp": 20_000,
-    "lstm": 1_500, "mlp": 6_000, "field-gru": 9_000,
+    "random-forest": 12_000, "gradient-boosting": 6_000, "logistic": 20_000, "field-mlp": 20_000,
+    "lstm": 1_500, "mlp": 4_000, "field-gru": 8_000,
 }  # fmt: skip
 """Windows that one of many fits learns from at most, so that all of it takes half an hour; those for objects never seen
 learn from all."""

@@ -174,6 +174,14 @@ def test_an_arm_that_moves_with_no_command_long_after_its_stop_is_lost(arm):
         arm.serve(SETTLED_S)
 
 
+def test_once_the_program_has_ended_a_person_may_jog_the_arm(arm):
+    arm.command()
+    arm.serve(0.12)
+    arm.controller.answers["getRuntimeState"], arm.speed = 1, RUNS
+    arm.serve(SETTLED_S)
+    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+
+
 def test_commands_in_a_row_may_move_for_as_long_as_they_like(arm):
     arm.speed = RUNS
     for _ in range(20):
@@ -201,6 +209,7 @@ def test_disarmed_and_armed_again_it_takes_control_anew_and_feeds_the_watchdog(a
     arm.worker._disarm()
     assert arm.worker._arm().problem == ""
     assert arm.controller.count("stopScript") == 1
+    arm.controller.answers["getRuntimeState"] = 2
     arm.serve(0.05)
     assert fresh.count("kickWatchdog")
     arm.command()

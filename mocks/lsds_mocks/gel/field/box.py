@@ -32,8 +32,6 @@ class Box:
             self._bent = np.empty((3, rows, columns), np.float32)
             self._strips = np.empty((3, rows, hats_x), np.float32)
             self._hats = np.empty((3, hats_y, hats_x), np.float32)
-            self._load = np.empty(3 * hats_y * hats_x, np.float32)
-            self._lift = np.empty_like(self._load)
 
     def covers(self, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> bool:
         """Tell whether all these cells lie in it."""
@@ -77,10 +75,7 @@ class Box:
     def _add_walls(self, walls: Walls, traction: NDArray[np.float32], out: NDArray[np.float32], first: int) -> None:
         np.matmul(traction, walls.across, out=self._strips)
         np.matmul(walls.down.T, self._strips, out=self._hats)
-        load, lift, hats = self._load, self._lift, self._hats.reshape(-1)
-        np.take(hats, walls.order, out=load)
-        walls.answer(load, lift)
-        hats[walls.order] = lift
+        walls.answer(self._hats.reshape(-1))
         strips, bent = self._strips[first:], self._bent[first:]
         np.matmul(walls.down, self._hats[first:], out=strips)
         np.matmul(strips, walls.across.T, out=bent)

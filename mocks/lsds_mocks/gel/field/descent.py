@@ -22,6 +22,44 @@ _EDGE = np.float32(0.2)
 is taken to be there already. Steps end inside the discs, if only by a little; bounds to be met exactly never were."""
 
 
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def lay_out(
+    at: NDArray[np.int32], traction: Field, w: Field, target: Field, friction: Field,
+    y: Field, r: Field, targets: Field, frictions: Field,
+) -> None:  # fmt: skip
+    """Write what belongs to the cells `at` (n,) where they lie in a rectangle: traction, residual, target, friction.
+
+    Cells that are not looked after have no traction, and the residual that their target asks for.
+    """
+    y[:] = _0
+    for i in range(at.size):
+        frictions[at[i]] = friction[i]
+    for a in range(3):
+        for i in range(at.size):
+            y[a, at[i]] = traction[a, i]
+            targets[a, at[i]] = target[a, i]
+        for k in range(targets.shape[1]):
+            r[a, k] = -targets[a, k]
+        for i in range(at.size):
+            r[a, at[i]] += w[a, i]
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def take_in(
+    at: NDArray[np.int32], y: Field, r: Field, limit: Field, kt: float, target: Field,
+    traction: Field, w: Field, slid: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """The other way round: write the traction and displacement of the cells `at`, and which slide or do not touch."""
+    rest, bound = np.empty((3, at.size), np.float32), np.empty(at.size, np.float32)
+    for a in range(3):
+        for i in range(at.size):
+            traction[a, i], rest[a, i] = y[a, at[i]], r[a, at[i]]
+            w[a, i] = rest[a, i] + target[a, i]
+    for i in range(at.size):
+        bound[i] = limit[at[i]]
+    slides(traction, rest, bound, kt, slid)
+
+
 @njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def confine(
     y: Field, r: Field, friction: Field, kt: float, patient: bool, pace: Field, limit: Field, moved: Field

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.field.box import Box
-from lsds_mocks.gel.field.descent import advance, aim, confine, direct, misfit, reduce, slides, steepest
+from lsds_mocks.gel.field.descent import advance, aim, confine, direct, lay_out, misfit, reduce, steepest, take_in
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -136,18 +136,10 @@ class SpectralPatch:
         box = self._box
         if box is None:
             return 1
-        at, y, r = self._at, self._y, self._r
-        y[:] = 0.0
-        y[:, at] = traction
-        self._friction[at] = friction
-        self._target[:, at] = target
         # Cells that are not looked after are pressed by nothing whatever they do; their displacement may be anything.
-        r[:] = -self._target
-        r[:, at] += w
+        lay_out(self._at, traction, w, target, friction, self._y, self._r, self._target, self._friction)
         done = self._descend(box, _STRICT * tolerance, sweeps)
-        traction[:] = y[:, at]
-        w[:] = r[:, at] + target
-        slides(traction, r[:, at], self._limit[at], self._kt, slid)
+        take_in(self._at, self._y, self._r, self._limit, self._kt, target, traction, w, slid)
         return done
 
     def work(self, iterations: int) -> float:

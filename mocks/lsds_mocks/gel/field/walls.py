@@ -37,9 +37,9 @@ class Walls:
     sizes: NDArray[np.int64]
     matrix: NDArray[np.float32]
 
-    def answer(self, load: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Write what all classes say to a load (3 n m,), in their order."""
-        _symmetric(self.sizes, self.matrix, load, out)
+    def answer(self, hats: NDArray[np.float32]) -> None:
+        """Turn what hats gather from a traction (3 n m,) into their displacement, in place."""
+        _symmetric(self.order, self.sizes, self.matrix, hats)
 
 
 @lru_cache(maxsize=8)
@@ -82,30 +82,51 @@ def _classes(
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
 def _symmetric(
-    sizes: NDArray[np.int64], matrix: NDArray[np.float32], load: NDArray[np.float32], out: NDArray[np.float32]
+    order: NDArray[np.int64], sizes: NDArray[np.int64], matrix: NDArray[np.float32], hats: NDArray[np.float32]
 ) -> None:
-    """Write the products of symmetric matrices, of which the upper halves are given, with parts of `load`."""
-    out[:] = 0
+    """Multiply `hats`, taken in this order and in parts of these sizes, by symmetric matrices, in place; of each, the
+    upper half is given."""
+    load, lift = hats[order], np.zeros(order.size, np.float32)
     begin, at = 0, 0
     for size in sizes:
-        x, y = load[begin : begin + size], out[begin : begin + size]
-        # Two rows at a time: what they add to lies in the cache, and is read and written half as often.
-        for i in range(0, size - 1, 2):
-            upper, lower = matrix[at : at + size - i], matrix[at + size - i : at + 2 * (size - i) - 1]
-            at += 2 * (size - i) - 1
-            a, b = x[i], x[i + 1]
-            first, second = np.float32(0), np.float32(0)
-            upper_on, lower_on, x_on, y_on = upper[2:], lower[1:], x[i + 2 :], y[i + 2 :]
-            for j in range(size - i - 2):
-                first += upper_on[j] * x_on[j]
-                second += lower_on[j] * x_on[j]
-                y_on[j] += upper_on[j] * a + lower_on[j] * b
-            y[i] += first + upper[0] * a + upper[1] * b
-            y[i + 1] += second + upper[1] * a + lower[0] * b
-        if size % 2:
-            y[size - 1] += matrix[at] * x[size - 1]
-            at += 1
+        x, y = load[begin : begin + size], lift[begin : begin + size]
         begin += size
+        i = 0
+        # Four rows at a time: what they are multiplied by and added to is read and written a quarter as often.
+        while i + 3 < size:
+            n = size - i
+            a, b = matrix[at : at + n], matrix[at + n : at + 2 * n - 1]
+            c, d = matrix[at + 2 * n - 1 : at + 3 * n - 3], matrix[at + 3 * n - 3 : at + 4 * n - 6]
+            at += 4 * n - 6
+            p, q, r, s = x[i], x[i + 1], x[i + 2], x[i + 3]
+            first = a[0] * p + a[1] * q + a[2] * r + a[3] * s
+            second = a[1] * p + b[0] * q + b[1] * r + b[2] * s
+            third = a[2] * p + b[1] * q + c[0] * r + c[1] * s
+            fourth = a[3] * p + b[2] * q + c[1] * r + d[0] * s
+            a_on, b_on, c_on, d_on = a[4:], b[3:], c[2:], d[1:]
+            x_on, y_on = x[i + 4 :], y[i + 4 :]
+            for j in range(n - 4):
+                z = x_on[j]
+                first += a_on[j] * z
+                second += b_on[j] * z
+                third += c_on[j] * z
+                fourth += d_on[j] * z
+                y_on[j] += a_on[j] * p + b_on[j] * q + c_on[j] * r + d_on[j] * s
+            y[i] += first
+            y[i + 1] += second
+            y[i + 2] += third
+            y[i + 3] += fourth
+            i += 4
+        while i < size:
+            row = matrix[at : at + size - i]
+            at += size - i
+            y[i] += row[0] * x[i]
+            for j in range(1, size - i):
+                y[i] += row[j] * x[i + j]
+                y[i + j] += row[j] * x[i]
+            i += 1
+    for k in range(order.size):
+        hats[order[k]] = lift[k]
 
 
 @lru_cache(maxsize=8)
