@@ -6,6 +6,7 @@ dataset has such, else out of fold.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -82,7 +83,7 @@ class ModelsStudy:
         columns = _COLUMNS[job]
         shown: list[dict[str, Value]] = [
             {"model": row["model"], "object": row["object"]}
-            | {key: None if row.get(key) is None else row[key] * times for key, _, _, times in columns}
+            | {key: _times(row.get(key), times) for key, _, _, times in columns}
             for row in rows
         ]
         what = "slip told" if job == "detect" else "slip speed told"
@@ -119,6 +120,11 @@ def _path(name: str, job: Job) -> Path:
         hint = did_you_mean(name, _SHIPPED[job]) or f"there are {', '.join(_SHIPPED[job])}"
         raise DataError(f"no model '{name}' is shipped to {job}; {hint} (a file of your own ends in .onnx)")
     return model_path(name, "")
+
+
+def _times(value: float | None, times: float) -> float | None:
+    """Return a score as it is shown; None for an undefined one, such as the coverage of turning where nothing turns."""
+    return value * times if value is not None and math.isfinite(value) else None
 
 
 def _job_of(data: Dataset) -> Job:
