@@ -77,9 +77,16 @@ class Card:
 
 
 def save(path: Path, onnx: bytes, card: Card) -> None:
-    """Write `path` (.onnx) and its card beside it, each whole or not at all. Raises DataError."""
+    """Write `path` (.onnx) and its card beside it, each whole or not at all.
+
+    Raises DataError where it cannot, and where the card holds NaN: what was fitted has diverged.
+    """
+    try:
+        told = json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n"
+    except ValueError as error:
+        raise DataError(f"{path}: its card holds no numbers ({error}); the fit has diverged") from error
     write_whole(path, onnx)
-    write_whole(path.with_suffix(".json"), (json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n").encode())
+    write_whole(path.with_suffix(".json"), told.encode())
 
 
 class Artefact:

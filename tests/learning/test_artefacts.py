@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -82,6 +83,14 @@ def test_a_saved_model_is_loaded_as_it_was(model):
     told = json.loads(model.with_suffix(".json").read_text())
     assert told["signals"] == {name: UNITS[name] for name in FIELD}
     assert told["sha256"] == hashlib.sha256(model.read_bytes()).hexdigest()
+
+
+def test_a_card_of_a_fit_that_has_diverged_replaces_nothing(model):
+    before, card = model.read_bytes(), load(model, "detect").card
+    with pytest.raises(DataError, match="diverged"):
+        save(model, b"other", replace(card, threshold=float("nan")))
+    assert model.read_bytes() == before
+    assert load(model, "detect").card == card
 
 
 def test_a_missing_file_or_card(model):

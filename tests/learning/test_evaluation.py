@@ -100,6 +100,10 @@ def test_the_constant_in_contact_is_not_fitted_on_the_object_that_it_answers_for
     alone, other = (severity.baselines(own, part)[1]["mae"] for part in (own, slow))
     assert alone == pytest.approx(0.02), "each is told what the other does"
     assert other == pytest.approx(0.01), "the mean of both"
+    once = dataset(("slow",), 2)
+    speed = np.where(once["recording"] == "slow0", 0.01, 0.03).astype(np.float32)
+    own = labelled(Dataset({**once.columns, "velocity_y": speed}, once.card), "estimate")
+    assert severity.baselines(own, own)[1]["mae"] == pytest.approx(0.02), "each recording what the other does"
 
 
 def test_frames_without_an_answer_are_told():

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from learning.frames import fit_and_save
@@ -51,6 +52,15 @@ def test_the_shipped_models_of_a_job_are_scored_where_none_is_named(folder):
         "lstm", "field-gru", "mlp", "linear-window", "always zero", "constant in contact",
     }  # fmt: skip
     assert {row["object"] for row in rows} == {"book", "duster", "all"}
+    zero = next(row for row in rows if row["model"] == "always zero" and row["object"] == "all")
+    test = np.isin((data := dataset((*SEEN[:2], "book", "duster")))["object"], ("book", "duster"))
+    assert zero["mae_cm_s"] == pytest.approx(100 * float(np.mean(data["speed"][test])), rel=1e-5)
+
+
+def test_scores_on_objects_that_were_learnt_from_say_so(folder):
+    done = evaluate("data", "--model", "mine.onnx", "--object", SEEN[0])
+    assert done.exit_code == 0, done.output
+    assert "some were learnt from" in done.output
 
 
 def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import select
 import signal
@@ -20,6 +19,7 @@ import time
 from typing import Any
 
 from lsds_drivers.ur.clock_map import ClockMap
+from lsds_drivers.ur.motion_seen import MotionSeen
 from lsds_drivers.ur.packets import (
     LARGEST,
     Command,
@@ -47,20 +47,17 @@ STALLED_NS = 2_000_000_000
 SPEED_T_S = 0.002
 
 SETTLES_NS = 300_000_000
-"""What a stop may take beyond the deceleration itself, and how long an arm at rest may be seen to move."""
+"""How long an arm that was told to stop may show no slowing down, and one at rest may be seen to move."""
 
 RESTS_NS = 80_000_000
 """States all along so much time have to show an arm at rest before it is taken to be."""
 
 REFUSES_NS = 200_000_000
-"""How long a refused stop may stand without a state that says why: the program has ended, the robot has stopped."""
+"""How long a refused motion may stand without a state that says why: the program has ended, the robot has stopped."""
 
-REST_M_S, REST_RAD_S = 5e-3, 2e-2
-"""States below this, and below half of what was commanded last, show an arm at rest."""
-LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
-"""But not below this, where a controller's own noise begins."""
+_STILL = [0.0] * 6
 
-RUNNING, PLAYING = 7, 2
+RUNNING, STOPPED, PLAYING = 7, 1, 2
 NORMAL_BIT, PROTECTIVE_BIT = 1, 4
 VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "safety_status_bits", "runtime_state"]
 
@@ -84,12 +81,11 @@ class Worker:
         self._command: Command | None = None
         self._sent_ns = 0
         # Whether it has been commanded to move and not been seen at rest since; when it was told to stop, 0 if it was
-        # not; whether the controller took that.
+        # not; whether the controller has refused a motion since.
         self._moving, self._halted_ns, self._refused = False, 0, False
-        self._fastest = 0.0
-        self._limits = REST_M_S, REST_RAD_S
-        # Since when all states have shown it at rest, or moving: arrival of the first of them, 0 for neither.
-        self._rests_ns = self._runs_ns = 0
+        # Whether its program has been seen to run since it was armed; whether it is over, whatever runs there now.
+        self._played = self._ended = False
+        self._seen = MotionSeen()
 
     def run(self) -> None:
         """Serve until the driver says so, or is gone, or the stream stalls."""
@@ -119,7 +115,7 @@ class Worker:
             wait_s = 0.0
             data = self._link.recv(LARGEST)
             if not data or data[0] == Kind.QUIT:
-                self._halt()
+                self._leave()
                 return False
             if data[0] == Kind.COMMAND:
                 self._command, self._sent_ns = unpack_command(data), 0
@@ -168,19 +164,19 @@ class Worker:
             tuple(receive.getActualTCPSpeed()),
             receive.getRobotMode(),
             receive.getSafetyStatusBits(),
-            receive.getRuntimeState(),
+            self._runtime(receive.getRuntimeState()),
         )
         self._seq += 1
         self._send(pack_state(state))
-        self._judge(state.speed, now)
+        self._seen.judge(state.speed, now)
 
-    def _judge(self, speed: tuple[float, ...], now: int) -> None:
-        """Note since when states have shown the arm at rest, or moving. What is no number is not at rest."""
-        slides, turns = math.hypot(*speed[:3]), math.hypot(*speed[3:])
-        if slides < self._limits[0] and turns < self._limits[1]:
-            self._rests_ns, self._runs_ns = self._rests_ns or now, 0
-        else:
-            self._rests_ns, self._runs_ns = 0, self._runs_ns or now
+    def _runtime(self, told: int) -> int:
+        """Return the state of our program: once it has ended, another one may run in its place, which is not ours."""
+        if told == PLAYING:
+            self._played = True
+        elif self._played:
+            self._ended = True
+        return STOPPED if self._ended else told
 
     def _drive(self) -> None:
         """Send the standing command where it is new or has to be renewed; brake where it has expired.
@@ -188,71 +184,86 @@ class Worker:
         Raises Lost where the arm is not where it should be: at rest, without a command.
         """
         command, control = self._command, self._control
-        if control is None or self._refused:
+        if control is None or self._refused or self._ended:
             self._command = None
-        now = time.monotonic_ns()
-        if control is None:
-            return
-        if self._refused:
+        if control is None or self._ended:
             # Not fed until it is armed again: whatever states say, the controller's watchdog ends what still runs.
+            return
+        now = time.monotonic_ns()
+        if self._refused:
             self._seek_reason(now)
         elif command is None:
-            # Once the program has ended, there is nothing to feed, and a person may jog the arm.
-            if self._receive.getRuntimeState() == PLAYING:
-                self._rest(control, now)
+            self._rest(control, now)
         elif now >= command.expires_ns:
             self._halt()
         elif now - self._sent_ns >= RESEND_NS:
-            self._sent_ns = now
-            self._move(command, control)
+            if not self._moving:
+                self._seen.set_in_motion()
+            self._moving, self._halted_ns = True, 0
+            self._send_speed(list(command.twist), command.acceleration)
 
-    def _rest(self, control: Any, now: int) -> None:
-        self._see_rest(now)
-        if now - self._sent_ns >= RESEND_NS:
-            self._sent_ns = now
-            control.kickWatchdog()
-
-    def _move(self, command: Command, control: Any) -> None:
-        slides, turns = math.hypot(*command.twist[:3]), math.hypot(*command.twist[3:])
-        self._limits = _limit(slides, REST_M_S, LEAST_M_S), _limit(turns, REST_RAD_S, LEAST_RAD_S)
-        # It may still be as fast as the command before.
-        self._fastest = max(slides, turns, self._fastest if self._moving else 0.0)
-        self._moving, self._halted_ns = True, 0
-        if not control.speedL(list(command.twist), command.acceleration, SPEED_T_S):
-            self._refused = True
-            self._halt()
+    def _send_speed(self, twist: list[float], acceleration: float) -> None:
+        self._sent_ns = time.monotonic_ns()
+        if not self._control.speedL(twist, acceleration, SPEED_T_S):
+            self._refused, self._command = True, None
+            self._halted_ns = self._halted_ns or self._sent_ns
 
     def _halt(self) -> None:
-        """Decelerate to rest; note whether the controller takes it."""
+        """Begin to decelerate. Not by speedStop: it waits for rest, and meanwhile nobody would feed the watchdog."""
         self._command = None
-        if self._control is None or not self._moving:
+        if self._control is None or self._ended or not (self._moving or self._seen.runs_ns):
             return
-        self._halted_ns = self._halted_ns or time.monotonic_ns()
+        if not self._halted_ns:
+            self._moving, self._halted_ns = True, time.monotonic_ns()
+            self._seen.told_to_stop()
+        self._send_speed(_STILL, self._options["stop_acceleration_m_s2"])
+
+    def _end_motion(self, control: Any, now: int) -> None:
+        """End the speed control of an arm at rest, which takes no time."""
         try:
-            taken = bool(self._control.speedStop(self._options["stop_acceleration_m_s2"]))
+            taken = bool(control.speedStop(self._options["stop_acceleration_m_s2"]))
         except RuntimeError:
             taken = False
-        self._refused = self._refused or not taken
+        if not taken:
+            self._refused, self._halted_ns = True, now
+
+    def _leave(self) -> None:
+        """Decelerate to rest, and wait for it: the watchdog is of no use any more."""
+        self._command = None
+        if self._control is not None and self._moving and not self._ended:
+            with contextlib.suppress(RuntimeError):
+                self._control.speedStop(self._options["stop_acceleration_m_s2"])
 
     def _seek_reason(self, now: int) -> None:
-        """See that a motion or a stop was refused because the controller has ended the program, or stopped the arm."""
+        """See that a motion was refused because the controller has ended the program, or stopped the arm."""
         state = self._receive
-        stopped = state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT
-        if not stopped and now - self._halted_ns > REFUSES_NS:
+        if state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT:
+            self._ended = True
+        elif now - self._halted_ns > REFUSES_NS:
             raise Lost("did not take a motion or a stop, and does not say why")
 
-    def _see_rest(self, now: int) -> None:
-        """See that an arm without a command stands still, once it has had the time to."""
-        newest = self._changed_ns
+    def _rest(self, control: Any, now: int) -> None:
+        """Without a command: see that the arm comes to rest, and stays there, and feed the watchdog if it does."""
+        settles_ns = SETTLES_NS + 2e9 / self._options["state_rate_hz"]
+        seen = self._seen
+        if not self._moving:
+            if seen.runs_ns and seen.judged_ns - seen.runs_ns > SETTLES_NS:
+                raise Lost("moves, though nobody commands it")
+        elif seen.rests_ns and seen.judged_ns - seen.rests_ns > RESTS_NS:
+            self._moving, self._halted_ns = False, 0
+            self._end_motion(control, now)
+        elif now - max(self._halted_ns, seen.judged_ns) > settles_ns:
+            # Blind: from here on the controller's watchdog has it.
+            self._ended = True
+        elif not seen.rests_ns and now - max(self._halted_ns, seen.slowed_ns) > settles_ns:
+            raise Lost("was told to stop, and does not slow down")
+        if now - self._sent_ns < RESEND_NS:
+            return
         if self._moving:
-            # Turning slows down by as many rad/s2 as sliding does by m/s2.
-            braking_ns = 1e9 * self._fastest / self._options["stop_acceleration_m_s2"]
-            if self._rests_ns and newest - max(self._rests_ns, self._halted_ns) > RESTS_NS:
-                self._moving, self._halted_ns = False, 0
-            elif now - self._halted_ns > braking_ns + SETTLES_NS:
-                raise Lost("was told to stop, and is not seen at rest")
-        elif self._runs_ns and newest - self._runs_ns > SETTLES_NS:
-            raise Lost("moves, though nobody commands it")
+            self._send_speed(_STILL, self._options["stop_acceleration_m_s2"])
+        else:
+            self._sent_ns = now
+            control.kickWatchdog()
 
     def _arm(self) -> Reply:
         """Make the arm commandable; return what is in the way."""
@@ -273,11 +284,16 @@ class Worker:
             if not self._control.setWatchdog(WATCHDOG_HZ):
                 self._disarm()
                 return Reply("does not take its watchdog, without which it could run on", _CONTROL)
-            self._moving, self._halted_ns, self._refused = False, 0, False
+            self._begin()
         except (RuntimeError, OSError) as error:
             self._disarm()
             return Reply(f"does not take control: {_plain(error)}", _CONTROL)
         return Reply()
+
+    def _begin(self) -> None:
+        """Forget what was; nothing is known of a program yet."""
+        self._moving, self._halted_ns, self._refused = False, 0, False
+        self._played = self._ended = False
 
     def _refusal(self) -> Reply | None:
         mode, bits = self._receive.getRobotMode(), self._receive.getSafetyStatusBits()
@@ -337,9 +353,9 @@ class Worker:
 
     def _disarm(self) -> None:
         """Give control back; the program on the controller ends."""
-        self._halt()
+        self._leave()
         control, self._control = self._control, None
-        self._moving, self._halted_ns, self._refused = False, 0, False
+        self._begin()
         if control is not None:
             with contextlib.suppress(RuntimeError):
                 control.stopScript()
@@ -349,11 +365,6 @@ class Worker:
 
 _REACH = "check the address, the cable, and that the controller is on"
 _CONTROL = "is another client in control (registers in use)? is the arm in remote control?"
-
-
-def _limit(commanded: float, usual: float, least: float) -> float:
-    """Return the speed below which an arm is at rest that was commanded to move so fast."""
-    return max(least, min(usual, commanded / 2)) if commanded else usual
 
 
 def _plain(error: BaseException) -> str:

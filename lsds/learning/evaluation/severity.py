@@ -107,12 +107,13 @@ def plain(own: Task, name: str, speed: NDArray[np.float64]) -> Row:
 
 def plain_speeds(fitted: Task, own: Task) -> dict[str, NDArray[np.float64]]:
     """Return the speeds (n,) that "always zero" and "a constant while there is contact" say. The constant is from
-    `fitted`; where that is `own` itself, for each object from the others."""
+    `fitted`; where that is `own` itself, for each object from the others, or for each recording where there is one."""
     objects = own.column("object")
     area, speed = fitted.column("area").astype(float), true_speed(fitted)
     constant = np.full(len(objects), contact_constant(area, speed))
-    if fitted is own and len(set(objects.tolist())) > 1:
-        for _, others, left in leave_one_out(objects):
+    groups = objects if len(set(objects.tolist())) > 1 else own.column("recording")
+    if fitted is own and len(set(groups.tolist())) > 1:
+        for _, others, left in leave_one_out(groups):
             constant[left] = contact_constant(area[others], speed[others])
     touching = in_contact(own.column("area").astype(float))
     return {"always zero": np.zeros(len(objects)), "constant in contact": np.asarray(constant * touching, np.float64)}

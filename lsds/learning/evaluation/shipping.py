@@ -41,7 +41,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     parts = list(folds(names, np.asarray(spread, int), count, seed))
     said = out_of_fold(learner, own, parts, seed, model.most)
     factors = Factors() if detects else severity.calibration(own, said)
-    # The rules answer the same windows in the same folds.
+    # The rules answer the same windows, what they fit out of fold, too.
     if detects:
         scores = detection.scored(own, said)
         rules = [detection.scored(own, *detection.rule_out_of_fold(own, parts)), detection.majority(own)]

@@ -40,7 +40,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
     own = [out / RESULTS, out / FITS, *(data / name / CARD for name in STUDY)]
-    if out.exists() and any(out.iterdir()) and not any(path.exists() for path in own):
+    if any(path.is_file() for path in out.rglob("*")) and not any(path.exists() for path in own):
         raise DataError(f"{out}: is not empty, and no reproduction (choose another --out)")
     cards = {}
     for name in STUDY:

@@ -40,8 +40,9 @@ _COLUMNS: dict[Job, tuple[tuple[str, str, str, float], ...]] = {
         ("false_alarms_per_min", "alarms a min", ".1f", 1.0), ("answered", "answered", ".3f", 1.0),
     ),
     "estimate": (
-        ("mae", "MAE, cm/s", ".2f", 100.0), ("mae_low", "low", ".2f", 100.0), ("mae_high", "high", ".2f", 100.0),
-        ("moving_mae", "moving", ".2f", 100.0), ("r2", "R2", ".2f", 1.0), ("coverage", "covered", ".2f", 1.0),
+        ("mae_cm_s", "MAE, cm/s", ".2f", 100.0), ("mae_low_cm_s", "low", ".2f", 100.0),
+        ("mae_high_cm_s", "high", ".2f", 100.0), ("moving_mae_cm_s", "moving", ".2f", 100.0),
+        ("r2", "R2", ".2f", 1.0), ("coverage", "covered", ".2f", 1.0),
         ("moving_coverage", "moving", ".2f", 1.0), ("angular_relative_error", "angular error", ".2f", 1.0),
         ("angular_coverage", "covered", ".2f", 1.0), ("turning_coverage", "turning", ".2f", 1.0),
         ("answered", "answered", ".3f", 1.0),
@@ -83,17 +84,21 @@ class ModelsStudy:
         columns = _COLUMNS[job]
         shown: list[dict[str, Value]] = [
             {"model": row["model"], "object": row["object"]}
-            | {key: _times(row.get(key), times) for key, _, _, times in columns}
+            | {key: _times(row.get(key.removesuffix("_cm_s")), times) for key, _, _, times in columns}
             for row in rows
         ]
         what = "slip told" if job == "detect" else "slip speed told"
-        title = f"Models as they are: {what} on objects not learnt from, {data.card.get('figures_are', 'unknown')}"
+        known = sorted(_learnt(models) & set(test["object"].tolist()))
+        where = "objects of which some were learnt from" if known else "objects not learnt from"
+        title = f"Models as they are: {what} on {where}, {data.card.get('figures_are', 'unknown')}"
         heads = [
             ("model", "model", ""),
             ("object", "object", ""),
             *((key, head, form) for key, head, form, _ in columns),
         ]
-        score = ("accuracy", "accuracy") if job == "detect" else ("mae", "MAE, cm/s")
+        score = ("accuracy", "accuracy", "accuracy_low", "accuracy_high")
+        if job == "estimate":
+            score = ("mae_cm_s", "MAE, cm/s", "mae_low_cm_s", "mae_high_cm_s")
         return StudyResult(title, heads, shown, partial(plot, rows=shown, score=score, title=title), [
             f"{len(test)} frames of {len(test.starts) - 1} recordings; low and high: 95 % interval over recordings",
             "answered: share of the labelled frames in which what the model looks at is defined; scores are of those, "
@@ -106,11 +111,15 @@ class ModelsStudy:
         for name in self.options.objects:
             if name not in known:
                 raise DataError(f"no object '{name}' in {self.options.data}; {did_you_mean(name, known) or known}")
-        learnt = {name for model in models for name in (model.card.trained_on or {}).get("objects", ())}
+        learnt = _learnt(models)
         found = self.options.objects or [name for name in known if name not in learnt]
         if not found:
-            raise DataError(f"{self.options.data}: the models have learnt from all its objects; name some to score on")
+            raise DataError(f"{self.options.data}: the models have learnt from all its objects; collect others")
         return found
+
+
+def _learnt(models: list[Artefact]) -> set[str]:
+    return {name for model in models for name in (model.card.trained_on or {}).get("objects", ())}
 
 
 def _path(name: str, job: Job) -> Path:

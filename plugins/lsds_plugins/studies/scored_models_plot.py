@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from lsds.contracts.study import Value
 
 
-def plot(path: Path, rows: list[dict[str, Value]], score: tuple[str, str], title: str) -> None:
-    """Write a PNG: a line a model, a dot an object, all of them together as a bar with its interval."""
-    key, heading = score
+def plot(path: Path, rows: list[dict[str, Value]], score: tuple[str, str, str, str], title: str) -> None:
+    """Write a PNG: a line a model, a dot an object, all of them together as a bar with its interval. `score`: its key,
+    its heading, the keys of its interval's ends."""
+    key, heading, *ends = score
     models = list(dict.fromkeys(str(row["model"]) for row in rows))
     objects = [name for name in dict.fromkeys(str(row["object"]) for row in rows) if name != "all"]
     figure = Figure(figsize=(9, 1.6 + 0.42 * len(models)), layout="constrained")
@@ -26,7 +27,7 @@ def plot(path: Path, rows: list[dict[str, Value]], score: tuple[str, str], title
             continue
         if row["object"] == "all":
             ax.plot([float(value)], [at], "|", color="k", ms=16, mew=2)
-            low, high = row.get(f"{key}_low"), row.get(f"{key}_high")
+            low, high = (row.get(end) for end in ends)
             if low is not None and high is not None:
                 ax.plot([float(low), float(high)], [at, at], color="k", lw=1)
         else:

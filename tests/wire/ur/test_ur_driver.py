@@ -259,6 +259,23 @@ def test_a_stream_that_stands_still_is_stale_at_once_and_one_error_before_ur_rtd
         assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 10)
 
 
+@pytest.mark.parametrize("ended", ["expiry", "stop"])
+def test_a_stop_longer_than_the_watchdog_waits_leaves_the_program_running(mock, ended):
+    with connected(mock, stop_acceleration_m_s2=0.2) as arm:
+        arm.arm()
+        for _ in range(2):
+            # Half a second to brake, at ten hertz of watchdog.
+            assert until(lambda: not isinstance(attempt(arm.command, up(0.1, within_s=0.3)), DeviceError))
+            assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.08)
+            if ended == "stop":
+                arm.stop()
+            assert until(lambda: truly_at_rest(mock), 3)
+            began = CLOCK.now()
+            while CLOCK.now() - began < 300_000_000:
+                arm.read()
+        arm.command(up(-0.03))
+
+
 FAULTS = {
     "drop": {"probability": 0.5},
     "delay": {"delay_ms": 60},

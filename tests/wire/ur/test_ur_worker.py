@@ -18,7 +18,7 @@ SETTLED_S = 0.8
 
 
 class Controller:
-    """ur_rtde's two interfaces: `answers` tells what a call returns, or raises; True where it does not say."""
+    """ur_rtde's two interfaces: `answers` tells what a call returns, raises, or does; True where it does not say."""
 
     def __init__(self, answers):
         self.answers, self.calls = {"getRuntimeState": 2, "getSafetyStatusBits": 1, **answers}, []
@@ -27,6 +27,7 @@ class Controller:
         def call(*arguments):
             self.calls.append((name, time.monotonic()))
             answer = self.answers.get(name, True)
+            answer = answer(*arguments) if callable(answer) else answer
             if isinstance(answer, Exception):
                 raise answer
             return answer
@@ -46,7 +47,7 @@ class Arm:
 
     def __init__(self, answers):
         self.link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self.controller, self.speed = Controller(answers), STILL
+        self.controller, self.speed, self.every_ns = Controller(answers), STILL, 0
         self.worker = Worker(theirs, UrOptions().model_dump())
         self.worker._receive = self.worker._control = self.controller
 
@@ -60,9 +61,9 @@ class Arm:
     def serve(self, for_s):
         ends = time.monotonic() + for_s
         while time.monotonic() < ends:
-            if self.speed is not None:
-                self.worker._changed_ns = time.monotonic_ns()
-                self.worker._judge(self.speed, self.worker._changed_ns)
+            if self.speed is not None and time.monotonic_ns() - self.worker._seen.judged_ns >= self.every_ns:
+                self.worker._runtime(self.controller.answers["getRuntimeState"])
+                self.worker._seen.judge(self.speed, time.monotonic_ns())
             self.worker._listen()
             self.worker._drive()
 
@@ -88,16 +89,28 @@ def test_at_rest_the_watchdog_is_fed_before_and_after_a_motion(arm):
     assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
 
 
-REFUSALS = [False, RuntimeError("no answer")]
+def moves_only(twist, acceleration, duration):
+    """A controller that takes motions and no stops."""
+    return any(twist)
 
 
-@pytest.mark.parametrize("arm", [{"speedStop": refusal} for refusal in REFUSALS], ids=repr, indirect=True)
+def refusing(error):
+    def call(*arguments):
+        raise error
+
+    return call
+
+
+@pytest.mark.parametrize(
+    "arm",
+    [{"speedL": moves_only}, {"speedStop": False}, {"speedStop": refusing(RuntimeError("no answer"))}],
+    ids=["speedL", "speedStop", "speedStop raises"],
+    indirect=True,
+)
 @pytest.mark.parametrize("ended", ["expiry", "stop"])
-@pytest.mark.parametrize("speed", [STILL, RUNS], ids=["said to rest", "seen to run"])
-def test_a_stop_that_the_controller_does_not_take_ends_the_child(arm, ended, speed):
+def test_a_stop_that_the_controller_does_not_take_ends_the_child(arm, ended):
     arm.command(within_s=0.1 if ended == "expiry" else 30)
     arm.serve(0.05)
-    arm.speed = speed
     if ended == "stop":
         arm.stop()
     with pytest.raises(Lost, match="did not take"):
@@ -105,48 +118,81 @@ def test_a_stop_that_the_controller_does_not_take_ends_the_child(arm, ended, spe
     assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ, "fed while nobody knew what it does"
 
 
-@pytest.mark.parametrize("arm", [{"speedStop": False}], indirect=True)
+@pytest.mark.parametrize("arm", [{"speedL": moves_only}], indirect=True)
 def test_every_further_stop_is_tried_too_and_no_command_gets_through(arm):
     arm.command(within_s=30)
     arm.serve(0.05)
+    moved = arm.controller.count("speedL")
     for _ in range(3):
         arm.stop()
     arm.serve(0.02)
-    assert arm.controller.count("speedStop") == 3
-    moved = arm.controller.count("speedL")
+    assert arm.controller.count("speedL") == moved + 3
     arm.command(within_s=30)
     arm.serve(0.1)
-    assert arm.controller.count("speedL") == moved
+    assert arm.controller.count("speedL") == moved + 3
 
 
-@pytest.mark.parametrize("arm", [{"speedL": False}, {"speedL": False, "speedStop": False}], ids=repr, indirect=True)
-def test_a_motion_that_cannot_be_renewed_is_stopped_and_ends_the_child(arm):
+@pytest.mark.parametrize("arm", [{"speedL": False}], indirect=True)
+def test_a_motion_that_cannot_be_renewed_ends_the_child(arm):
     arm.command(within_s=30)
     with pytest.raises(Lost, match="did not take"):
         arm.serve(SETTLED_S)
-    assert arm.controller.count("speedStop") == 1
-    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+    assert arm.controller.count("speedL") == 1
 
 
-@pytest.mark.parametrize(
-    "arm",
-    [{"speedL": False, "speedStop": False, **why} for why in ({"getRuntimeState": 1}, {"getSafetyStatusBits": 4})],
-    ids=repr,
-    indirect=True,
-)
-def test_where_the_controller_has_stopped_it_the_child_stays_and_feeds_nothing(arm):
+@pytest.mark.parametrize("why", [{"getRuntimeState": 1}, {"getSafetyStatusBits": 4}], ids=repr)
+def test_where_the_controller_has_stopped_it_the_child_stays_and_feeds_nothing(arm, why):
+    arm.serve(0.05)
+    arm.controller.answers |= {"speedL": False, **why}
     arm.command(within_s=30)
     arm.serve(SETTLED_S)
     assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
 
 
-@pytest.mark.parametrize("seen", [RUNS, (0.0, 0.0, 0.0, 0.0, 0.0, 0.1), (0.0, math.nan, 0.0, 0.0, 0.0, 0.0), None])
-def test_an_arm_that_is_not_seen_to_come_to_rest_is_lost(arm, seen):
+def test_a_long_stop_is_watched_and_feeds_the_watchdog_all_the_way(arm):
+    arm.command(within_s=30)
+    arm.speed = RUNS
+    arm.serve(0.1)
+    arm.stop()
+    for part in range(19, -1, -1):
+        arm.speed = (0.0, 0.0, SPEED * part / 20, 0.0, 0.0, 0.0)
+        arm.serve(0.05)
+        assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
+    arm.serve(0.2)
+    assert arm.controller.count("speedStop") == 1
+    assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
+
+
+@pytest.mark.parametrize("seen", [RUNS, (0.0, 0.0, 0.0, 0.0, 0.0, 0.1), (0.0, math.nan, 0.0, 0.0, 0.0, 0.0)])
+def test_an_arm_that_does_not_slow_down_is_lost(arm, seen):
     arm.serve(0.1)
     arm.command()
     arm.speed = seen
-    with pytest.raises(Lost, match="not seen at rest"):
+    with pytest.raises(Lost, match="does not slow down"):
         arm.serve(SETTLED_S)
+
+
+def test_an_arm_that_is_not_seen_is_left_to_the_controller_s_watchdog(arm):
+    arm.serve(0.1)
+    arm.command()
+    arm.speed = None
+    arm.serve(SETTLED_S)
+    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+    arm.speed = STILL
+    arm.command()
+    arm.serve(SETTLED_S)
+    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ, "until it is armed again"
+
+
+def test_states_at_ten_hertz_are_enough(arm):
+    arm.worker._options["state_rate_hz"], arm.every_ns = 10.0, 100_000_000
+    for _ in range(2):
+        arm.command()
+        arm.speed = RUNS
+        arm.serve(0.25)
+        arm.speed = STILL
+        arm.serve(SETTLED_S)
+    assert arm.controller.count("speedStop") == 2
 
 
 def test_a_moment_of_rest_before_it_gets_going_is_no_rest(arm):
@@ -159,10 +205,11 @@ def test_a_moment_of_rest_before_it_gets_going_is_no_rest(arm):
         arm.serve(SETTLED_S)
 
 
-def test_slow_motions_are_seen_too(arm):
-    arm.command(speed=0.004)
-    arm.speed = (0.0, 0.0, 0.004, 0.0, 0.0, 0.0)
-    with pytest.raises(Lost, match="not seen at rest"):
+@pytest.mark.parametrize("slow", [0.004, 0.0025])
+def test_slow_motions_are_seen_too_whatever_was_commanded(arm, slow):
+    arm.command()
+    arm.speed = (0.0, 0.0, slow, 0.0, 0.0, 0.0)
+    with pytest.raises(Lost, match="does not slow down"):
         arm.serve(SETTLED_S)
 
 
@@ -170,16 +217,32 @@ def test_an_arm_that_moves_with_no_command_long_after_its_stop_is_lost(arm):
     arm.command()
     arm.serve(SETTLED_S)
     arm.speed = RUNS
+    arm.serve(0.1)
+    told = arm.controller.count("speedL")
+    arm.stop()
+    arm.serve(0.02)
+    assert arm.controller.count("speedL") > told, "a stop is always tried"
+    with pytest.raises(Lost):
+        arm.serve(SETTLED_S)
+
+
+def test_unstopped_it_is_lost_just_so(arm):
+    arm.serve(0.1)
+    arm.speed = RUNS
     with pytest.raises(Lost, match="nobody commands it"):
         arm.serve(SETTLED_S)
 
 
-def test_once_the_program_has_ended_a_person_may_jog_the_arm(arm):
+def test_once_the_program_has_ended_another_one_is_nobody_s_business_here(arm):
     arm.command()
-    arm.serve(0.12)
-    arm.controller.answers["getRuntimeState"], arm.speed = 1, RUNS
+    arm.serve(SETTLED_S)
+    arm.controller.answers["getRuntimeState"] = 1
+    arm.serve(0.05)
+    arm.controller.answers["getRuntimeState"], arm.speed = 2, RUNS
+    arm.command()
     arm.serve(SETTLED_S)
     assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+    assert arm.worker._runtime(2) == 1, "the driver is told that it has ended"
 
 
 def test_commands_in_a_row_may_move_for_as_long_as_they_like(arm):
@@ -199,17 +262,16 @@ def test_without_its_watchdog_it_is_not_armed(arm, monkeypatch):
     assert arm.controller.count("stopScript") == 1
 
 
-@pytest.mark.parametrize("arm", [{"speedStop": False, "getRuntimeState": 1}], indirect=True)
+@pytest.mark.parametrize("arm", [{"speedStop": False}], indirect=True)
 def test_disarmed_and_armed_again_it_takes_control_anew_and_feeds_the_watchdog(arm, monkeypatch):
     arm.command()
-    arm.serve(0.2)
+    arm.serve(0.25)
     fresh = Controller({})
     monkeypatch.setattr(arm.worker, "_refusal", lambda: None)
     monkeypatch.setattr(arm.worker, "_new_control", lambda: fresh)
     arm.worker._disarm()
     assert arm.worker._arm().problem == ""
     assert arm.controller.count("stopScript") == 1
-    arm.controller.answers["getRuntimeState"] = 2
     arm.serve(0.05)
     assert fresh.count("kickWatchdog")
     arm.command()
