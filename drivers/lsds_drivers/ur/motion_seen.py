@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 REST_M_S, REST_RAD_S = 5e-3, 2e-2
-"""States below this, and below half of the fastest that was seen since the arm was set in motion, show it at rest."""
+"""States below this, and below half of the fastest that was seen since the arm was set in motion, or told to stop, show
+it at rest."""
 LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
 """But not below this, where a controller's own noise begins."""
-_SLOWS = 0.95
+_SLOWS = 0.99
 
 
 class MotionSeen:
@@ -28,6 +29,7 @@ class MotionSeen:
 
     def told_to_stop(self) -> None:
         """What was seen before says nothing of whether it obeys."""
+        self._fastest = 0.0, 0.0
         self.rests_ns, self._slowest, self.slowed_ns = 0, math.inf, 0
 
     def judge(self, speed: tuple[float, ...], now: int) -> None:

@@ -50,7 +50,7 @@ SETTLES_NS = 300_000_000
 """How long an arm that was told to stop may show no slowing down, and one at rest may be seen to move."""
 
 RESTS_NS = 80_000_000
-"""States all along so much time have to show an arm at rest before it is taken to be."""
+"""States all along so much time have to show an arm at rest, and no slower, before it is taken to be."""
 
 REFUSES_NS = 200_000_000
 """How long a refused motion may stand without a state that says why: the program has ended, the robot has stopped."""
@@ -82,7 +82,8 @@ class Worker:
         self._sent_ns = 0
         # Whether it has been commanded to move and not been seen at rest since; when it was told to stop, 0 if it was
         # not; whether the controller has refused a motion since.
-        self._moving, self._halted_ns, self._refused = False, 0, False
+        self._moving, self._halted_ns, self._refused, self._refused_ns = False, 0, False, 0
+        self._two_states_ns = 2e9 / options["state_rate_hz"]
         # Whether its program has been seen to run since it was armed; whether it is over, whatever runs there now.
         self._played = self._ended = False
         self._seen = MotionSeen()
@@ -104,7 +105,10 @@ class Worker:
             while self._listen():
                 self._drive()
         except Lost as lost:
-            self._give_up(str(lost), "see the pendant, then disarm and arm again")
+            self._give_up(str(lost), _PENDANT)
+        except Exception as error:
+            # ur_rtde's own; an orderly exit could wait for its threads, and the driver for that.
+            self._give_up(f"cannot be driven: {_plain(error)}", _PENDANT)
 
     # -- the driver's side --------------------------------------------------------------------------------
 
@@ -138,7 +142,10 @@ class Worker:
         """Pass states on; end the process where none have come for long."""
         while True:
             time.sleep(LOOK_S)
-            self._look()
+            try:
+                self._look()
+            except Exception as error:
+                self._give_up(f"its states cannot be read: {_plain(error)}", "see whether it still runs")
             if time.monotonic_ns() - self._changed_ns > STALLED_NS:
                 problem = f"the controller has sent nothing new for {STALLED_NS / 1e9:.0f} s"
                 self._give_up(problem, "see whether it still runs")
@@ -204,33 +211,39 @@ class Worker:
 
     def _send_speed(self, twist: list[float], acceleration: float) -> None:
         self._sent_ns = time.monotonic_ns()
-        if not self._control.speedL(twist, acceleration, SPEED_T_S):
-            self._refused, self._command = True, None
-            self._halted_ns = self._halted_ns or self._sent_ns
+        taken = self._control.speedL(twist, acceleration, SPEED_T_S)
+        if time.monotonic_ns() - self._sent_ns > REFUSES_NS:
+            # ur_rtde may have connected anew meanwhile, and run a fresh program that nobody has set a watchdog for.
+            raise Lost("took too long to take a motion")
+        if not taken:
+            self._refuse()
+
+    def _refuse(self) -> None:
+        self._command = None
+        if not self._refused:
+            self._refused, self._refused_ns = True, time.monotonic_ns()
 
     def _halt(self) -> None:
         """Begin to decelerate. Not by speedStop: it waits for rest, and meanwhile nobody would feed the watchdog."""
         self._command = None
-        if self._control is None or self._ended or not (self._moving or self._seen.runs_ns):
+        if self._control is None or not (self._moving or self._seen.runs_ns):
             return
         if not self._halted_ns:
             self._moving, self._halted_ns = True, time.monotonic_ns()
             self._seen.told_to_stop()
         self._send_speed(_STILL, self._options["stop_acceleration_m_s2"])
 
-    def _end_motion(self, control: Any, now: int) -> None:
+    def _end_motion(self, control: Any) -> None:
         """End the speed control of an arm at rest, which takes no time."""
-        try:
-            taken = bool(control.speedStop(self._options["stop_acceleration_m_s2"]))
-        except RuntimeError:
-            taken = False
-        if not taken:
-            self._refused, self._halted_ns = True, now
+        with contextlib.suppress(RuntimeError):
+            if control.speedStop(self._options["stop_acceleration_m_s2"]):
+                return
+        self._refuse()
 
     def _leave(self) -> None:
         """Decelerate to rest, and wait for it: the watchdog is of no use any more."""
         self._command = None
-        if self._control is not None and self._moving and not self._ended:
+        if self._control is not None and self._moving:
             with contextlib.suppress(RuntimeError):
                 self._control.speedStop(self._options["stop_acceleration_m_s2"])
 
@@ -239,19 +252,18 @@ class Worker:
         state = self._receive
         if state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT:
             self._ended = True
-        elif now - self._halted_ns > REFUSES_NS:
+        elif now - self._refused_ns > REFUSES_NS + self._two_states_ns:
             raise Lost("did not take a motion or a stop, and does not say why")
 
     def _rest(self, control: Any, now: int) -> None:
         """Without a command: see that the arm comes to rest, and stays there, and feed the watchdog if it does."""
-        settles_ns = SETTLES_NS + 2e9 / self._options["state_rate_hz"]
-        seen = self._seen
+        settles_ns, seen = SETTLES_NS + self._two_states_ns, self._seen
         if not self._moving:
             if seen.runs_ns and seen.judged_ns - seen.runs_ns > SETTLES_NS:
                 raise Lost("moves, though nobody commands it")
-        elif seen.rests_ns and seen.judged_ns - seen.rests_ns > RESTS_NS:
+        elif seen.rests_ns and seen.judged_ns - max(seen.rests_ns, seen.slowed_ns) > RESTS_NS:
             self._moving, self._halted_ns = False, 0
-            self._end_motion(control, now)
+            self._end_motion(control)
         elif now - max(self._halted_ns, seen.judged_ns) > settles_ns:
             # Blind: from here on the controller's watchdog has it.
             self._ended = True
@@ -278,6 +290,7 @@ class Worker:
                 self._await_program()
             options = self._options
             if options["tcp_offset"] is not None and not self._control.setTcp(options["tcp_offset"]):
+                self._disarm()
                 return Reply("refuses the TCP offset")
             if options["payload_kg"] is not None:
                 self._control.setPayload(options["payload_kg"], options["payload_cog_m"])
@@ -364,6 +377,7 @@ class Worker:
 
 
 _REACH = "check the address, the cable, and that the controller is on"
+_PENDANT = "see the pendant, then disarm and arm again"
 _CONTROL = "is another client in control (registers in use)? is the arm in remote control?"
 
 

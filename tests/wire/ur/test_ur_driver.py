@@ -259,6 +259,34 @@ def test_a_stream_that_stands_still_is_stale_at_once_and_one_error_before_ur_rtd
         assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 10)
 
 
+@contextlib.contextmanager
+def slowed(mock, fraction):
+    """The speed slider down, as a person sets it at the pendant."""
+    with Client(host_of(mock)) as client:
+        slider, _ = client.inputs("speed_slider_mask", "speed_slider_fraction")
+        client.start()
+        client.write(slider, "Id", 1, fraction)
+        try:
+            yield
+        finally:
+            client.write(slider, "Id", 1, 1.0)
+
+
+def test_with_the_speed_slider_down_stops_take_their_time(mock):
+    with connected(mock) as arm, slowed(mock, 0.1):
+        arm.arm()
+        for _ in range(2):
+            # A hundredth of the deceleration: 13 mm/s take more than half a second.
+            assert until(lambda: not isinstance(attempt(arm.command, up(0.13, within_s=1.5)), DeviceError))
+            assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.01, 5)
+            arm.stop()
+            assert until(lambda: truly_at_rest(mock), 3)
+            began = CLOCK.now()
+            while CLOCK.now() - began < 300_000_000:
+                arm.read()
+        arm.command(up(-0.03))
+
+
 @pytest.mark.parametrize("ended", ["expiry", "stop"])
 def test_a_stop_longer_than_the_watchdog_waits_leaves_the_program_running(mock, ended):
     with connected(mock, stop_acceleration_m_s2=0.2) as arm:

@@ -205,8 +205,35 @@ def test_a_moment_of_rest_before_it_gets_going_is_no_rest(arm):
         arm.serve(SETTLED_S)
 
 
+def sluggish(*arguments):
+    time.sleep(0.3)
+    return True
+
+
+@pytest.mark.parametrize("arm", [{"speedL": sluggish}], indirect=True)
+def test_a_controller_that_takes_long_may_run_another_program_by_then(arm):
+    arm.command()
+    with pytest.raises(Lost, match="took too long"):
+        arm.serve(SETTLED_S)
+
+
+def test_a_program_that_is_said_to_have_ended_is_told_to_stop_all_the_same(arm):
+    arm.command(within_s=30)
+    arm.speed = RUNS
+    arm.serve(0.1)
+    arm.controller.answers["getRuntimeState"] = 1
+    arm.serve(0.05)
+    arm.stop()
+    arm.serve(0.05)
+    name, _ = arm.controller.calls[-1]
+    assert name == "speedL"
+
+
 @pytest.mark.parametrize("slow", [0.004, 0.0025])
-def test_slow_motions_are_seen_too_whatever_was_commanded(arm, slow):
+def test_slow_motions_are_seen_too_whatever_came_before(arm, slow):
+    arm.command(within_s=30)
+    arm.speed = (0.0, 0.0, 0.25, 0.0, 0.0, 0.0)
+    arm.serve(0.1)
     arm.command()
     arm.speed = (0.0, 0.0, slow, 0.0, 0.0, 0.0)
     with pytest.raises(Lost, match="does not slow down"):
