@@ -272,18 +272,25 @@ def slowed(mock, fraction):
             client.write(slider, "Id", 1, 1.0)
 
 
+def rests_for_good(mock, arm):
+    """Whether it comes to rest, and what is told of it stays well for longer than anything is waited for."""
+    assert until(lambda: truly_at_rest(mock), 3)
+    ends = CLOCK.now() + 300_000_000
+    while CLOCK.now() < ends:
+        told = attempt(arm.read)
+        assert not isinstance(told, DeviceError) or isinstance(told, StaleData), told
+    return truly_at_rest(mock)
+
+
 def test_with_the_speed_slider_down_stops_take_their_time(mock):
     with connected(mock) as arm, slowed(mock, 0.1):
         arm.arm()
         for _ in range(2):
             # A hundredth of the deceleration: 13 mm/s take more than half a second.
-            assert until(lambda: not isinstance(attempt(arm.command, up(0.13, within_s=1.5)), DeviceError))
+            assert until(lambda: not isinstance(attempt(arm.command, up(0.13, within_s=2.5)), DeviceError))
             assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.01, 5)
             arm.stop()
-            assert until(lambda: truly_at_rest(mock), 3)
-            began = CLOCK.now()
-            while CLOCK.now() - began < 300_000_000:
-                arm.read()
+            assert rests_for_good(mock, arm)
         arm.command(up(-0.03))
 
 
@@ -297,10 +304,7 @@ def test_a_stop_longer_than_the_watchdog_waits_leaves_the_program_running(mock, 
             assert until(lambda: arm.read().tcp_twist.linear_m_s[2] > 0.08)
             if ended == "stop":
                 arm.stop()
-            assert until(lambda: truly_at_rest(mock), 3)
-            began = CLOCK.now()
-            while CLOCK.now() - began < 300_000_000:
-                arm.read()
+            assert rests_for_good(mock, arm)
         arm.command(up(-0.03))
 
 
