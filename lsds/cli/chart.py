@@ -9,9 +9,9 @@ from pathlib import Path
 
 import click
 
-from lsds.cli.output import csv_text, json_option, require_writable, table, write_json, write_text
+from lsds.cli.output import csv_text, json_option, table, write_json, write_text
 from lsds.cli.progress import Progress
-from lsds.cli.study_output import run_study, show_study
+from lsds.cli.study_output import study_command
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
@@ -151,7 +151,7 @@ def gel(
     options = {
         "scenes": list(scenes), "reference": reference or "", "random": random, "seed": seed, "repeats": repeats,
     }  # fmt: skip
-    _study("gel", options, seed, plot, csv_file, json_file)
+    study_command("gel", options, seed, plot, csv_file, json_file)
 
 
 @chart.command()
@@ -163,7 +163,7 @@ def dynamics(plot: Path, csv_file: str | None, json_file: str | None) -> None:
     Example:
       lsds chart dynamics --csv dynamics.csv
     """
-    _study("dynamics", {}, 0, plot, csv_file, json_file)
+    study_command("dynamics", {}, 0, plot, csv_file, json_file)
 
 
 @chart.command()
@@ -186,7 +186,7 @@ def optics(
       lsds chart optics --scene sphere --tolerance-um 5 --json optics.json
     """
     options = {"scenes": list(scenes), "fidelity": fidelity, "tolerance_um": tolerance_um, "repeats": repeats}
-    _study("optics", options, 0, plot, csv_file, json_file)
+    study_command("optics", options, 0, plot, csv_file, json_file)
 
 
 @chart.command()
@@ -210,7 +210,7 @@ def realism(
       lsds chart realism --recordings videos --csv realism.csv --json realism.json
     """
     options: dict[str, object] = {"recordings": recordings, "videos": videos, "clips": clips, "seed": seed}
-    _study("realism", options, seed, plot, csv_file, json_file)
+    study_command("realism", options, seed, plot, csv_file, json_file)
 
 
 def _brains(command: Callable[..., None]) -> Callable[..., None]:
@@ -238,7 +238,7 @@ def detectors(
       lsds chart detectors --data detection --most 5000 --csv detectors.csv
     """
     options: dict[str, object] = {"data": data, "most": most, "repeats": repeats, "seed": seed}
-    _study("detectors", options, seed, plot, csv_file, json_file)
+    study_command("detectors", options, seed, plot, csv_file, json_file)
 
 
 @chart.command()
@@ -255,7 +255,7 @@ def estimators(
       lsds chart estimators --data severity --most 5000 --json estimators.json
     """
     options: dict[str, object] = {"data": data, "most": most, "repeats": repeats, "seed": seed}
-    _study("estimators", options, seed, plot, csv_file, json_file)
+    study_command("estimators", options, seed, plot, csv_file, json_file)
 
 
 @chart.command()
@@ -282,14 +282,4 @@ def learning(
     options: dict[str, object] = {
         "data": data, "also": also, "learners": list(learners), "repeats": repeats, "seed": seed,
     }  # fmt: skip
-    _study("learning", options, seed, plot, csv_file, json_file)
-
-
-def _study(
-    name: str, options: dict[str, object], seed: int, plot: Path, csv_file: str | None, json_file: str | None
-) -> None:
-    """Run a study that a plugin offers; show, write and draw what it found."""
-    one_thread()
-    for file in (plot, csv_file, json_file):
-        require_writable(file)
-    show_study(run_study(name, options, seed, "measuring"), plot, csv_file, json_file)
+    study_command("learning", options, seed, plot, csv_file, json_file)

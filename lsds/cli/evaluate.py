@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from lsds.cli.output import json_option, require_writable
-from lsds.cli.study_output import run_study, show_study
+from lsds.cli.study_output import run_study, show_study, study_command
 from lsds.cli.threads import MOST_PROCESSES, one_thread, processes
 
 
@@ -46,11 +46,8 @@ def models(
       lsds evaluate models severity --model field-gru --model mine.onnx --plot speeds.png
       lsds evaluate models detection --job estimate --object book --json book.json
     """
-    one_thread()
-    for file in (plot, csv_file, json_file):
-        require_writable(file)
     options: dict[str, object] = {"data": str(data), "models": list(models), "job": job or "", "objects": list(objects)}
-    show_study(run_study("models", options, 0, "scoring"), plot, csv_file, json_file)
+    study_command("models", options, 0, plot, csv_file, json_file, "scoring")
 
 
 @evaluate.command("incipient-slip")

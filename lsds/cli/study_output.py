@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lsds.cli.output import csv_text, table, write_json, write_text
+from lsds.cli.output import csv_text, require_writable, table, write_json, write_text
 from lsds.cli.progress import Progress
+from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
 if TYPE_CHECKING:
@@ -44,6 +45,17 @@ def show_study(result: StudyResult, plot: Path | str | None, csv_file: str | Non
     except (OSError, ValueError) as error:
         raise DataError(f"{plot}: the picture cannot be written: {error}") from error
     click.echo(f"picture: {plot}", err=json_file == "-")
+
+
+def study_command(
+    name: str, options: dict[str, object], seed: int, plot: Path | str | None, csv_file: str | None,
+    json_file: str | None, doing: str = "measuring",
+) -> None:  # fmt: skip
+    """Run a study that a plugin offers; show, write and draw what it found. What cannot be written is told first."""
+    one_thread()
+    for file in (plot, csv_file, json_file):
+        require_writable(file)
+    show_study(run_study(name, options, seed, doing), plot, csv_file, json_file)
 
 
 def _shown(value: object, form: str) -> str:

@@ -83,8 +83,9 @@ def _sides(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, in
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _foot(corners: NDArray[np.float64], side: int, share: float) -> tuple[float, float]:
-    """Return a place on a side."""
+def _foot(corners: NDArray[np.float64], side: int, k: int, count: int) -> tuple[float, float]:
+    """Return the place number `k` of `count` on a side, between its ends."""
+    share = _ENDS + (1 - 2 * _ENDS) * k / (count - 1)
     x, y = corners[side, 0], corners[side, 1]
     return x + share * (corners[(side + 1) % 4, 0] - x), y + share * (corners[(side + 1) % 4, 1] - y)
 
@@ -99,7 +100,7 @@ def _places(
     rows = np.empty((4 * count, across), np.float32)
     for side in range(4):
         for k in range(count):
-            x, y = _foot(corners, side, _ENDS + (1 - 2 * _ENDS) * k / (count - 1))
+            x, y = _foot(corners, side, k, count)
             for j in range(across):
                 away = -half + j * _STEP_PX
                 columns[side * count + k, j] = x + away * outward[side, 0]
@@ -127,7 +128,7 @@ def _located(
             number = side * count + k
             if not usable[number]:
                 continue
-            x, y = _foot(corners, side, _ENDS + (1 - 2 * _ENDS) * k / (count - 1))
+            x, y = _foot(corners, side, k, count)
             at[taken, 0], at[taken, 1] = x + edge[number] * outward[side, 0], y + edge[number] * outward[side, 1]
             point[side] += at[taken]
             taken += 1

@@ -67,6 +67,13 @@ class Arm:
             self.worker._listen()
             self.worker._drive()
 
+    def moves_and_rests(self, for_s):
+        self.command()
+        self.speed = RUNS
+        self.serve(for_s)
+        self.speed = STILL
+        self.serve(SETTLED_S)
+
 
 @pytest.fixture
 def arm(request):
@@ -80,11 +87,7 @@ def test_at_rest_the_watchdog_is_fed_before_and_after_a_motion(arm):
     arm.serve(0.1)
     assert arm.controller.count("kickWatchdog")
     for _ in range(2):
-        arm.command()
-        arm.speed = RUNS
-        arm.serve(0.12)
-        arm.speed = STILL
-        arm.serve(SETTLED_S)
+        arm.moves_and_rests(0.12)
     assert arm.controller.count("speedStop") == 2
     assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
 
@@ -187,11 +190,7 @@ def test_an_arm_that_is_not_seen_is_left_to_the_controller_s_watchdog(arm):
 def test_states_at_ten_hertz_are_enough(arm):
     arm.worker._options["state_rate_hz"], arm.every_ns = 10.0, 100_000_000
     for _ in range(2):
-        arm.command()
-        arm.speed = RUNS
-        arm.serve(0.25)
-        arm.speed = STILL
-        arm.serve(SETTLED_S)
+        arm.moves_and_rests(0.25)
     assert arm.controller.count("speedStop") == 2
 
 
