@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.bringup import Result, bring_up_error
 from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
+from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import BuildContext, Kind
-from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
 from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost

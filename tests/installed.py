@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint
 
 from lsds.plugins import PluginHost
 
-FIRST_PARTY = ("lsds_plugins", "lsds_drivers", "lsds_mocks")
+FIRST_PARTY = ("lsds_plugins", "lsds_drivers", "lsds_mocks", "lsds_research")
 
 
 def has_manifest(package: str) -> bool:

@@ -62,8 +62,8 @@ def frame(repeats: int, seed: int, plot: Path, csv_file: str | None, json_file: 
       lsds chart frame --repeats 30 --json frame.json --csv frame.csv --plot frame.png
     """
     one_thread()
-    from lsds.plots.frame_chart import plot_frame_cost
-    from lsds.study.frame_cost import measure
+    from lsds_research.studies.frame.cost import measure
+    from lsds_research.studies.frame.plot import plot_frame_cost
 
     with Progress("measuring") as progress:
         passes = count(1)
@@ -111,7 +111,7 @@ def scheduler(repeats: int, json_file: str | None) -> None:
     Example:
       lsds chart scheduler --json scheduler.json
     """
-    from lsds.study import scheduler_cost
+    from lsds_research.studies import scheduler_cost
 
     ours, peer = scheduler_cost.measure(repeats=repeats)
     if json_file is not None:

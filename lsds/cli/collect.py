@@ -13,7 +13,7 @@ from lsds.cli.progress import Progress
 from lsds.cli.threads import MOST_PROCESSES, processes
 
 if TYPE_CHECKING:
-    from lsds.learning.collect.trials import Job
+    from lsds_research.collecting.trials import Job
 
 
 @click.command()
@@ -45,9 +45,8 @@ def collect(
     """
     require_writable(json_file)
     import numpy as np
-
-    from lsds.learning.collect.campaign import collect as run
-    from lsds.learning.collect.trials import Trial
+    from lsds_research.collecting.campaign import collect as run
+    from lsds_research.collecting.trials import Trial
 
     def prepare(trial: Trial) -> None:
         how = "clamped to the table" if trial.clamped else "standing free"

@@ -86,7 +86,7 @@ def incipient_slip(
       lsds evaluate incipient-slip new-objects/ --train recordings/
     """
     one_thread()
-    from lsds.learning.incipient import read_index
+    from lsds_research.incipient.index import read_index
 
     for file in (plot, csv_file, json_file, save_clip_model):
         require_writable(file)

@@ -35,10 +35,11 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
     """
     require_writable(json_file)
     one_thread()
-    from lsds.learning.datasets import write_whole
-    from lsds.learning.reproduce.measure import measure
-    from lsds.learning.reproduce.report import markdown
-    from lsds.plots.reproduce_plot import plot_reproduction
+    from lsds_research.reproduce.measure import measure
+    from lsds_research.reproduce.plot import plot_reproduction
+    from lsds_research.reproduce.report import markdown
+
+    from lsds.files import write_whole
 
     with ExitStack() as under_way:
         steps: dict[str, Progress] = {}

@@ -42,11 +42,11 @@ def train(
         require_writable(file)
     one_thread()
     import numpy as np
+    from lsds_research.datasets import load, merged
+    from lsds_research.evaluation.fitting import Model
+    from lsds_research.evaluation.shipping import train as run
 
     from lsds.config.overrides import parse_value
-    from lsds.learning.datasets import load, merged
-    from lsds.learning.evaluation.fitting import Model
-    from lsds.learning.evaluation.shipping import train as run
     from lsds.plugins.host import PluginHost
 
     if out.suffix != ".onnx":

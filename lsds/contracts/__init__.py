@@ -1,7 +1,7 @@
 """The contracts: Protocols that backends implement and the frozen values that cross them."""
 
+from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import CONFIG_KINDS, KINDS, BackendSpec, BuildContext, Kind
-from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
 from lsds.contracts.devices import (
     Arm,
     Cell,

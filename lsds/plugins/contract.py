@@ -9,8 +9,8 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
+from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import Kind
-from lsds.contracts.brains import Controller, Detector, Estimator, Tracker
 from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
 from lsds.contracts.learning import Learner
 from lsds.contracts.study import Study

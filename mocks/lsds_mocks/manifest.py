@@ -107,32 +107,4 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_mocks.wire.cameras.truth_camera:TruthCameraOptions",
             summary="ArUco markers on gripper and object at 60 Hz: MJPEG on HTTP, or a RealSense recording",
         ),
-        BackendSpec(
-            "study",
-            "gel",
-            "lsds_mocks.study.gel_study:GelStudy",
-            "lsds_mocks.study.gel_options:GelStudyOptions",
-            summary="speed against accuracy of the simulated gel's models",
-        ),
-        BackendSpec(
-            "study",
-            "dynamics",
-            "lsds_mocks.study.dynamics_study:DynamicsStudy",
-            "lsds_mocks.study.dynamics_study:DynamicsOptions",
-            summary="integrators of dry friction when a grip is lost and regained: where they fail",
-        ),
-        BackendSpec(
-            "study",
-            "optics",
-            "lsds_mocks.study.optics_study:OpticsStudy",
-            "lsds_mocks.study.optics_study:OpticsOptions",
-            summary="a finger's frame: time of mechanics and image, error of its colours, by optical tier",
-        ),
-        BackendSpec(
-            "study",
-            "realism",
-            "lsds_mocks.study.realism.study:RealismStudy",
-            "lsds_mocks.study.realism.options:RealismOptions",
-            summary="recordings and simulated clips side by side: motion, divergence, curl, lost dots",
-        ),
     ]

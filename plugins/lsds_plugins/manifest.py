@@ -23,33 +23,22 @@ _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
         ("onnx", "a trained model of your own (option model)"),
     ),
 }
-_LEARNERS = (
-    ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest, the paper's settings"),
-    ("gradient-boosting", "trees:GradientBoosting", ("sklearn",), "detector: boosted trees, the paper's settings"),
-    ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of the field's evidence"),
-    ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: a small net on a window of the field's evidence"),
-    ("monotone", "monotone:Monotone", ("scipy",), "detector: logistic in the logarithms of rates, weights of one sign"),
-    ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM, the paper's settings"),
-    ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP, the paper's settings"),
-    ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge on a window of the field's evidence"),
-    ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: a small recurrent net that knows how sure it is"),
-)
 
 
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
-    """Return trackers, detectors, estimators, controllers, learners and the sensor that replays recordings."""
+    """Return trackers, detectors, estimators, controllers and the sensor that replays recordings."""
     return [
         BackendSpec(
             "tracker",
             "lk",
-            f"{_TRACKERS}.dots:lucas_kanade",
+            f"{_TRACKERS}.dotted.backends:lucas_kanade",
             summary="dots by Lucas-Kanade with prediction; follows or flags travel beyond half a pitch",
         ),
         BackendSpec(
             "tracker",
             "centroid",
-            f"{_TRACKERS}.dots:centroid",
+            f"{_TRACKERS}.dotted.backends:centroid",
             summary="dots by weighted centroid, with the same prediction and flags",
         ),
         BackendSpec(
@@ -95,45 +84,6 @@ def lsds_backends() -> list[BackendSpec]:
             summary="a recording: video file, or folder or pattern of images",
             virtual_time=True,
         ),
-        BackendSpec(
-            "study",
-            "incipient-slip",
-            "lsds_plugins.studies.incipient:IncipientStudy",
-            "lsds_plugins.studies.incipient_options:IncipientOptions",
-            summary="real recordings: slip or not, on objects never trained on, beside what knows nothing",
-            requires=("sklearn", "pyarrow"),
-            extra="train",
-        ),
-        BackendSpec(
-            "study",
-            "models",
-            "lsds_plugins.studies.scored_models:ModelsStudy",
-            "lsds_plugins.studies.scored_models:ModelsOptions",
-            summary="models as they are on a dataset's objects not learnt from, beside the trivial rules",
-            requires=("pyarrow",),
-            extra="data",
-        ),
-        BackendSpec(
-            "study",
-            "learning",
-            "lsds_plugins.studies.learning_curve:LearningStudy",
-            "lsds_plugins.studies.learning_curve:LearningOptions",
-            summary="scores on objects never seen by the number of objects to learn from",
-            requires=("sklearn", "torch", "pyarrow"),
-            extra="train",
-        ),
-        *(
-            BackendSpec(
-                "study",
-                f"{kind}s",
-                f"lsds_plugins.studies.brains:{kind}s",
-                "lsds_plugins.studies.brains:BrainOptions",
-                summary=f"{kind}s on objects never seen: accuracy against microseconds",
-                requires=("sklearn", "torch", "onnx", "pyarrow"),
-                extra="train",
-            )
-            for kind in ("detector", "estimator")
-        ),
         *(
             BackendSpec(
                 kind,
@@ -144,17 +94,5 @@ def lsds_backends() -> list[BackendSpec]:
             )
             for kind, offered in _LEARNED.items()
             for name, summary in offered
-        ),
-        *(
-            BackendSpec(
-                "learner",
-                name,
-                f"lsds_plugins.learners.{target}",
-                f"lsds_plugins.learners.{target}Options",
-                summary=summary,
-                requires=(*requires, "onnx"),
-                extra="train",
-            )
-            for name, target, requires, summary in _LEARNERS
         ),
     ]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("lsds", "plugins/lsds_plugins", "drivers/lsds_drivers", "mocks/lsds_mocks")
+PACKAGES = ("lsds", "plugins/lsds_plugins", "plugins/lsds_research", "drivers/lsds_drivers", "mocks/lsds_mocks")
 SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
 MAY_READ_THE_WALL_CLOCK = ("lsds/clock.py", "drivers/lsds_drivers/")

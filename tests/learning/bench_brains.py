@@ -22,15 +22,15 @@ sys.path[:0] = [str(ROOT / folder) for folder in (".", "plugins", "drivers", "mo
 
 from learning.synthetic import examples  # noqa: E402
 from lsds_plugins.models import model_path  # noqa: E402
+from lsds_research.studies.frame.cost import record  # noqa: E402
 
 from lsds.clock import VirtualClock, perf_ns  # noqa: E402
 from lsds.config import load_config  # noqa: E402
 from lsds.contracts import BuildContext  # noqa: E402
 from lsds.errors import ModelError  # noqa: E402
-from lsds.learning.artefact import Card, save  # noqa: E402
+from lsds.models.artefact import Card, save  # noqa: E402
 from lsds.plugins import PluginHost  # noqa: E402
 from lsds.rig import Rig  # noqa: E402
-from lsds.study.frame_cost import record  # noqa: E402
 from lsds.tactile.perception import Perception  # noqa: E402
 
 KINDS = {"detect": "detector", "estimate": "estimator"}

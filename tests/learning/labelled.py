@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 
 import numpy as np
+from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
+from lsds_research.datasets import from_rows
+from lsds_research.incipient.index import joined
 from tactile.render import pad_positions, render
 from video_files import write_video
 
-from lsds.learning.clips_signals import CLIP_SIGNALS, clip_signals
-from lsds.learning.datasets import from_rows
-from lsds.learning.incipient import joined
-from lsds.learning.signals import SIGNALS
+from lsds.models.signals import SIGNALS
 
 HEADER = ("video", "recording", "object", "camera", "slip", "label_conflict")
 

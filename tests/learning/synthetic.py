@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from lsds_research.datasets import from_rows, joined
 
 from lsds.contracts.learning import Examples
-from lsds.learning.datasets import from_rows, joined
-from lsds.learning.signals import SIGNAL_SETS, SIGNALS
+from lsds.models.signals import SIGNAL_SETS, SIGNALS
 
 UNIT = 1e-4
 

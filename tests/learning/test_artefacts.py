@@ -11,14 +11,14 @@ import numpy as np
 import onnx
 import pytest
 from learning.frames import fit_and_save
-from lsds_plugins.learners.graph import Graph
+from lsds_research.learners.graph import Graph
 from onnx import TensorProto, helper
 
 from lsds.errors import DataError, ModelError
-from lsds.learning import artefact
-from lsds.learning.artefact import Card, load, save
-from lsds.learning.signals import SIGNAL_SETS, UNITS
-from lsds.learning.windows import Window
+from lsds.models import artefact
+from lsds.models.artefact import Card, load, save
+from lsds.models.signals import SIGNAL_SETS, UNITS
+from lsds.models.window import Window
 
 FIELD = SIGNAL_SETS["field"]
 

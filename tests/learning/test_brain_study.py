@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from learning.frames import CONTEXT, HOST, observations
 from lsds_plugins.estimators.field import FieldOptions, speed_of
-from lsds_plugins.studies import brains
-from lsds_plugins.studies.learning_curve import LearningOptions, LearningStudy
+from lsds_research.collecting.objects import UNSEEN
+from lsds_research.datasets import from_rows, joined
+from lsds_research.studies.learned import study as brains
+from lsds_research.studies.learned.curve import LearningOptions, LearningStudy
 
 from lsds.cli.main import main
 from lsds.errors import DataError
-from lsds.learning.collect.objects import UNSEEN
-from lsds.learning.datasets import from_rows, joined
-from lsds.learning.signals import SIGNALS, signals_of
+from lsds.models.signals import SIGNALS, signals_of
 
 COLUMNS = ("residual_along", "residual_across", "rigid_speed", "rim_speed")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from learning.labelled import dataset
+from lsds_research.clips.features import CUTS, FEATURES, FRAMES, clip_features, placements, quantiles
+from lsds_research.clips.signals import CLIP_SIGNALS, LAGS, clip_signals, lag_of
+from lsds_research.incipient.table import two_frame, videos_of, while_moving
 
 from lsds.errors import DataError
-from lsds.learning.clips import CUTS, FEATURES, FRAMES, clip_features, placements, quantiles
-from lsds.learning.clips_signals import CLIP_SIGNALS, LAGS, clip_signals, lag_of
-from lsds.learning.incipient_table import two_frame, videos_of, while_moving
 
 GRID = np.stack(np.meshgrid(np.arange(9.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
 CENTRED = GRID - GRID.mean(axis=0)

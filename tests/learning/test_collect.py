@@ -8,15 +8,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from lsds_research.collecting import campaign
+from lsds_research.collecting.drive import run_trial
+from lsds_research.collecting.labels import SlipLabels
+from lsds_research.collecting.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
+from lsds_research.collecting.trials import JOBS, SPEEDS_M_S, trials
+from lsds_research.datasets import COLUMNS, load, read_table
 
 from lsds.contracts import CellTruth, Pose, PoseSample
 from lsds.errors import DataError
-from lsds.learning.collect import campaign
-from lsds.learning.collect.drive import run_trial
-from lsds.learning.collect.labels import SlipLabels
-from lsds.learning.collect.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
-from lsds.learning.collect.trials import JOBS, SPEEDS_M_S, trials
-from lsds.learning.datasets import COLUMNS, load, read_table
 from lsds.vision.rotation import pose_of
 
 FAST = ("pose_source.backend=none",)

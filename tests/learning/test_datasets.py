@@ -10,11 +10,11 @@ import numpy as np
 import pyarrow
 import pyarrow.parquet as parquet
 import pytest
+from lsds_research import datasets
+from lsds_research.datasets import COLUMNS, FRAMES, KEYS, LABELS, Dataset, from_rows, joined, load
 
 from lsds.errors import DataError
-from lsds.learning import datasets
-from lsds.learning.datasets import COLUMNS, FRAMES, KEYS, LABELS, Dataset, from_rows, joined, load
-from lsds.learning.signals import SIGNALS, UNITS
+from lsds.models.signals import SIGNALS, UNITS
 
 COUNT = 12
 

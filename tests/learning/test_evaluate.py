@@ -11,18 +11,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from learning.labelled import dataset, row, write_index
-from lsds_plugins.learners.clip_model import clip_model, exported
-from lsds_plugins.studies import incipient, incipient_models
-from lsds_plugins.studies.incipient_models import frame_scores, video_scores
-from lsds_plugins.studies.incipient_options import IncipientOptions
-from lsds_plugins.studies.incipient_plot import roc
+from lsds_research.clips import model as clips_model
+from lsds_research.incipient import models as incipient_models
+from lsds_research.incipient import study as incipient
+from lsds_research.incipient.models import frame_scores, video_scores
+from lsds_research.incipient.options import IncipientOptions
+from lsds_research.incipient.plot import roc
+from lsds_research.incipient.table import videos_of
+from lsds_research.learners.clip_model import clip_model, exported
 
 from lsds.cli.main import main
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, ModelError
-from lsds.learning import clips_model
-from lsds.learning.incipient_table import videos_of
 
 DATA = Path(os.environ.get("LSDS_DATA", "")) / "incipient_slip"
 real = pytest.mark.skipif(

@@ -8,20 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from learning.synthetic import dataset
+from lsds_research.collecting.campaign import study
+from lsds_research.collecting.objects import SEEN, UNSEEN
+from lsds_research.datasets import Dataset
+from lsds_research.evaluation import detection, severity
+from lsds_research.evaluation.controls import contact_constant, nuisance, rule_score, rule_threshold, shuffled
+from lsds_research.evaluation.fitting import Model, labelled, task
+from lsds_research.evaluation.shipping import train
+from lsds_research.reproduce import jobs, measure
+from lsds_research.reproduce.plot import plot_reproduction
+from lsds_research.reproduce.report import markdown
 
 from lsds.errors import DataError
-from lsds.learning.artefact import load as load_model
-from lsds.learning.collect.campaign import study
-from lsds.learning.collect.objects import SEEN, UNSEEN
-from lsds.learning.datasets import Dataset
-from lsds.learning.evaluation import detection, severity
-from lsds.learning.evaluation.controls import contact_constant, nuisance, rule_score, rule_threshold, shuffled
-from lsds.learning.evaluation.fitting import Model, labelled, task
-from lsds.learning.evaluation.shipping import train
-from lsds.learning.intervals import conformal
-from lsds.learning.reproduce import jobs, measure
-from lsds.learning.reproduce.report import markdown
-from lsds.plots.reproduce_plot import plot_reproduction
+from lsds.models.artefact import load as load_model
+from lsds.models.intervals import conformal
 from lsds.plugins.host import PluginHost
 
 HOST = PluginHost()

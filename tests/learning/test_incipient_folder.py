@@ -7,13 +7,14 @@ import os
 import numpy as np
 import pytest
 from learning.labelled import HEADER, film, row, write_index
+from lsds_research.clips.signals import CLIP_SIGNALS
+from lsds_research.datasets import COLUMNS
+from lsds_research.incipient import load as incipient_load
+from lsds_research.incipient import video as incipient_video
+from lsds_research.incipient.index import physical, read_index
+from lsds_research.incipient.load import load
 
 from lsds.errors import DataError
-from lsds.learning import incipient_load, incipient_video
-from lsds.learning.clips_signals import CLIP_SIGNALS
-from lsds.learning.datasets import COLUMNS
-from lsds.learning.incipient import physical, read_index
-from lsds.learning.incipient_load import load
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from learning.labelled import dataset
-
-from lsds.errors import DataError
-from lsds.learning.incipient_folds import (
+from lsds_research.incipient.folds import (
     by_recording,
     cross_validated,
     fold_count,
@@ -19,7 +17,7 @@ from lsds.learning.incipient_folds import (
     threshold_rule,
     trained_elsewhere,
 )
-from lsds.learning.incipient_online import (
+from lsds_research.incipient.online import (
     PER_VIDEO,
     RULES,
     WINDOW,
@@ -31,7 +29,9 @@ from lsds.learning.incipient_online import (
     running,
     window_scores,
 )
-from lsds.learning.incipient_table import videos_of
+from lsds_research.incipient.table import videos_of
+
+from lsds.errors import DataError
 
 
 def silent():

@@ -8,9 +8,9 @@ import onnxruntime
 import pytest
 from learning.frames import CONTEXT, HOST, LEAST
 from learning.synthetic import examples
-from lsds_plugins.learners.common import hold_out
-from lsds_plugins.learners.compression import Compression
-from lsds_plugins.learners.trees import _not_above
+from lsds_research.learners.common import hold_out
+from lsds_research.learners.compression import Compression
+from lsds_research.learners.trees import _not_above
 
 from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import ConfigError, DataError

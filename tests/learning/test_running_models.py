@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 from learning.frames import CONTEXT, HOST, fit_and_save, observations
 from learning.synthetic import examples
+from lsds_research.datasets import Dataset, from_rows
+from lsds_research.windows import windows
 
 from lsds.contracts import Detector, Estimator, FeatureVector
 from lsds.errors import ConfigError, DataError, ModelError
-from lsds.learning.artefact import Card, load, save
-from lsds.learning.datasets import Dataset, from_rows
-from lsds.learning.intervals import MOVES_M_S, NORMAL_90
-from lsds.learning.signals import Picker, signals_of
-from lsds.learning.windows import Window, windows
+from lsds.models.artefact import Card, load, save
+from lsds.models.intervals import MOVES_M_S, NORMAL_90
+from lsds.models.signals import Picker, signals_of
+from lsds.models.window import Window
 
 DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone")
 ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
@@ -203,7 +204,7 @@ with Rig(config, host) as rig:
     observers = Observers(threaded=False)
     observers.add("said", lambda cycle: said.append((cycle.detection.score, cycle.estimate.speed_m_s)))
     Loop(rig, observers).run()
-heavy = [n for n in ("torch", "sklearn", "skl2onnx", "onnx", "lsds_plugins.learners", "pyarrow") if n in sys.modules]
+heavy = [n for n in ("torch", "sklearn", "skl2onnx", "onnx", "lsds_research.learners", "pyarrow") if n in sys.modules]
 print(json.dumps({"heavy": heavy, "ort": "onnxruntime" in sys.modules, "told": sum(s == s for s, _ in said)}))
 """
 

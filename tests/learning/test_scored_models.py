@@ -7,12 +7,12 @@ import pytest
 from click.testing import CliRunner
 from learning.frames import fit_and_save
 from learning.synthetic import dataset
+from lsds_research.collecting.objects import SEEN
+from lsds_research.datasets import Dataset
+from lsds_research.evaluation.fitting import Model
+from lsds_research.evaluation.shipping import train
 
 from lsds.cli.main import cli
-from lsds.learning.collect.objects import SEEN
-from lsds.learning.datasets import Dataset
-from lsds.learning.evaluation.fitting import Model
-from lsds.learning.evaluation.shipping import train
 from lsds.plugins.host import PluginHost
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from learning.frames import CONTEXT, HOST, observations
-from lsds_plugins.models import make, model_path
+from lsds_plugins.models import model_path
+from lsds_research import make_models as make
+from lsds_research.collecting.objects import SEEN
 
-from lsds.learning.artefact import load
-from lsds.learning.collect.objects import SEEN
-from lsds.learning.intervals import NORMAL_90
-from lsds.learning.signals import Picker
-from lsds.learning.windows import Window
+from lsds.models.artefact import load
+from lsds.models.intervals import NORMAL_90
+from lsds.models.signals import Picker
+from lsds.models.window import Window
 
 SHIPPED = [
     *(("detect", name) for name in make.SHIPPED["detection"]),

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lsds_research import metrics
+from lsds_research.splits import folds, leave_one_out, random_folds
 from sklearn import metrics as sk
 
 from lsds.errors import DataError
-from lsds.learning import metrics
-from lsds.learning.splits import folds, leave_one_out, random_folds
 
 seeds = st.integers(0, 10_000)
 

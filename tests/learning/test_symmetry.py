@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lsds_plugins.learners.symmetry import DIRECTED, ODD, VECTORS, Symmetry
+from lsds_research.learners.symmetry import DIRECTED, ODD, VECTORS, Symmetry
 
-from lsds.learning.signals import SIGNAL_SETS, SIGNALS
+from lsds.models.signals import SIGNAL_SETS, SIGNALS
 
 NAMES = SIGNAL_SETS["timed-field"]
 AT = {name: index for index, name in enumerate(NAMES)}

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from learning.synthetic import dataset
+from lsds_research.datasets import Dataset, merged
 
 from lsds.cli.main import cli
 from lsds.errors import DataError
-from lsds.learning.artefact import load as load_model
-from lsds.learning.datasets import Dataset, merged
+from lsds.models.artefact import load as load_model
 
 
 def saved(folder, objects, seed=0):

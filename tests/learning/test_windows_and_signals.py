@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from learning.frames import observations
+from lsds_research.datasets import Dataset, from_rows, joined
+from lsds_research.windows import windows
 
 from lsds.errors import DataError
-from lsds.learning.datasets import Dataset, from_rows, joined
-from lsds.learning.signals import (
+from lsds.models.signals import (
     EVIDENCE,
     NUISANCES,
     SIGNAL_SETS,
@@ -21,7 +22,7 @@ from lsds.learning.signals import (
     signal_names,
     signals_of,
 )
-from lsds.learning.windows import Window, windows
+from lsds.models.window import Window
 from lsds.tactile.feature_sets import NAMES
 
 SEEN = observations(25, lose=(7, 8))

@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from lsds_mocks.study.realism.camera import camera_row, camera_table
-from lsds_mocks.study.realism.clips import OBJECTS, draw
-from lsds_mocks.study.realism.film import film, write
-from lsds_mocks.study.realism.options import RealismOptions
-from lsds_mocks.study.realism.quantiles import inside, overlap, quantiles
-from lsds_mocks.study.realism.quantities import QUANTITIES, clip_samples
-from lsds_mocks.study.realism.study import find_videos
+from lsds_research.studies.realism.camera import camera_row, camera_table
+from lsds_research.studies.realism.clips import OBJECTS, draw
+from lsds_research.studies.realism.film import film, write
+from lsds_research.studies.realism.options import RealismOptions
+from lsds_research.studies.realism.quantiles import inside, overlap, quantiles
+from lsds_research.studies.realism.quantities import QUANTITIES, clip_samples
+from lsds_research.studies.realism.study import find_videos
 
 from lsds.cli.main import cli
 from lsds.cli.track_session import track_one

@@ -4,8 +4,8 @@ import json
 
 import pytest
 from click.testing import CliRunner
-from lsds_mocks.study.dynamics_study import EXACT_S, drop
-from lsds_mocks.study.integrators import IN_PRODUCT, SCHEMES, Setting, return_map
+from lsds_research.studies.dynamics.integrators import IN_PRODUCT, SCHEMES, Setting, return_map
+from lsds_research.studies.dynamics.study import EXACT_S, drop
 
 from lsds.cli.main import cli
 

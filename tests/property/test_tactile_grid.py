@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lsds_plugins.trackers.dotted.grid import identify_grid
 from tactile.render import HEIGHT, WIDTH, pad_positions
 from tactile.scenes import PADS
-
-from lsds.tactile.grid import identify_grid
 
 pads = st.sampled_from(sorted(PADS))
 seeds = st.integers(0, 10_000)

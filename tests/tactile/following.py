@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from lsds_plugins.trackers.dots import centroid, lucas_kanade
+from lsds_plugins.trackers.dotted.backends import centroid, lucas_kanade
 from tactile.render import pad_positions, render
 from tactile.scenes import frame
 

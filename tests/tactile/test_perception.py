@@ -10,7 +10,7 @@ from lsds_plugins.detectors.rigid_residual import RigidResidualDetector, RigidRe
 from lsds_plugins.detectors.threshold import ThresholdDetector, ThresholdOptions
 from lsds_plugins.estimators.field import FieldEstimator, FieldOptions
 from lsds_plugins.trackers.dis import DenseFlowOptions, DenseFlowTracker
-from lsds_plugins.trackers.dots import centroid, lucas_kanade
+from lsds_plugins.trackers.dotted.backends import centroid, lucas_kanade
 from tactile.cell_frames import grasp_and_lift
 
 import lsds.tactile.views as views_module

@@ -1,8 +1,7 @@
 from __future__ import annotations
 
 import pytest
-
-from lsds.study.scheduler_cost import measure
+from lsds_research.studies.scheduler_cost import measure
 
 
 def test_both_dispatch_the_same_and_the_cost_is_plausible():

@@ -265,7 +265,7 @@ class Clumsy:
     """A tracker that trips over frame 3."""
 
     def __init__(self):
-        from lsds_plugins.trackers.dots import lucas_kanade
+        from lsds_plugins.trackers.dotted.backends import lucas_kanade
 
         self._inner = lucas_kanade(None, None)
         self.start = self._inner.start

@@ -80,7 +80,7 @@ class CellOptions(BaseModel):
     pad_height_mm: float = Field(default=20.16, gt=1, le=200, description="size of the gel along y")
     pad_thickness_mm: float = Field(default=4.0, gt=0.2, le=50, description="thickness of the gel")
     pad_correction: str = Field(
-        default="", description="file for pads of other proportions: python -m lsds_mocks.gel.make_pad makes it"
+        default="", description="file for pads of other proportions: python -m lsds_research.pad.make_pad makes it"
     )
     finger_stiffness_n_mm: float = Field(
         default=5.0, gt=0, le=1000, description="normal stiffness of one finger with its gel holder, without the gel"

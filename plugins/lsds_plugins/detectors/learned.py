@@ -8,7 +8,7 @@ from functools import partial
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Detection, Observation
-from lsds.learning.running import RunningModel
+from lsds.models.running import RunningModel
 from lsds_plugins.models import model_path
 
 

@@ -6,7 +6,7 @@ that residual, averaged over the window, grows in proportion to sliding speed, w
 gel and is known to a factor only; the uncertainty says so. The direction is that of the shear which friction holds
 up, and rotation's share is its share of the rigid motion over the window.
 
-Untrained but for the gain, which was measured on the simulated cell (`python -m lsds.study.field_gain`).
+Untrained but for the gain, which was measured on the simulated cell (`python -m lsds_research.studies.field_gain`).
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ from functools import partial
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
-from lsds.learning.intervals import MOVES_M_S, NORMAL_90, TURNS_RAD_S
-from lsds.learning.running import RunningModel
+from lsds.models.intervals import MOVES_M_S, NORMAL_90, TURNS_RAD_S
+from lsds.models.running import RunningModel
 from lsds_plugins.models import model_path
 
 
@@ -27,7 +27,7 @@ class LearnedOptions(BaseModel):
 class LearnedEstimator:
     """An `Estimator` whose standard deviations are one sigma of what makes its 90 % intervals hold.
 
-    The card's conformal factors (`lsds.learning.intervals`) widen or narrow what the model says of itself.
+    The card's conformal factors (`lsds.models.intervals`) widen or narrow what the model says of itself.
     """
 
     def __init__(self, options: LearnedOptions, context: BuildContext, name: str) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import skfem
-from lsds_mocks.gel.padfem.solver import Factors
+from lsds_research.pad.fem.solver import Factors
 from mocks.gel.pad_loads import HEIGHT_MM, LOADS, THICKNESS_MM, TRACTION_PA, WIDTH_MM, X_MM, Y_MM, errors, product_um
 from skfem.helpers import ddot, div, sym_grad
 

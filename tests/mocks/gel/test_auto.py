@@ -11,8 +11,8 @@ from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.grid import CellGrid
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
-from lsds_mocks.study.run_scene import lead, rms_m
-from lsds_mocks.study.scenes import random_scene, reference_scenes
+from lsds_research.studies.gel.run_scene import lead, rms_m
+from lsds_research.studies.gel.scenes import random_scene, reference_scenes
 
 HELD_OUT = 70_000
 """First seed of scenes that were never looked at while estimates and thresholds were chosen."""

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lsds_mocks.gel import make_pad
 from lsds_mocks.gel.field.correction import pad_correction, read
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
 from lsds_mocks.gel.field.operator import operator
 from lsds_mocks.gel.field.symbol import layer_symbol
 from lsds_mocks.gel.material import GelMaterial
+from lsds_research.pad import make_pad
 
 pytest.importorskip("scipy", reason="SciPy is not installed; it comes with the extra 'pad'")
 
-from lsds_mocks.gel.padfem import assemble, solver
-from lsds_mocks.gel.padfem.axis import hat, products
-from lsds_mocks.gel.padfem.layer_hats import layer_matrix
-from lsds_mocks.gel.padfem.mesh import COARSE, FINE, half_pad
-from lsds_mocks.gel.padfem.pad_hats import pad_classes
-from lsds_mocks.gel.padfem.solid import Line, stiffness
+from lsds_research.pad.fem import assemble, solver
+from lsds_research.pad.fem.axis import hat, products
+from lsds_research.pad.fem.layer_hats import layer_matrix
+from lsds_research.pad.fem.mesh import COARSE, FINE, half_pad
+from lsds_research.pad.fem.pad_hats import pad_classes
+from lsds_research.pad.fem.solid import Line, stiffness
 
 TINY = GelMaterial(width_m=6e-3, height_m=5e-3)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from lsds_mocks.gel.auto.gel import AutoGel
 from lsds_mocks.gel.field.gel import FieldGel
-from lsds_mocks.study.run_scene import lead, rms_m
-from lsds_mocks.study.scenes import reference_scenes
+from lsds_research.studies.gel.run_scene import lead, rms_m
+from lsds_research.studies.gel.scenes import reference_scenes
 
 DIRECTORY = Path(os.environ.get("LSDS_DATA", "")) / "contact_reference"
 pytestmark = pytest.mark.skipif(

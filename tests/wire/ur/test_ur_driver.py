@@ -22,8 +22,8 @@ from lsds.errors import (
     LimitExceeded,
     StaleData,
 )
-from lsds.mock_process import MockProcess
 from lsds.testing import Bench, cases
+from lsds.testing.mock_process import MockProcess
 from tests.wire.robotiq.rig import CLOCK, HOST, nothing_left
 from tests.wire.ur.arms import Dashboard, fresh_host
 from tests.wire.ur.rtde_client import Client

@@ -1,7 +1,7 @@
 """What the walls of a finite pad, and the layer's repetition, change: a dense correction on the hats, from a file.
 
 The periodic layer knows no walls. The correction is the compliance between hats of a 3-D finite-element model of the
-pad less that of the periodic layer; it is smooth, so bilinear hats carry it. `lsds_mocks.gel.make_pad` computes it.
+pad less that of the periodic layer; it is smooth, so bilinear hats carry it. `lsds_research.pad.make_pad` computes it.
 It is positive semi-definite, since cutting a pad out of a layer can only make it softer: layer and correction together
 are as positive as the layer.
 
@@ -139,7 +139,7 @@ def read(path: str | None) -> CorrectionFile:
     if not Path(path).is_file():
         raise DataError(
             f"{path}: no such pad correction (cell.simulated.pad_correction; looked for from {Path.cwd()}); "
-            "make one with python -m lsds_mocks.gel.make_pad"
+            "make one with python -m lsds_research.pad.make_pad"
         )
     return _read(Path(path))
 
@@ -164,7 +164,7 @@ def _read(path: Path) -> CorrectionFile:
             return CorrectionFile(hats, poisson, classes, head["provenance"])
     except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile, zlib.error) as error:
         raise DataError(
-            f"{path}: not a pad correction: {error}; make one with python -m lsds_mocks.gel.make_pad"
+            f"{path}: not a pad correction: {error}; make one with python -m lsds_research.pad.make_pad"
         ) from error
 
 
@@ -184,13 +184,13 @@ def pad_correction(material: GelMaterial) -> NDArray[np.float32]:
         name = material.correction or "the shipped pad correction"
         raise DataError(
             f"{name} is for a pad of {_size(file.hats)} thicknesses, this one has {_size(hats)}; "
-            "make one with python -m lsds_mocks.gel.make_pad, and name it with pad_correction"
+            "make one with python -m lsds_research.pad.make_pad, and name it with pad_correction"
         )
     low, high = float(file.poisson.min()), float(file.poisson.max())
     if not low <= material.poisson <= high:
         raise DataError(
             f"the pad correction covers Poisson ratios of {low:g} to {high:g}, not {material.poisson:g}; "
-            "make one with python -m lsds_mocks.gel.make_pad --poisson"
+            "make one with python -m lsds_research.pad.make_pad --poisson"
         )
     weights = interpolation(file.poisson, material.poisson).astype(np.float32)
     classes = np.tensordot(weights, file.classes, axes=1)

@@ -1,1 +1,0 @@
-"""Learning slip from recordings: datasets, splits, metrics, controls, model artefacts."""

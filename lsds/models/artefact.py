@@ -1,0 +1,236 @@
+"""A trained model as the running cell has it: one ONNX file and a card, run by onnxruntime and nothing else.
+
+`NAME.onnx` maps windows `x` (n, length, F) float32 to `y`: for a detector (n,) the probability of slip, for an
+estimator (n, 8): vx, vy, angular velocity, speed, and their standard deviations. `NAME.json` is the card: what it
+looks at and in which units, what it was trained on, what it scored, and the file's checksum.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.errors import DataError, ModelError
+from lsds.files import write_whole
+from lsds.models.intervals import NORMAL_90, Factors
+from lsds.models.signals import UNITS, signal_names
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.models.window import Window
+
+FORMAT, CLIPS = "lsds model 1", "lsds clip model 1"
+OUTPUTS = {"detect": 1, "estimate": 8}
+"""How many numbers a row of `y` holds, by job."""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """What is told of a model. `threshold` is the probability above which a detector says slip; `intervals` the factors
+    by which an estimator's standard deviations are multiplied to make 90 % intervals, for vx, vy, angular velocity and
+    speed, `moving_intervals` those where it says that it moves, the same where there are none; `figures_are`
+    "simulated", "measured" or "simulated and measured"."""
+
+    name: str
+    job: str
+    signals: tuple[str, ...]
+    length: int
+    figures_are: str
+    threshold: float = 0.5
+    intervals: tuple[float, ...] = (NORMAL_90,) * 4
+    moving_intervals: tuple[float, ...] = ()
+    trained_on: Mapping[str, Any] | None = None
+    scores: Mapping[str, Any] | None = None
+    versions: Mapping[str, str] | None = None
+
+    @property
+    def factors(self) -> Factors:
+        """What the intervals are widened by."""
+        return Factors(self.intervals, self.moving_intervals or self.intervals)
+
+    def as_json(self, onnx: bytes) -> dict[str, Any]:
+        """Return the card for its model's file."""
+        return {
+            "format": FORMAT,
+            "name": self.name,
+            "job": self.job,
+            "signals": {name: UNITS[name] for name in self.signals},
+            "length": self.length,
+            "figures_are": self.figures_are,
+            "threshold": self.threshold,
+            "intervals": list(self.intervals),
+            "moving_intervals": list(self.factors.moving),
+            "trained_on": dict(self.trained_on or {}),
+            "scores": dict(self.scores or {}),
+            "versions": dict(self.versions or {}),
+            "sha256": hashlib.sha256(onnx).hexdigest(),
+        }
+
+
+def save(path: Path, onnx: bytes, card: Card) -> None:
+    """Write `path` (.onnx) and its card beside it, each whole or not at all.
+
+    Raises DataError where it cannot, and where the card holds NaN: what was fitted has diverged.
+    """
+    try:
+        told = json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n"
+    except ValueError as error:
+        raise DataError(f"{path}: its card holds no numbers ({error}); the fit has diverged") from error
+    write_whole(path, onnx)
+    write_whole(path.with_suffix(".json"), told.encode())
+
+
+class Artefact:
+    """A loaded model and its card."""
+
+    def __init__(self, path: Path, card: Card, session: Any) -> None:
+        self.path = path
+        self.card = card
+        self._session = session
+
+    def run(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return `y` for windows (n, length, F)."""
+        result: NDArray[np.float32] = self._session.run(None, {"x": x})[0]
+        return result
+
+    def bind(self, window: Window) -> Bound:
+        """Return what runs the model on that window's frames again and again, with no copy and no allocation."""
+        return Bound(self._session, window.frames, OUTPUTS[self.card.job])
+
+
+class Bound:
+    """A model and its one window."""
+
+    def __init__(self, session: Any, x: NDArray[np.float32], count: int) -> None:
+        self._x = x
+        self._y = np.zeros(count, np.float32)
+        binding = session.io_binding()
+        # Both arrays live as long as this object: the binding knows but their addresses.
+        binding.bind_input("x", "cpu", 0, np.float32, x.shape, x.ctypes.data)
+        shape = (1,) if count == 1 else (1, count)
+        binding.bind_output(session.get_outputs()[0].name, "cpu", 0, np.float32, shape, self._y.ctypes.data)
+        self._run: Callable[[], None] = _bound(session, binding)
+
+    def __call__(self) -> list[float]:
+        """Return the numbers that the model gives for what is in the window now."""
+        self._run()
+        numbers: list[float] = self._y.tolist()
+        return numbers
+
+
+def _bound(session: Any, binding: Any) -> Callable[[], None]:
+    """Return the run itself, past a wrapper that takes as long as a small model; the wrapper where that has changed."""
+    import onnxruntime
+
+    try:
+        inner = partial(session._sess.run_with_iobinding, binding._iobinding, onnxruntime.RunOptions())
+        inner()
+    except (AttributeError, TypeError):
+        return partial(session.run_with_iobinding, binding)
+    return inner
+
+
+def load(path: Path, job: str) -> Artefact:
+    """Load a model and its card.
+
+    Raises ModelError where either is missing, damaged, of another format or job, for signals or units that this
+    version does not know, or where they are not each other's.
+    """
+    try:
+        onnx = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one with lsds train)") from error
+    card, told = _card(path, job)
+    if hashlib.sha256(onnx).hexdigest() != told.get("sha256"):
+        raise ModelError(f"{path}: not the file that {path.stem}.json was written for (damaged, or copied alone?)")
+    session = _session(path, onnx)
+    _check_interface(path, card, session)
+    return Artefact(path, card, session)
+
+
+def _check_interface(path: Path, card: Card, session: Any) -> None:
+    """Raise ModelError where the graph is not what the contract of a learner says."""
+    inputs, outputs = session.get_inputs(), session.get_outputs()
+    if [(i.name, i.type) for i in inputs] != [("x", "tensor(float)")]:
+        raise ModelError(f"{path}: not a model of lsds: it takes {', '.join(f'{i.name} {i.type}' for i in inputs)}")
+    if [o.type for o in outputs] != ["tensor(float)"]:
+        raise ModelError(f"{path}: not a model of lsds: it gives {', '.join(f'{o.name} {o.type}' for o in outputs)}")
+    expected = [card.length, len(card.signals)]
+    if list(inputs[0].shape[1:]) != expected:
+        raise ModelError(f"{path}: takes windows of {inputs[0].shape[1:]}, but its card says {expected}")
+    try:
+        # Two windows: one alone would not tell a fixed number of them.
+        found = session.run(None, {"x": np.zeros((2, *expected), np.float32)})[0]
+    except Exception as error:
+        raise ModelError(f"{path}: does not run: {_first_line(error)}") from error
+    count = OUTPUTS[card.job]
+    if found.shape != ((2,) if count == 1 else (2, count)):
+        raise ModelError(f"{path}: gives {list(found.shape[1:]) or 'one number'} for a window, not {count} numbers")
+
+
+def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
+    beside = path.with_suffix(".json")
+    try:
+        told = json.loads(beside.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"{beside}: a model needs its card there: {error.strerror or error}") from error
+    except ValueError as error:
+        raise ModelError(f"{beside}: not a model's card: {error}") from error
+    if isinstance(told, dict) and told.get("format") == CLIPS:
+        raise ModelError(
+            f"{path}: a model of whole clips, for lsds evaluate incipient-slip; it cannot run frame by frame"
+        )
+    if not isinstance(told, dict) or told.get("format") != FORMAT:
+        raise ModelError(f"{beside}: not the card of an '{FORMAT}'; train the model anew")
+    if told.get("job") != job:
+        raise ModelError(f"{path}: is there to {told.get('job')}, not to {job}")
+    try:
+        signals = dict(told["signals"])
+        card = Card(
+            str(told["name"]), job, tuple(signals), int(told["length"]), str(told["figures_are"]),
+            float(told["threshold"]), tuple(float(v) for v in told["intervals"]),
+            tuple(float(v) for v in told.get("moving_intervals") or ()), told.get("trained_on"),
+            told.get("scores"), told.get("versions"),
+        )  # fmt: skip
+        signal_names(card.signals)
+        complete = all(len(factors) == 4 for factors in card.factors)
+        if not (card.length >= 1 and 0 <= card.threshold <= 1 and complete):
+            raise ValueError("length, threshold or intervals are out of range")
+        if not all(0 < factor < math.inf for factors in card.factors for factor in factors):
+            raise ValueError("intervals must be positive factors")
+    except (KeyError, TypeError, ValueError) as error:
+        raise ModelError(f"{beside}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error
+    except DataError as error:
+        raise ModelError(f"{beside}: {error}") from error
+    for name, unit in signals.items():
+        if unit != UNITS[name]:
+            raise ModelError(f"{beside}: was trained on {name} in {unit}, here it is in {UNITS[name]}")
+    return card, told
+
+
+def _session(path: Path, onnx: bytes) -> Any:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    # One row at a time: more threads would only wait for each other.
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
+    options.log_severity_level = 3
+    try:
+        return onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
+    except Exception as error:
+        # onnxruntime's exceptions have no common base of their own.
+        raise ModelError(f"{path}: not a model that can be run: {_first_line(error)}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0][:200]

@@ -1,1 +1,0 @@
-"""Studies: what each part costs, and what it earns."""

@@ -1,1 +1,0 @@
-"""Finite elements of a gel pad, for the correction that `lsds_mocks.gel.make_pad` writes; not needed at run time."""

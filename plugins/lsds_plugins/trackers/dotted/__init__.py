@@ -1,0 +1,1 @@
+"""Trackers of printed dots: one way to follow, two ways to measure."""

@@ -1,0 +1,243 @@
+"""All trials of a job, over processes, each recording safe on disk as soon as it is done; then one dataset.
+
+A recording is a file in `parts`; those that are there are not done again, so that a campaign that was interrupted, or
+ran out of room, goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lsds import __version__
+from lsds.config import RigConfig, load_config
+from lsds.contracts import Kind
+from lsds.errors import DataError, LsdsError
+from lsds.files import write_whole
+from lsds.plugins.host import PluginHost
+from lsds.plugins.registry import NO_DEVICE
+from lsds.processes import DIED, spread
+from lsds_research.collecting.drive import run_trial
+from lsds_research.collecting.trials import Job, Trial, trials
+from lsds_research.datasets import (
+    CARD,
+    COLUMNS,
+    FORMAT,
+    PARTS,
+    Dataset,
+    joined,
+    read_card,
+    read_table,
+    require_arrow,
+    write_table,
+)
+
+_GEL = (
+    "safety.max_arm_angular_rad_s=3.0",
+    "cell.simulated.fidelity=pad",
+    "cell.simulated.grid=1",
+    "cell.simulated.step_ms=4.0",
+)
+_CAMERA = (
+    "pose_source.backend=mock-truth-camera",
+    "pose_source.mock-truth-camera.width=320",
+    "pose_source.mock-truth-camera.height=240",
+)
+PRESETS: dict[Job, tuple[str, ...]] = {
+    "detection": _GEL,
+    "severity": (*_GEL, *_CAMERA),
+    "pipe": (*_GEL, *_CAMERA),
+    "catch": _GEL,
+}
+"""What is set where no config names a cell: the simulated one, its gel on the coarsest grid in steps of 4 ms, and for
+velocities a small picture of the camera that measures them, which takes most of the time."""
+
+
+def collect(
+    job: Job,
+    out: Path,
+    *,
+    config_file: str | None = None,
+    overrides: Sequence[str] = (),
+    objects: Sequence[str] | None = None,
+    seed: int = 0,
+    quick: bool = False,
+    jobs: int = 1,
+    tick: Callable[[int, int, str], None] = lambda done, whole, name: None,
+    prepare: Callable[[Trial], None] | None = None,
+) -> Dataset:
+    """Collect a job into a folder, or what of it is missing there; `tick(done, whole, recording)` on the way.
+
+    On a real cell `prepare(trial)` returns when the object is in its place; without it, none is moved there.
+
+    Raises DataError where the folder holds something else, or cannot be written; where trials failed, after all others
+    are done, naming each. What was recorded stays in any case.
+    """
+    settings = (*(() if config_file else PRESETS[job]), *overrides)
+    config = load_config(config_file, settings)
+    planned = trials(job, objects, seed, quick=quick)
+    asked = _asked(job, planned, config, settings, seed, quick)
+    own = {"seed", "cell.simulated.clamped", *(key for trial in planned for key in trial.simulated)}
+    taken = sorted(own & {override.partition("=")[0].strip() for override in overrides})
+    if taken:
+        raise DataError(f"{', '.join(taken)}: is the protocol's to set, from trial to trial (--seed draws others)")
+    require_arrow()
+    begun = _is_begun(out, asked)
+    parts = out / PARTS
+    missing = [trial for trial in planned if not _is_whole(_part(parts, trial))]
+    mocked = config.cell.backend != NO_DEVICE
+    if missing and not mocked and prepare is None:
+        raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
+    for trial in missing:
+        _set_aside(_part(parts, trial))
+    if not begun:
+        card = {**asked, "format": FORMAT, "complete": False}
+        write_whole(out / CARD, json.dumps(card, indent=2, sort_keys=True).encode())
+    done = len(planned) - len(missing)
+    tick(done, len(planned), "")
+    failed: list[str] = []
+    work = partial(_do, parts=parts, config_file=config_file, settings=settings)
+    if prepare is not None and not mocked:
+        work = partial(_do_by_hand, prepare=prepare, work=work)
+    # Of a cell whose time is the wall's there is one, however many processors.
+    for trial, problem in spread(work, missing, jobs if _has_virtual_time(config) else 1):
+        done += 1
+        if problem != "":
+            failed.append(f"{trial.recording}: {problem or DIED}")
+        tick(done, len(planned), trial.recording)
+    if failed:
+        shown = "\n  ".join(failed[:5]) + (f"\n  and {len(failed) - 5} more" if len(failed) > 5 else "")
+        raise DataError(
+            f"{out}: {len(failed)} of {len(planned)} recordings failed (run it again to repeat them)\n  {shown}"
+        )
+    data = joined([_read_part(_part(parts, trial)) for trial in planned], asked | _made_with(mocked))
+    if mocked:
+        gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
+        data = Dataset(data.columns, {**data.card, "gels": gels})
+    data.save(out)
+    shutil.rmtree(parts, ignore_errors=True)
+    return data
+
+
+def study(job: Job, seed: int, *, quick: bool) -> dict[str, Any]:
+    """Return what the card of the study's own dataset says: the simulated cell, all objects."""
+    settings = PRESETS[job]
+    return _asked(job, trials(job, None, seed, quick=quick), load_config(None, settings), settings, seed, quick)
+
+
+def _asked(
+    job: Job, planned: Sequence[Trial], config: RigConfig, settings: Sequence[str], seed: int, quick: bool
+) -> dict[str, Any]:
+    """Return what decides the data."""
+    return {
+        "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
+        "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
+        "rig": _rig(config), "overrides": list(settings), "lsds": __version__, "config": _digest(config),
+    }  # fmt: skip
+
+
+def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
+    """Do a trial and keep it; return what went wrong with it. Raises DataError where it cannot be kept."""
+    try:
+        columns = run_trial(trial, config_file, settings)
+    except LsdsError as error:
+        return str(error)
+    except Exception as error:
+        # A library's own, at whatever that trial has met; the others go on.
+        return f"{type(error).__name__}: {error}"
+    write_table(columns, _part(parts, trial))
+    return ""
+
+
+def _do_by_hand(trial: Trial, prepare: Callable[[Trial], None], work: Callable[[Trial], str]) -> str:
+    prepare(trial)
+    return work(trial)
+
+
+def differing(card: Mapping[str, Any], asked: dict[str, Any]) -> str:
+    """Return in what a dataset's card differs from what is asked for, one after another; empty where in nothing."""
+    told = json.loads(json.dumps(asked))
+    own = {key: card.get(key) for key in told if card.get(key) != told[key]}
+    return ", ".join(f"{key} ({own[key]})" if key in ("seed", "quick", "labels", "lsds") else key for key in own)
+
+
+def _is_begun(out: Path, asked: dict[str, Any]) -> bool:
+    """Whether the folder holds a part of this campaign. Raises DataError where it holds anything else."""
+    known = read_card(out)
+    if known is None or known.get("format") != FORMAT:
+        if out.exists() and any(out.iterdir()):
+            raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
+        return False
+    other = differing(known, asked)
+    if known.get("complete"):
+        told = f"a complete dataset of another {other}" if other else "this dataset, complete: nothing is left to do"
+        raise DataError(f"{out}: holds {told} (choose another folder for another one)")
+    if other:
+        raise DataError(f"{out}: was begun with another {other} (say the same to go on, or choose another folder)")
+    return True
+
+
+def _part(parts: Path, trial: Trial) -> Path:
+    return parts / f"{trial.recording}.parquet"
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a recording is there, and can be read."""
+    if not path.is_file():
+        return False
+    try:
+        _read_part(path)
+    except DataError:
+        return False
+    return True
+
+
+def _set_aside(path: Path) -> None:
+    """Keep what is left of a damaged recording, which is done again."""
+    if path.is_file():
+        path.replace(path.with_suffix(".damaged"))
+
+
+def _read_part(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    columns = read_table(path)
+    missing = [name for name in COLUMNS if name not in columns]
+    if missing:
+        raise DataError(f"{path}: column {', '.join(missing)} missing; run it again")
+    return columns
+
+
+def _rig(config: RigConfig) -> dict[str, str]:
+    kinds: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source", "cell", "tracker")
+    return {kind: config.section(kind).backend for kind in kinds}
+
+
+def _digest(config: RigConfig) -> str:
+    """Return a number that changes with anything in the config."""
+    return hashlib.sha256(config.model_dump_json().encode()).hexdigest()[:16]
+
+
+def _has_virtual_time(config: RigConfig) -> bool:
+    host = PluginHost()
+    kinds: tuple[Kind, ...] = ("sensor", "gripper", "arm")
+    return all(host.find(kind, config.section(kind).backend).spec.virtual_time for kind in kinds)
+
+
+def _made_with(simulated: bool) -> dict[str, Any]:
+    names = ("numpy", "opencv-contrib-python-headless", "numba")
+    return {
+        "figures_are": "simulated" if simulated else "measured",
+        "versions": {
+            "lsds": __version__,
+            "python": platform.python_version(),
+            **{n: metadata.version(n) for n in names},
+        },
+    }

@@ -1,0 +1,143 @@
+"""A learner by its name, fitted on rows of a dataset; its answers out of fold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.clock import VirtualClock
+from lsds.contracts import BuildContext
+from lsds.contracts.learning import Examples, Fitted, Learner
+from lsds.errors import DataError
+from lsds.plugins.host import PluginHost
+from lsds_research.windows import windows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.models.artefact import Card
+    from lsds_research.datasets import Dataset
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A learner to be built: its backend's name, its options, what a table calls it, and how many windows it is fitted
+    on at most, drawn from all; 0 for all."""
+
+    learner: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    title: str = ""
+    most: int = 0
+
+    @property
+    def name(self) -> str:
+        """The title, or the backend's name."""
+        return self.title or self.learner
+
+    def build(self, host: PluginHost) -> Learner:
+        """Return the learner. Raises PluginError where its libraries are missing, ConfigError for its options."""
+        learner: Learner = host.build("learner", self.learner, dict(self.options), BuildContext(VirtualClock(), 0))
+        return learner
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """A dataset as one learner sees it: windows (n, length, F), targets (n,) or (n, 3), and the rows (n,) that they are
+    of; rows whose label is unknown are left out."""
+
+    data: Dataset
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    rows: NDArray[np.intp]
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a column's values (n,) for these windows."""
+        values: NDArray[Any] = self.data[name][self.rows]
+        return values
+
+    @property
+    def answered(self) -> float:
+        """Share of the labelled frames of these windows' objects that have a window; of the others nothing is said."""
+        return len(self.rows) / max(len(self.rows) + len(self.unanswered), 1)
+
+    @property
+    def unanswered(self) -> NDArray[np.intp]:
+        """Labelled rows of these windows' objects that have no window."""
+        known = _known(targets(self.data, "detect" if self.y.ndim == 1 else "estimate"))
+        known &= np.isin(self.data["object"], np.unique(self.column("object")))
+        known[self.rows] = False
+        return np.flatnonzero(known)
+
+    def part(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> Task:
+        """Return the windows `index`, numbers or a mask, as a task of their own."""
+        return Task(self.data, self.x[index], self.y[index], self.rows[index])
+
+    def examples(self, index: NDArray[np.intp]) -> Examples:
+        """Return the windows `index`, grouped by object; by recording where there is one object only."""
+        names = self.column("object")[index]
+        if len(set(names.tolist())) == 1:
+            names = self.column("recording")[index]
+        return Examples(self.x[index], self.y[index], np.unique(names, return_inverse=True)[1])
+
+
+def task(data: Dataset, looks: Learner | Card) -> Task:
+    """Return a dataset as a learner, or the model with that card, sees it.
+
+    Raises DataError where no row has a label and all signals.
+    """
+    x, rows = windows(data, looks.signals, looks.length)
+    y = targets(data, looks.job)[rows]
+    known = _known(y)
+    if not known.any():
+        raise DataError(f"no row of the dataset has a label and all of {', '.join(looks.signals)}")
+    return Task(data, x[known], y[known], rows[known])
+
+
+def labelled(data: Dataset, job: str) -> Task:
+    """Return all rows that have a label, and no signals: what rules are scored on."""
+    y = targets(data, job)
+    rows = np.flatnonzero(_known(y))
+    return Task(data, np.zeros((len(rows), 0, 0), np.float32), y[rows], rows)
+
+
+def targets(data: Dataset, job: str) -> NDArray[np.float32]:
+    """Return what is to be learnt, (rows,) slip or (rows, 3) velocities; negative or NaN where it is not known."""
+    if job == "detect":
+        return data["slip"].astype(np.float32)
+    names = ("velocity_x", "velocity_y", "angular_velocity_label")
+    return np.stack([data[name] for name in names], axis=1).astype(np.float32)
+
+
+def _known(y: NDArray[np.float32]) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(y).all(axis=1) if y.ndim == 2 else y >= 0)
+
+
+def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitted:
+    """Fit, on `most` of the examples where that is not 0. Raises DataError where there is nothing to tell apart."""
+    if 0 < most < len(examples.y):
+        kept = np.sort(np.random.default_rng(seed).choice(len(examples.y), most, replace=False))
+        examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept])
+    if learner.job == "detect" and len(np.unique(examples.y)) < 2:
+        raise DataError(
+            "all rows to learn from have the same label; there has to be slip and rest in them, and for scores also in "
+            "each part that is left when some objects are left out"
+        )
+    return learner.fit(examples, seed)
+
+
+def out_of_fold(
+    learner: Learner, own: Task, folds: Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]], seed: int, most: int = 0
+) -> NDArray[np.float32]:
+    """Return the answers to each window by the model that has not been fitted on its fold: (n,) or (n, 8)."""
+    answers: NDArray[np.float32] | None = None
+    for train, test in folds:
+        said = fit(learner, own.examples(train), seed, most).predict(own.x[test])
+        if answers is None:
+            answers = np.full((len(own.rows), *said.shape[1:]), np.nan, np.float32)
+        answers[test] = said
+    if answers is None:
+        raise DataError("no folds: nothing was fitted")
+    return answers

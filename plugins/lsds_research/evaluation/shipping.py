@@ -1,0 +1,103 @@
+"""Fit on everything, calibrate on objects left out, and write the artefact that the running cell loads."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds import __version__
+from lsds.models.artefact import Card, save
+from lsds.models.intervals import Factors
+from lsds_research.evaluation import detection, severity
+from lsds_research.evaluation.fitting import Model, fit, out_of_fold, task
+from lsds_research.splits import folds
+
+if TYPE_CHECKING:
+    from lsds.plugins.host import PluginHost
+    from lsds_research.datasets import Dataset
+
+FOLDS = 5
+_LIBRARIES = ("numpy", "onnx", "onnxruntime", "scikit-learn", "torch")
+
+
+def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int = 0) -> Card:
+    """Write `path` (.onnx) and its card; return the card. Its scores and its intervals are from objects left out.
+
+    Raises DataError where there is nothing to learn, or a file cannot be written.
+    """
+    learner = model.build(host)
+    own = task(data, learner)
+    detects = learner.job == "detect"
+    spread = own.y if detects else (severity.true_speed(own) > 1e-3)
+    by = "object" if len(set(own.column("object").tolist())) > 1 else "recording"
+    names = own.column(by)
+    count = min(FOLDS, len(set(names.tolist())))
+    parts = list(folds(names, np.asarray(spread, int), count, seed))
+    said = out_of_fold(learner, own, parts, seed, model.most)
+    factors = Factors() if detects else severity.calibration(own, said)
+    # The rules answer the same windows, what they fit out of fold, too.
+    if detects:
+        scores = detection.scored(own, said)
+        rules = [detection.scored(own, *detection.rule_out_of_fold(own, parts)), detection.majority(own)]
+        rules[0]["model"] = "one-parameter rule"
+    else:
+        scores, rules = severity.scored(own, said, factors), severity.baselines(own, own)
+    fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most)
+    onnx = fitted.export()
+    card = Card(
+        name=path.stem,
+        job=learner.job,
+        signals=tuple(learner.signals),
+        length=learner.length,
+        figures_are=str(data.card.get("figures_are", "unknown")),
+        intervals=factors.rest,
+        moving_intervals=factors.moving,
+        trained_on=_origin(data, model, seed),
+        # Intervals were calibrated on these very answers: what they cover says nothing.
+        scores={
+            "how": f"{count} folds by {by}",
+            **_told(scores),
+            "beside": {row["model"]: _told(row) for row in rules},
+        },
+        versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
+    )
+    save(path, onnx, card)
+    return card
+
+
+def _origin(data: Dataset, model: Model, seed: int) -> dict[str, Any]:
+    told = {
+        key: data.card[key]
+        for key in ("job", "seed", "labels", "rig", "overrides", "quick", "datasets")
+        if key in data.card
+    }
+    objects = sorted(set(data["object"].tolist()))
+    return {
+        **told, "learner": model.learner, "options": dict(model.options), "fit_seed": seed, "objects": objects,
+        "frames": len(data), "recordings": len(data.starts) - 1,
+    }  # fmt: skip
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _LIBRARIES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def _told(scores: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the figures that a card keeps; None for an undefined one, such as the precision of who never says slip."""
+    return {
+        key: (round(value, 5) if math.isfinite(value) else None) if isinstance(value, float) else value
+        for key, value in scores.items()
+        if key not in ("model", "split", "labels") and not key.endswith("coverage")
+    }

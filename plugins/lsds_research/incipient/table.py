@@ -1,0 +1,116 @@
+"""Labelled videos side by side, one row each: what the clip model sees, and what it must not need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.errors import DataError
+from lsds_research.clips.features import FRAMES, clip_features, mean_of, placements, quantiles
+from lsds_research.clips.signals import CLIP_SIGNALS
+from lsds_research.incipient.index import physical
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_research.datasets import Dataset
+
+    Floats = NDArray[np.float64]
+
+NUISANCES = ("markers", "brightness", "kept")
+_PLACES = 16
+
+MOVED_M = 6.25e-6
+"""A tenth of a pixel: what is less may be the codec, whose key frames shift all dots by 0.06 to 0.08 px."""
+
+MOVING_SHARE = 0.75
+_LEAST_MOVING = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Videos:
+    """Videos whose label is known, a row each: `data` their frames, `starts` the first row of each and the end.
+
+    `slip` (n,) 0 or 1; `clip` (n, F) as `lsds_research.clips.features.FEATURES`; `nuisance` (n, 3); `v_net` (n,)
+    largest two-frame maximum of v_net in a clip (m/s of the nominal clock); `speed` (n,) quantile of the mean speed
+    over the frames that moved; `frames` (n,).
+    """
+
+    data: Dataset
+    starts: NDArray[np.intp]
+    name: NDArray[Any]
+    recording: NDArray[Any]
+    object: NDArray[Any]
+    slip: NDArray[np.intp]
+    clip: Floats
+    nuisance: Floats
+    v_net: Floats
+    speed: Floats
+    frames: Floats
+
+    def __len__(self) -> int:
+        return len(self.slip)
+
+
+def videos_of(data: Dataset) -> Videos:
+    """Return the videos of a dataset whose label is known. Raises DataError where there is none."""
+    data = data.where(np.asarray(data["slip"] >= 0))
+    if not len(data):
+        raise DataError("none of the recordings has a label that is not in doubt: there is nothing to evaluate")
+    starts = data.starts
+    spans = [slice(a, b) for a, b in pairwise(starts.tolist())]
+    firsts = starts[:-1]
+    names = data["recording"][firsts]
+    signals = data.signals(CLIP_SIGNALS)
+    nuisances = data.signals(NUISANCES).astype(np.float64)
+    v_net = np.asarray(data["v_net"], np.float64)
+    speed, moved = np.asarray(data["mean_speed"], np.float64), moving(data)
+    clips = [clip_features(signals[span]) for span in spans]
+    return Videos(
+        data, starts, names, np.array([physical(name) for name in names], object), data["object"][firsts],
+        data["slip"][firsts].astype(np.intp), np.array(clips), np.array([_mean(nuisances[s]) for s in spans]),
+        np.array([pooled(two_frame(v_net[s]), 1.0) for s in spans]),
+        np.array([while_moving(speed[s], moved[s], MOVING_SHARE) for s in spans]), np.diff(starts).astype(np.float64),
+    )  # fmt: skip
+
+
+def two_frame(v_net: Floats) -> Floats:
+    """Return the larger of each frame's v_net and the one before, as the detector `threshold` does."""
+    larger: Floats = np.fmax(v_net, np.concatenate([v_net[:1], v_net[:-1]]))
+    return larger
+
+
+def pooled(values: Floats, share: float, least: float = np.nan) -> float:
+    """Return a quantile over the frames of a clip, averaged over clips spread evenly along a recording; so it does not
+    grow with the recording's length. `least` where no frame is defined."""
+    if not len(values):
+        return least
+    clips = values[placements(len(values), 1, _PLACES, FRAMES)][:, :, None]
+    found = float(mean_of(quantiles(clips, [share]))[0, 0])
+    return found if np.isfinite(found) else least
+
+
+def moving(data: Dataset) -> NDArray[np.bool_]:
+    """Return (rows,) whether the markers moved by more than `MOVED_M` since the frame before, on the mean."""
+    seen: NDArray[np.bool_] = np.nan_to_num(data["mean_speed"] * data["dt"]) > MOVED_M
+    return seen
+
+
+def while_moving(values: Floats, moved: NDArray[np.bool_], share: float, least: float = 0.0) -> float:
+    """Return a quantile of the values of frames that moved; `least` where too few did.
+
+    A recording that is wriggled throughout has many small motions, one that slips a few: over all frames every speed
+    tells the wrong way. A quantile does not grow with their number.
+    """
+    kept = values[moved & np.isfinite(values)]
+    return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING else least
+
+
+def _mean(values: Floats) -> Floats:
+    seen = np.isfinite(values)
+    total: Floats = np.where(seen, values, 0.0).sum(axis=0)
+    mean: Floats = total / np.maximum(seen.sum(axis=0), 1)
+    return mean

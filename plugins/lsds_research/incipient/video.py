@@ -1,0 +1,86 @@
+"""One labelled video, frame by frame through the same perception as `lsds track`, as columns of a dataset."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.errors import DataError, LsdsError
+from lsds.models.signals import signals_of
+from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
+from lsds_research.datasets import from_rows
+from lsds_research.incipient.index import PROTOCOL, Video
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+VERSION = 2
+"""Goes up whenever the same video would give other columns, so that no older cache is believed."""
+
+_LEAST_FRAMES = 12
+_PIXELS = slice(None, None, 4)
+
+
+def columns_of(video: Video) -> dict[str, NDArray[Any]]:
+    """Return the columns of one video: those of a dataset, and `CLIP_SIGNALS`.
+
+    The first frame is the reference. Unusable frames are passed over, and a video that breaks off is taken as far as
+    it goes. Raises DataError where it cannot be opened, shows no dots at the start, or too little can be used.
+    """
+    from lsds.clock import VirtualClock
+    from lsds.config import load_config
+    from lsds.config.toml import value_text
+    from lsds.contracts import BuildContext
+    from lsds.plugins import PluginHost
+    from lsds.tactile.perception import Perception
+
+    host, context = PluginHost(), BuildContext(VirtualClock(), 0)
+    source = f"sensor.video.path={value_text(str(video.path))}"
+    config = load_config(None, ["tactile.reference_frames=1", "sensor.backend=video", source], host=host)
+    sensor: Any = host.build("sensor", config.sensor.backend, config.sensor.options(), context)
+    tracker: Any = host.build("tracker", config.tracker.backend, config.tracker.options(), context)
+    try:
+        perception = Perception(tracker, sensor.spec, config.tactile)
+        frames = sensor.frames()
+        first = next(frames)
+        reference = perception.start([first])
+    except LsdsError as error:
+        text = str(error)
+        raise DataError(text if str(video.path) in text else f"{video.path}: {text}") from error
+    except Exception as error:
+        raise DataError(f"{video.path}: {type(error).__name__}: {error}") from error
+    t_s, rows, moved, position = [], [], [], None
+    while True:
+        try:
+            frame = next(frames, None)
+            if frame is None:
+                break
+        except LsdsError:
+            break  # It breaks off here; what was read is as good as ever.
+        try:
+            observation, _ = perception.observe(frame)
+        except DataError:
+            continue
+        t_s.append((frame.t_ns - first.t_ns) * 1e-9)
+        rows.append(signals_of(observation, float(frame.image[_PIXELS, _PIXELS].mean())))
+        moved.append(observation.field.displacement_m)
+        position = observation.field.position_m
+    if len(rows) < _LEAST_FRAMES or position is None:
+        raise DataError(f"{video.path}: {len(rows)} usable frames after the first, at least {_LEAST_FRAMES} are needed")
+    labels = {"slip": np.full(len(rows), -1 if video.conflict else video.slip)}
+    columns = from_rows(video.name, video.object, PROTOCOL, t_s, np.array(rows), labels)
+    pitch_m = float(np.mean(reference.pitch_px)) * perception.metres_per_px
+    found = clip_signals(np.array(moved) / pitch_m, position / pitch_m)
+    return columns | {name: found[:, index] for index, name in enumerate(CLIP_SIGNALS)}
+
+
+def try_columns(video: Video) -> dict[str, NDArray[Any]] | str:
+    """Return the columns of a video, or why there are none."""
+    try:
+        return columns_of(video)
+    except LsdsError as error:
+        return str(error)
+    except Exception as error:
+        # A library's own, at whatever that video holds; the others count all the same.
+        return f"{video.path}: {type(error).__name__}: {error}"

@@ -1,0 +1,207 @@
+"""Estimator `field-gru`: two small nets on a window of the field's evidence, which know how sure they are.
+
+One is recurrent; one looks at four frames at a time. They err differently, and their mean is better than either.
+
+Most frames do not slip, so each value is a share, 0 to 1, of moving times the value if it moves: exactly still is
+within reach. Trained on the likelihood of a Laplace distribution, whose centre is the median, with some of the square
+of the error, which pulls fast frames up; those that move count more, for to underrate a slip costs more than to imagine
+one. Its width is learnt beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import Field
+
+from lsds.contracts import BuildContext
+from lsds_research.learners.common import LearnerBase, targets
+from lsds_research.learners.compression import Compression
+from lsds_research.learners.graph import Graph
+from lsds_research.learners.layers import write_recurrent, write_sequential
+from lsds_research.learners.symmetry import Symmetry
+from lsds_research.learners.training import NetOptions, array, predicted, seeded, train_whole
+
+if TYPE_CHECKING:
+    import torch
+    from numpy.typing import NDArray
+
+    from lsds.contracts.learning import Examples
+
+FLOOR = 0.02
+"""Least width of the distribution, in units of the RMS of the target where it moves."""
+MOVING = (1e-3, 1e-3, 1e-2, 1e-3)
+"""Smaller targets than these (m/s, rad/s) have no say in their unit."""
+SLIDING, TURNING = 0.04, 0.05
+"""What moves: in units of speed, and of angular velocity."""
+NUMBERS, SHARES = 10, [8, 8, 9, 8]
+"""What a net gives: four values, four widths, two shares of moving; and which share is whose: turning has its own."""
+_WHOLE = 40.0
+"""Its sigmoid is one in float32: the share of what has none."""
+FRAMES = 4
+"""Frames in a block."""
+TURNED = 0.5
+"""Share of the examples that are turned and mirrored, anew in each pass."""
+
+
+class FieldGruOptions(NetOptions):
+    """Options of the learner `field-gru`."""
+
+    signals: str | list[str] = Field(default="timed-field", description="a set of signals, or their names")
+    length: int = Field(default=16, ge=1, le=100, description="frames in a window")
+    learning_rate: float = Field(default=3e-3, gt=0, le=1, description="of Adam")
+    weight_decay: float = Field(default=0.01, ge=0, le=10, description="of Adam, decoupled")
+    hidden: int = Field(default=32, ge=1, le=1024, description="units of the recurrent layer")
+    second: int = Field(default=24, ge=1, le=1024, description="units of the layer after it")
+    block: int = Field(default=48, ge=1, le=1024, description="units for four frames of the other net")
+    block_dropout: float = Field(default=0.3, ge=0, lt=1, description="share of its units left out while training")
+    epochs: int = Field(default=40, ge=1, le=10000, description="passes over the data")
+    moving_weight: float = Field(default=3.0, ge=1, le=100, description="how much more a frame counts that slides")
+    turning_weight: float = Field(default=4.0, ge=1, le=100, description="and its angular velocity where it turns")
+    square: float = Field(default=0.3, ge=0, le=100, description="share of the squared error in what is minimised")
+
+
+class FieldGru(LearnerBase):
+    """A `Learner`: a recurrent net and one of blocks, Laplace likelihood."""
+
+    def __init__(self, options: FieldGruOptions, context: BuildContext) -> None:
+        super().__init__("estimate", options)
+        self._options = options
+
+    def fit(self, examples: Examples, seed: int) -> FittedGru:
+        """Fit. Raises DataError for examples that nothing can be learnt from."""
+        self.check(examples)
+        options = self._options
+        symmetry = Symmetry(self.signals)
+        compression = symmetry.compression(examples.x, examples.y, seed)
+        true = targets(examples.y)
+        unit = np.array([_rms_moving(column, least) for column, least in zip(true.T, MOVING, strict=True)])
+        # One unit for a velocity's parts, whichever way the data happen to slide.
+        unit[:2] = unit[:2].max()
+
+        def draw(rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+            x, y = examples.x, examples.y
+            if symmetry.known:
+                x, y = symmetry.turned(x, y, rng, TURNED)
+            return compression(x), (targets(y) / unit).astype(np.float32)
+
+        shape = (self.length, len(self.signals))
+        nets = []
+        with seeded(seed):
+            for make in (_recurrent, _in_blocks):
+                nets.append(make(*shape, options))
+                train_whole(nets[-1], partial(_loss, options=options), draw, options, seed)
+        return FittedGru(nets, compression, unit.astype(np.float32), shape)
+
+
+def _rms_moving(values: NDArray[np.float64], least: float) -> float:
+    moving = values[np.abs(values) > least]
+    return math.sqrt(float((moving**2).mean())) if len(moving) else least
+
+
+def _recurrent(length: int, width: int, options: FieldGruOptions) -> Any:
+    from torch import nn
+
+    class Recurrent(nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.body = nn.GRU(width, options.hidden, batch_first=True)
+            self.head = nn.Sequential(
+                nn.Linear(options.hidden, options.second), nn.ReLU(), nn.Dropout(options.dropout),
+                nn.Linear(options.second, NUMBERS),
+            )  # fmt: skip
+
+        def forward(self, x: torch.Tensor) -> torch.Tensor:
+            return _answer(self.head(self.body(x)[0][:, -1]))
+
+    return Recurrent()
+
+
+def _in_blocks(length: int, width: int, options: FieldGruOptions) -> Any:
+    from torch import nn
+
+    size = math.gcd(length, FRAMES)
+    count, units = length // size, options.block
+
+    class InBlocks(nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.body = nn.Sequential(nn.Linear(size * width, units), nn.ReLU(), nn.Dropout(options.block_dropout))
+            self.head = nn.Sequential(
+                nn.Linear(count * units, 2 * units), nn.ReLU(), nn.Dropout(options.block_dropout),
+                nn.Linear(2 * units, NUMBERS),
+            )  # fmt: skip
+
+        def forward(self, x: torch.Tensor) -> torch.Tensor:
+            return _answer(self.head(self.body(x.reshape(len(x) * count, size * width)).reshape(len(x), count * units)))
+
+    return InBlocks()
+
+
+def _answer(raw: torch.Tensor) -> torch.Tensor:
+    """Return value and width, (n, 8), of a net's `NUMBERS`."""
+    import torch
+
+    softplus = torch.nn.functional.softplus
+    value = torch.cat([raw[:, :3], softplus(raw[:, 3:4])], dim=1) * torch.sigmoid(raw[:, SHARES])
+    return torch.cat([value, FLOOR + softplus(raw[:, 4:8])], dim=1)
+
+
+def _loss(said: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) -> torch.Tensor:
+    import torch
+
+    off, width = (said[:, :4] - wanted).abs(), said[:, 4:]
+    each = off / width + width.log() + options.square * off**2
+    weight = (1 + (options.moving_weight - 1) * (wanted[:, 3:] > SLIDING)).expand(-1, 4)
+    turns = 1 + (options.turning_weight - 1) * (wanted[:, 2:3].abs() > TURNING)
+    weight = torch.cat([weight[:, :2], weight[:, 2:3] * turns, weight[:, 3:]], dim=1)
+    return (each * weight).mean() / weight.mean()
+
+
+class FittedGru:
+    """Fitted nets; `unit` (4,) is that of their targets."""
+
+    def __init__(
+        self, nets: list[Any], compression: Compression, unit: NDArray[np.float32], shape: tuple[int, int]
+    ) -> None:
+        self._nets, self._compression, self._shape = nets, compression, shape
+        # A Laplace distribution's standard deviation is the square root of two times its width.
+        self._unit = np.concatenate([unit, unit * np.float32(math.sqrt(2))])
+
+    def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return (n, 8) by torch: vx, vy, angular velocity, speed, and their standard deviations."""
+        shaped = self._compression(x)
+        return np.asarray(np.mean([predicted(net, shaped) for net in self._nets], axis=0) * self._unit)
+
+    def export(self) -> bytes:
+        """Return the ONNX model. What both nets have in common is done once, on the answers of one below the other's:
+        in so small a graph each node costs more than its arithmetic."""
+        graph = Graph(*self._shape)
+        shaped = self._compression.write(graph)
+        both = graph.add("Concat", *(self._raw(graph, net, shaped) for net in self._nets), axis=0)
+        value, positive, share = graph.split(both, (3, 5, 8))
+        value = graph.add("Concat", value, graph.add("Softplus", positive), axis=1)
+        value = graph.add("Mul", value, graph.add("Sigmoid", share))
+        value = graph.add("Reshape", value, graph.constant(np.array([len(self._nets), -1, 8])))
+        total = graph.add("ReduceSum", value, graph.constant(np.array([0])), keepdims=0)
+        least = np.repeat(np.array([0, FLOOR], np.float32), 4)
+        return graph.finish(graph.dense(total, np.diag(self._unit) / len(self._nets), least * self._unit), (8,))
+
+    def _raw(self, graph: Graph, net: Any, shaped: str) -> str:
+        """Add a net but for what follows its last layer; return (n, 16): its values, widths, and a share for each."""
+        from torch import nn
+
+        if isinstance(net.body, nn.GRU):
+            inner = write_recurrent(graph, net.body, shaped, self._compression)
+        else:
+            first, last = net.body[0].in_features, net.head[0].in_features
+            rows = graph.add("Reshape", shaped, graph.constant(np.array([-1, first])))
+            inner = write_sequential(graph, net.body, rows, self._compression)
+            inner = graph.add("Reshape", inner, graph.constant(np.array([-1, last])))
+        inner = write_sequential(graph, net.head[:-1], inner)
+        weight, bias = array(net.head[-1].weight), array(net.head[-1].bias)
+        weight = np.concatenate([weight[:8], weight[SHARES], np.zeros_like(weight[:4])])
+        return graph.dense(inner, weight.T, np.concatenate([bias[:8], bias[SHARES], np.full(4, _WHOLE)]))

@@ -1,0 +1,153 @@
+"""How nets are trained: Adam, one thread, the same by the same seed; stopping early by groups held out, or on everybody
+with a rate that falls to zero."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import Field
+
+from lsds_research.learners.common import LearnerOptions, hold_out
+
+if TYPE_CHECKING:
+    import torch
+    from numpy.typing import NDArray
+
+
+class NetOptions(LearnerOptions):
+    """Options of every net."""
+
+    learning_rate: float = Field(default=1e-3, gt=0, le=1, description="of Adam")
+    weight_decay: float = Field(default=0.0, ge=0, le=10, description="of Adam, decoupled")
+    batch: int = Field(default=512, ge=1, le=65536, description="windows in a step")
+    epochs: int = Field(default=100, ge=1, le=10000, description="passes over the data at most")
+    dropout: float = Field(default=0.1, ge=0, lt=1, description="share of units left out while training")
+
+
+class StoppingOptions(NetOptions):
+    """Options of nets that stop when they get no better."""
+
+    patience: int = Field(default=8, ge=1, le=1000, description="passes without a better one after which it stops")
+
+
+_WARM_UP = 0.15
+"""Share of all steps in which the rate rises."""
+
+
+@contextmanager
+def seeded(seed: int) -> Iterator[None]:
+    """One thread and torch's generator seeded, both as before afterwards."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            yield
+    finally:
+        torch.set_num_threads(threads)
+
+
+def train(
+    net: torch.nn.Module,
+    loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
+    x: NDArray[np.float32],
+    y: NDArray[np.float32],
+    group: NDArray[np.intp],
+    options: StoppingOptions,
+    seed: int,
+) -> NDArray[np.bool_]:
+    """Train in place, to be called within `seeded`; return (n,) who was held out and chose the best epoch.
+
+    `x` (n, length, F) as the net takes it, `y` as the loss does.
+    """
+    import torch
+
+    held = hold_out(group, seed)
+    inputs, wanted = torch.from_numpy(x[~held]), torch.from_numpy(y[~held])
+    held_inputs, held_wanted = torch.from_numpy(x[held]), torch.from_numpy(y[held])
+    adam = torch.optim.AdamW(net.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay)
+    best, best_state, since = float("inf"), _copy(net), 0
+    for _ in range(options.epochs):
+        _pass(net, loss, inputs, wanted, adam, options.batch)
+        with torch.no_grad():
+            now = float(loss(_in_pieces(net, held_inputs), held_wanted))
+        if now < best:
+            best, best_state, since = now, _copy(net), 0
+        else:
+            since += 1
+            if since >= options.patience:
+                break
+    net.load_state_dict(best_state)
+    net.eval()
+    return held
+
+
+def train_whole(
+    net: torch.nn.Module,
+    loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
+    draw: Callable[[np.random.Generator], tuple[NDArray[np.float32], NDArray[np.float32]]],
+    options: NetOptions,
+    seed: int,
+) -> None:
+    """Train in place on everybody, to be called within `seeded`: nobody is held out, the rate falls to zero instead.
+
+    `draw` gives x and y anew for each of `options.epochs` passes.
+    """
+    import torch
+
+    rng = np.random.default_rng(seed)
+    adam = torch.optim.AdamW(net.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay)
+    rate: Any = None
+    for _ in range(options.epochs):
+        x, y = (torch.from_numpy(values) for values in draw(rng))
+        if rate is None:
+            steps = options.epochs * -(-len(x) // options.batch)
+            rate = torch.optim.lr_scheduler.OneCycleLR(
+                adam, options.learning_rate, total_steps=steps + 1, pct_start=_WARM_UP
+            )
+        _pass(net, loss, x, y, adam, options.batch, rate.step)
+
+
+def _pass(
+    net: torch.nn.Module, loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, y: torch.Tensor,
+    adam: torch.optim.Optimizer, batch: int, then: Callable[[], object] = lambda: None,
+) -> None:  # fmt: skip
+    """Step over all examples once, in batches drawn anew."""
+    import torch
+
+    net.train()
+    for rows in torch.split(torch.randperm(len(x)), batch):
+        adam.zero_grad(set_to_none=True)
+        loss(net(x[rows]), y[rows]).backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
+        adam.step()
+        then()
+    net.eval()
+
+
+def predicted(net: torch.nn.Module, x: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what the net gives for windows (n, length, F), by torch on one thread."""
+    import torch
+
+    with seeded(0), torch.no_grad():
+        return np.asarray(_in_pieces(net, torch.from_numpy(np.ascontiguousarray(x))).numpy())
+
+
+def array(parameter: Any) -> NDArray[np.float32]:
+    """Return a parameter's values."""
+    return np.asarray(parameter.detach().numpy())
+
+
+def _in_pieces(net: torch.nn.Module, x: torch.Tensor) -> torch.Tensor:
+    import torch
+
+    return torch.cat([net(piece) for piece in torch.split(x, 8192)])
+
+
+def _copy(net: torch.nn.Module) -> dict[str, torch.Tensor]:
+    return {name: value.detach().clone() for name, value in net.state_dict().items()}

@@ -1,0 +1,1 @@
+"""The finite-pad correction of the simulated gel: finite elements that make its table."""

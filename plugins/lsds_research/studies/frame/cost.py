@@ -1,0 +1,286 @@
+"""What one frame costs, from image to command, and what the tracker's speed costs in accuracy.
+
+All candidates see the same frames of one simulated run, in turns, so that a noisy machine disturbs all alike; medians
+are quoted. Peers are what people reach for first: OpenCV's blob detector matched to the nearest dot, and pyramidal
+Lucas-Kanade from frame to frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+
+from lsds.clock import perf_ns
+from lsds.config import load_config
+from lsds.contracts import Frame, GripInput
+from lsds.errors import DataError
+from lsds.loop import Cycle, Loop
+from lsds.observers import Observers
+from lsds.plugins import PluginHost
+from lsds.rig import Rig
+from lsds.tactile.depth import DepthEstimator
+from lsds.tactile.features import FeatureExtractor
+from lsds.tactile.field import FieldBuilder
+from lsds.tactile.perception import Perception
+from lsds.tactile.views import FrameViews
+from lsds_research.studies.frame.peers import BlobNearest, PyramidFlow
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.config import RigConfig
+
+TRACKERS = ("lk", "centroid", "dis")
+SCALES = (4, 8, 16)
+#: Single jumps to survive or to own up to, px: from half a pitch on.
+JUMPS_PX = (18, 24, 30, 36, 41)
+#: A track this far from the truth is on another dot, px.
+WRONG_PX = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Median and 99th percentile of one part's time, microseconds, over `runs` calls."""
+
+    name: str
+    p50_us: float
+    p99_us: float
+    runs: int
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerScore:
+    """Speed and accuracy of one tracker on the same frames. `rms_px` is over right tracks, one axis.
+
+    `wrong_unflagged` is over the run; `jump_wrong_unflagged` over single jumps of half a pitch and more, the share of
+    markers that are on another's dot and not flagged; `jump_right` the share followed to the right dot.
+    """
+
+    name: str
+    peer: bool
+    p50_us: float
+    p99_us: float
+    rms_px: float
+    kept_fraction: float
+    wrong_unflagged: float
+    jump_wrong_unflagged: float
+    jump_right: float
+
+
+@dataclass(frozen=True, slots=True)
+class FrameCost:
+    """Result of `measure`. `area_change` is each depth scale's mean area difference to the finest scale."""
+
+    total: Cost
+    parts: tuple[Cost, ...]
+    trackers: tuple[TrackerScore, ...]
+    depth: tuple[Cost, ...]
+    area_change: tuple[float, ...]
+    frames: int
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clip:
+    """Frames of one run with the true dot positions (N, 2) px of each; the first frame is untouched."""
+
+    reference: Frame
+    rest_px: NDArray[np.float64]
+    frames: tuple[Frame, ...]
+    truth_px: tuple[NDArray[np.float64], ...]
+
+
+def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | None = None) -> FrameCost:
+    """Run the simulated cell once, then time every part on its frames `repeats` times.
+
+    Raises DataError where the default sensor does not know its dots' true positions.
+    """
+    host = PluginHost()
+    config = load_config(None, [f"seed={seed}"], host=host)
+    clip = record(config, host)
+    parts: dict[str, list[int]] = {}
+    trackers: dict[str, list[int]] = {}
+    depth: dict[int, list[int]] = {scale: [] for scale in SCALES}
+    areas: dict[int, list[float]] = {scale: [] for scale in SCALES}
+    scores: dict[str, tuple[float, float, float]] = {}
+    jumps = {name: _jumps(tracker, clip) for name, tracker in _candidates(config, host).items()}
+    for _ in range(repeats):
+        for name, samples in _time_parts(config, host, clip).items():
+            parts.setdefault(name, []).extend(samples)
+        for name, tracker in _candidates(config, host).items():
+            times, scores[name] = _time_tracker(tracker, clip)
+            trackers.setdefault(name, []).extend(times)
+        for scale in SCALES:
+            times, areas[scale] = _time_depth(clip, scale, config.tactile.contact_threshold_mm * 1e-3)
+            depth[scale].extend(times)
+        if progress is not None:
+            progress()
+    finest = np.array(areas[SCALES[0]])
+    total = parts.pop("image to command")
+    return FrameCost(
+        total=_cost("image to command", total),
+        parts=tuple(_cost(name, samples) for name, samples in parts.items()),
+        trackers=tuple(
+            TrackerScore(
+                name, name not in TRACKERS, _cost(name, t).p50_us, _cost(name, t).p99_us, *scores[name], *jumps[name]
+            )
+            for name, t in trackers.items()
+        ),
+        depth=tuple(_cost(f"depth at 1/{scale}", samples) for scale, samples in depth.items()),
+        area_change=tuple(float(np.abs(np.array(areas[scale]) - finest).mean()) for scale in SCALES),
+        frames=len(clip.frames),
+        seed=seed,
+    )
+
+
+def record(config: RigConfig, host: PluginHost) -> Clip:
+    """Run the loop and keep its frames with their truth."""
+    frames: list[Frame] = []
+    truth: list[NDArray[np.float64]] = []
+    with Rig(config, host) as rig:
+        sensor: Any = rig.sensor
+        if not hasattr(sensor, "marker_truth"):
+            raise DataError(f"sensor '{config.sensor.backend}' does not know where its dots really are; use a mock")
+        rig.arm_devices()
+
+        def keep(cycle: Cycle) -> None:
+            frames.append(cycle.frame)
+            truth.append(sensor.marker_truth(cycle.frame.seq).xy_px)
+
+        observers: Observers[Cycle] = Observers(threaded=False)
+        observers.add("frames", keep)
+        loop = Loop(rig, observers)
+        loop.run()
+        rest = sensor.marker_truth().rest_px
+        reference = loop.perception.reference_frame
+    if reference is None or not frames:
+        raise DataError("the run made no frames to measure on")
+    return Clip(reference, rest, tuple(frames), tuple(truth))
+
+
+def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, list[int]]:
+    """The per-frame path as the loop walks it, and each of its steps."""
+    rig = Rig(config, host)
+    perception = Perception(rig.tracker, rig.sensor.spec, config.tactile)
+    perception.start([clip.reference])
+    samples: dict[str, list[int]] = {}
+
+    def lap(name: str, since: int) -> int:
+        now = perf_ns()
+        samples.setdefault(name, []).append(now - since)
+        return now
+
+    aperture = config.task.grip_aperture_m
+    for frame in clip.frames:
+        frame = _fresh(frame)
+        begun = perf_ns()
+        observation, _ = perception.observe(frame)
+        t = lap("perception", begun)
+        detection = rig.detector.update(observation)
+        t = lap("detector", t)
+        estimate = rig.estimator.update(observation)
+        t = lap("estimator", t)
+        rig.controller.update(GripInput(observation.t_ns, observation.dt_s, detection, estimate, aperture, aperture))
+        lap("controller", t)
+        lap("image to command", begun)
+    _time_steps(config, host, clip, lap)
+    return samples
+
+
+def _time_steps(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable[[str, int], int]) -> None:
+    """What perception is made of, step by step; the views are shared by tracker and depth."""
+    rig = Rig(config, host)
+    tracker, spec = rig.tracker, rig.sensor.spec
+    reference = tracker.start(clip.reference, spec.pad)
+    field, features = FieldBuilder(reference, spec.metres_per_px), FeatureExtractor()
+    depth = DepthEstimator(clip.reference, spec.metres_per_px, scale=config.tactile.depth_scale)
+    for frame in clip.frames:
+        frame = _fresh(frame)
+        views = FrameViews(frame)
+        t = perf_ns()
+        _ = views.dark, views.half_rgb
+        lap("  views", t)
+        t = perf_ns()
+        tracks = tracker.update(frame)
+        t = lap("  tracker (with its views)", t)
+        built = field.build(tracks)
+        t = lap("  field", t)
+        contact = depth.measure(frame)
+        t = lap("  depth and contact", t)
+        features.extract(built, contact)
+        lap("  features", t)
+
+
+def _candidates(config: RigConfig, host: PluginHost) -> dict[str, Any]:
+    rig = Rig(config, host)
+    ours = {name: host.build("tracker", name, {}, rig.context) for name in TRACKERS}
+    return {**ours, "blobs, nearest": BlobNearest(), "pyramidal LK": PyramidFlow()}
+
+
+def _time_tracker(tracker: Any, clip: Clip) -> tuple[list[int], tuple[float, float, float]]:
+    """Times, and (RMS px, kept fraction, wrong and unflagged fraction) against the truth."""
+    reference = tracker.start(clip.reference)
+    at = reference.xy_px
+    nearest = np.hypot(*(at[:, None, :] - clip.rest_px[None, :, :]).transpose(2, 0, 1)).argmin(axis=1)
+    on_dots = np.hypot(*(at - clip.rest_px[nearest]).T) < WRONG_PX
+    # Sample points that sit on no dot (dense flow) have the motion of the dots nearby for truth.
+    times, errors, kept = [], [], []
+    for frame, truth in zip(clip.frames, clip.truth_px, strict=True):
+        frame = _fresh(frame)
+        begun = perf_ns()
+        tracks = tracker.update(frame)
+        times.append(perf_ns() - begun)
+        moved = (truth - clip.rest_px)[nearest]
+        error = np.abs(tracks.xy_px - at - moved)
+        errors.append(error[tracks.valid & on_dots] if on_dots.any() else error[tracks.valid])
+        kept.append(float(tracks.valid.mean()))
+    error = np.concatenate(errors)
+    wrong = error.max(axis=1) > WRONG_PX
+    right = error[~wrong]
+    rms = float(np.sqrt((right**2).mean())) if len(right) else math.nan
+    return times, (rms, float(np.mean(kept)), float(wrong.mean()) if len(wrong) else 0.0)
+
+
+def _jumps(tracker: Any, clip: Clip) -> tuple[float, float]:
+    """Shares of markers wrong and unflagged, and right, after the whole untouched image has jumped once."""
+    wrong = right = total = 0
+    height, width = clip.reference.image.shape[:2]
+    for distance in JUMPS_PX:
+        for turn in range(8):
+            shift = distance * np.array([math.cos(turn * math.pi / 4), math.sin(turn * math.pi / 4)])
+            move = np.hstack([np.eye(2), shift[:, None]])
+            image = cv2.warpAffine(clip.reference.image, move, (width, height), borderMode=cv2.BORDER_REPLICATE)
+            reference = tracker.start(clip.reference)
+            tracker.update(Frame(clip.reference.image, 0, 0))
+            tracks = tracker.update(Frame(np.asarray(image, np.uint8), 40_000_000, 1))
+            off = np.abs(tracks.xy_px - reference.xy_px - shift).max(axis=1)
+            wrong += int(np.count_nonzero(tracks.valid & (off > WRONG_PX)))
+            right += int(np.count_nonzero(tracks.valid & (off <= WRONG_PX)))
+            total += reference.count
+    return wrong / total, right / total
+
+
+def _time_depth(clip: Clip, scale: int, threshold_m: float) -> tuple[list[int], list[float]]:
+    depth = DepthEstimator(clip.reference, 62.5e-6, scale=scale, threshold_m=threshold_m)
+    times, areas = [], []
+    for frame in clip.frames:
+        frame = _fresh(frame)
+        begun = perf_ns()
+        areas.append(depth.measure(frame).area_fraction)
+        times.append(perf_ns() - begun)
+    return times, areas
+
+
+def _fresh(frame: Frame) -> Frame:
+    """The same image as a new frame, so that nothing remembers having seen it."""
+    return Frame(frame.image, frame.t_ns, frame.seq)
+
+
+def _cost(name: str, samples_ns: Sequence[int]) -> Cost:
+    p50, p99 = np.percentile(samples_ns, [50, 99]) / 1e3
+    return Cost(name, float(p50), float(p99), len(samples_ns))

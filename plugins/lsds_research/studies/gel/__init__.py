@@ -1,0 +1,1 @@
+"""Models of the simulated gel: speed against accuracy."""

@@ -1,0 +1,79 @@
+"""Lead a gel model through a scene, and see where its dots go and what it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.clock import perf_ns
+
+if TYPE_CHECKING:
+    from lsds_mocks.gel.protocol import GelModel
+    from numpy.typing import NDArray
+
+    from lsds_research.studies.gel.scenes import Scene
+
+
+_PAD_M = (24.96e-3, 20.16e-3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """Dots (frames, M, 2) and forces (frames, 4: x, y, torque, normal) after pressing and after each frame, stuck area
+    (frames,) in square metres, and times in nanoseconds: of all pressing, and of each frame (frames - 1,)."""
+
+    dots_m: NDArray[np.float64]
+    forces: NDArray[np.float64]
+    stuck_m2: NDArray[np.float64]
+    pressing_ns: int
+    frame_ns: NDArray[np.int64]
+
+
+def lead(gel: GelModel, scene: Scene, xy_m: NDArray[np.float64], parts: int = 1) -> Trace:
+    """Return what a gel does in a scene, each frame's motion in `parts` steps; dots are looked at once a frame."""
+    begun = perf_ns()
+    for step in range(1, scene.presses + 1):
+        gel.press(step / scene.presses * scene.indentation_m)
+        gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
+        reaction = gel.trial(0.0, 0.0)
+        gel.commit()
+    dots = [gel.marker_displacement(gel.state(), xy_m)]
+    pressing = perf_ns() - begun
+    forces = [(reaction.force_x_n, reaction.force_y_n, reaction.torque_nm, reaction.normal_n)]
+    stuck = [_stuck_m2(gel)]
+    times = []
+    for motion in scene.frames:
+        begun = perf_ns()
+        for _ in range(parts):
+            # Cells may come and go; friction is of the scene, not of a cell.
+            gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
+            reaction = gel.trial(*(part / parts for part in motion))
+            gel.commit()
+        moved = gel.marker_displacement(gel.state(), xy_m)
+        times.append(perf_ns() - begun)
+        dots.append(moved)
+        forces.append((reaction.force_x_n, reaction.force_y_n, reaction.torque_nm, reaction.normal_n))
+        stuck.append(_stuck_m2(gel))
+    return Trace(np.array(dots), np.array(forces), np.array(stuck), pressing, np.array(times))
+
+
+def _stuck_m2(gel: GelModel) -> float:
+    width, height = _PAD_M
+    return gel.stick_ratio * gel.contact_fraction(gel.state(), width, height) * width * height
+
+
+def rms_m(trace: Trace, truth: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the dots' RMS error over all frames of motion, and of the worst frame; `truth` (frames, M, 2)."""
+    square = ((trace.dots_m - truth) ** 2).sum(axis=2).mean(axis=1)[1:]
+    return float(np.sqrt(square.mean())), float(np.sqrt(square.max()))
+
+
+def timed(
+    make: Callable[[], GelModel], scene: Scene, xy_m: NDArray[np.float64], repeats: int
+) -> tuple[Trace, NDArray[np.float64]]:
+    """Return the last trace and the times in microseconds (repeats, frames - 1)."""
+    traces = [lead(make(), scene, xy_m) for _ in range(repeats)]
+    return traces[-1], np.array([trace.frame_ns for trace in traces]) / 1e3

@@ -1,0 +1,17 @@
+"""The dataset that a study's `--data` names, as objects to learn from and objects never seen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lsds.errors import DataError
+from lsds_research.collecting.objects import UNSEEN
+from lsds_research.datasets import Dataset, load
+from lsds_research.splits import seen_and_unseen
+
+
+def split_dataset(folder: str) -> tuple[Dataset, Dataset]:
+    """Return both parts. Raises DataError where no folder is named, where it holds no dataset, or not both parts."""
+    if not folder:
+        raise DataError("name a dataset with --data: lsds collect makes one, or data/ of lsds reproduce")
+    return seen_and_unseen(load(Path(folder)), UNSEEN, folder)
