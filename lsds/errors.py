@@ -64,6 +64,14 @@ class PluginConflict(PluginError):
     """Two distributions offer the same kind and name; the config has to say `distribution:name`."""
 
 
+def raised_by(backend: str, error: Exception, where: str = "") -> PluginError:
+    """Return the error for an exception that a backend should not have let out; raise it `from` that exception."""
+    at = f" at {where}" if where else ""
+    return PluginError(
+        f"{backend} raised {type(error).__name__}{at}: {error} (a mistake in that plugin; lsds --debug shows where)"
+    )
+
+
 class ContractMismatch(PluginError):
     """What the plugin's factory returned lacks members that the contract of its kind asks for."""
 

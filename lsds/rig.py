@@ -3,34 +3,24 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lsds.bringup import Result, bring_up_error
 from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
-from lsds.contracts.backend import BuildContext, Kind
+from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
+from lsds.contracts.job import Job
+from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
 
 if TYPE_CHECKING:
-    from lsds.config.model import RigConfig
-
-_BUILD_ORDER: tuple[Kind, ...] = (
-    "cell",
-    "sensor",
-    "gripper",
-    "arm",
-    "pose_source",
-    "tracker",
-    "detector",
-    "estimator",
-    "controller",
-)
-_DEVICES: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
+    from lsds.config.model import BackendSection, RigConfig
 
 STOP_TIMEOUT_S = 1.0
 """How long `Rig.stop` waits for all devices together, under the wall clock."""
@@ -45,48 +35,108 @@ def build_cell(config: RigConfig, clock: Clock) -> Any:
     return host.build("cell", config.cell.backend, config.cell.options(), BuildContext(clock, config.seed))
 
 
+#: Kinds of which every finger has its own.
+_OF_A_FINGER: tuple[Kind, ...] = ("sensor", "tracker", "detector", "estimator")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finger:
+    """One fingertip of a rig: its sensor, and algorithms whose state is its own.
+
+    `opposite`: it looks at the object from the other side than the first. `label` names the sensor in messages.
+    """
+
+    name: str
+    label: str
+    opposite: bool
+    sensor: TactileSensor
+    tracker: Tracker
+    detector: Detector
+    estimator: Estimator
+
+
 class Rig:
     """Builds every backend a configuration names; constructing does no I/O.
 
     Use it as a context manager: it connects on entry, and stops and closes everything on exit. `gripper`, `arm`,
     `pose_source` and `cell` are None where the configuration says so. A cell (a simulation's physics and truth) is
-    built only where at least one chosen device lives in it, or where it serves its devices over the wire.
+    built only where at least one chosen device lives in it, or where it serves its devices over the wire. `fingers`
+    are all tactile fingertips; `sensor`, `tracker`, `detector` and `estimator` are the first one's.
 
     Raises ConfigError, PluginNotFound, PluginConflict, PluginLoadError, ContractMismatch.
     """
 
-    sensor: TactileSensor
+    fingers: tuple[Finger, ...]
     gripper: Gripper | None
     arm: Arm | None
     pose_source: PoseSource | None
     cell: Cell | None
-    tracker: Tracker
-    detector: Detector
-    estimator: Estimator
     controller: Controller
+    job: Job
 
     def __init__(self, config: RigConfig, host: PluginHost | None = None, *, clock: Clock | None = None) -> None:
         self.config = config
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
-        chosen = {k: self.host.find(k, config.section(k).backend) for k in _BUILD_ORDER if config.section(k).chosen}
-        _require_one_cell(chosen)
-        self.virtual = _is_virtual(config, chosen)
+        chosen = {k: self.host.find(k, config.section(k).backend) for k in CONFIG_KINDS if config.section(k).chosen}
+        sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
+        devices = [chosen[kind] for kind in DEVICE_KINDS if kind in chosen and kind != "sensor"]
+        devices = [*sensors.values(), *devices]
+        _require_one_cell(chosen.get("cell"), devices)
+        self.virtual = _is_virtual(config, devices)
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
-        self.context = BuildContext(self.clock, config.seed)
-        if not any(b.spec.over_wire or (b.spec.in_cell and kind in _DEVICES) for kind, b in chosen.items()):
+        self.context = BuildContext(self.clock, config.seed, config.task)
+        if not any(b.spec.over_wire for b in chosen.values()) and not any(b.spec.in_cell for b in devices):
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen
-        for kind in _BUILD_ORDER:
-            setattr(self, kind, self._build(kind) if kind in chosen else None)
-        self._devices: list[tuple[Kind, Device]] = [
-            (kind, getattr(self, kind)) for kind in _DEVICES if getattr(self, kind) is not None
+        self._sensed_in_cell = any(backend.spec.in_cell for backend in sensors.values())
+        for kind in CONFIG_KINDS:
+            if kind == "sensor":
+                self.fingers = tuple(self._finger(at, name) for at, name in enumerate(config.fingers))
+            elif kind not in _OF_A_FINGER:
+                setattr(self, kind, self._build(kind, config.section(kind)) if kind in chosen else None)
+        self._devices: list[tuple[str, str, Device]] = [
+            (finger.label, sensors[finger.name].spec.name, finger.sensor) for finger in self.fingers
         ]
+        for kind in DEVICE_KINDS:
+            if kind != "sensor" and getattr(self, kind) is not None:
+                self._devices.append((kind, config.section(kind).backend, getattr(self, kind)))
+
+    @property
+    def sensor(self) -> TactileSensor:
+        """The first finger's sensor."""
+        return self.fingers[0].sensor
+
+    @property
+    def tracker(self) -> Tracker:
+        """The first finger's tracker."""
+        return self.fingers[0].tracker
+
+    @property
+    def detector(self) -> Detector:
+        """The first finger's detector."""
+        return self.fingers[0].detector
+
+    @property
+    def estimator(self) -> Estimator:
+        """The first finger's estimator."""
+        return self.fingers[0].estimator
+
+    @property
+    def own_cell(self) -> Cell | None:
+        """The cell that the sensors live in; None for a recording or a real sensor, whatever is simulated with it."""
+        over_wire = "cell" in self.backends and self.backends["cell"].spec.over_wire
+        return self.cell if self._sensed_in_cell or over_wire else None
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether there are recordings to look at and nothing to move: every frame counts, and no clock does."""
+        return self.gripper is None and self.arm is None and all(hasattr(f.sensor, "frames") for f in self.fingers)
 
     @property
     def devices(self) -> tuple[Device, ...]:
         """All devices, in the order in which they are brought up."""
-        return tuple(device for _, device in self._devices)
+        return tuple(device for _, _, device in self._devices)
 
     def connect(self) -> None:
         """Make every device readable, trying all of them.
@@ -116,7 +166,7 @@ class Rig:
         inline and so stays deterministic.
         """
         problems: list[str] = []
-        calls = [_guarded(device.stop, self._label(kind), problems) for kind, device in self._devices]
+        calls = [_guarded(device.stop, f"{kind} {name}", problems) for kind, name, device in self._devices]
         if self.virtual:
             _all_of(calls)
             return tuple(problems)
@@ -130,9 +180,9 @@ class Rig:
             thread.join(max(0.0, seconds(deadline - wall.now())))
 
         _all_of([partial(await_, thread) for thread in threads])
-        for thread, (kind, _) in zip(threads, self._devices, strict=True):
+        for thread, (kind, name, _) in zip(threads, self._devices, strict=True):
             if thread.is_alive():
-                problems.append(f"{self._label(kind)}: stop() did not return within {STOP_TIMEOUT_S} s")
+                problems.append(f"{kind} {name}: stop() did not return within {STOP_TIMEOUT_S} s")
         return tuple(problems)
 
     def disarm(self) -> None:
@@ -167,23 +217,31 @@ class Rig:
 
     # -- inside -------------------------------------------------------------------------------------------
 
-    def _build(self, kind: Kind) -> Any:
-        section = self.config.section(kind)
+    def _build(self, kind: Kind, section: BackendSection) -> Any:
         return self.host.build(kind, section.backend, section.options(), self.context)
 
-    def _label(self, kind: Kind) -> str:
-        return f"{kind} {self.config.section(kind).backend}"
+    def _finger(self, at: int, name: str) -> Finger:
+        section = self.config.fingers[name]
+        opposite = getattr(section, "opposite", None)
+        parts = {kind: self._build(kind, self.config.section(kind)) for kind in _OF_A_FINGER if kind != "sensor"}
+        return Finger(
+            name,
+            f"sensor {name}" if self.config.sensors else "sensor",
+            at > 0 if opposite is None else opposite,
+            self._build("sensor", section),
+            **parts,
+        )
 
     def _bring_up(self, step: str, bring: Callable[[Device], None]) -> None:
         results = []
         try:
-            for kind, device in self._devices:
+            for kind, name, device in self._devices:
                 error: Exception | None = None
                 try:
                     bring(device)
                 except Exception as raised:
                     error = raised
-                results.append(Result(kind, self.config.section(kind).backend, error))
+                results.append(Result(kind, name, error))
         except BaseException:
             self._close_quietly()
             raise
@@ -201,11 +259,11 @@ class Rig:
     def _all(self, doing: str, call: Callable[[Device], None]) -> None:
         failures: list[Exception] = []
         interrupt: BaseException | None = None
-        for kind, device in reversed(self._devices):
+        for kind, name, device in reversed(self._devices):
             try:
                 call(device)
             except Exception as error:
-                error.add_note(f"while {doing}: {self._label(kind)}")
+                error.add_note(f"while {doing}: {kind} {name}")
                 failures.append(error)
             except BaseException as error:
                 interrupt = error
@@ -216,19 +274,18 @@ class Rig:
             raise ExceptionGroup(f"{doing}: {len(failures)} of {len(self._devices)} devices failed", failures)
 
 
-def _require_one_cell(chosen: dict[Kind, Backend]) -> None:
-    """Refuse a cell that is reached over the wire beside devices that live in one of this process."""
-    cell = chosen.get("cell")
-    inside = [b.spec.name for kind, b in chosen.items() if kind in _DEVICES and b.spec.in_cell]
+def _require_one_cell(cell: Backend | None, devices: Sequence[Backend]) -> None:
+    """Refuse a cell that is reached over the wire together with devices that live in one of this process."""
+    inside = [device.spec.name for device in devices if device.spec.in_cell]
     if cell is not None and cell.spec.over_wire and inside:
         problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
 
 
-def _is_virtual(config: RigConfig, chosen: dict[Kind, Backend]) -> bool:
-    real = {kind: b for kind, b in chosen.items() if kind in _DEVICES and not b.spec.virtual_time}
+def _is_virtual(config: RigConfig, devices: Sequence[Backend]) -> bool:
+    real = [device.spec.name for device in devices if not device.spec.virtual_time]
     if config.clock == "virtual" and real:
-        problem = f"virtual time needs simulated devices only; real: {', '.join(b.spec.name for b in real.values())}"
+        problem = f"virtual time needs simulated devices only; real: {', '.join(real)}"
         raise ConfigError("rig", [ConfigIssue("clock", problem, 'write clock = "auto", or choose mock devices')])
     return config.clock == "virtual" or (config.clock == "auto" and not real)
 

@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lsds.clock import VirtualClock
-from lsds.contracts import BuildContext, TrackFlag
+from lsds.config import BackendSection
+from lsds.contracts import TrackFlag
+from lsds.engine import Engine
 from lsds.errors import DataError, LsdsError
+from lsds.plugins import PluginHost
+from lsds.plugins.registry import NO_DEVICE
+from lsds.rig import Rig
 from lsds.tactile.feature_sets import FEATURES, feature_indices
-from lsds.tactile.perception import Perception
-from lsds.tactile.reference import ReferenceCollector
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,8 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.config import RigConfig
-    from lsds.contracts import Frame, MarkerReference, MarkerTracks
-    from lsds.plugins import PluginHost
+    from lsds.contracts import Cycle, Frame, MarkerReference, MarkerTracks
+    from lsds.line import FingerLine
 
 
 @dataclass(slots=True)
@@ -55,6 +57,7 @@ class TrackResult:
     error: str | None = None
     cause: BaseException | None = None
     worst: tuple[Frame, MarkerTracks] | None = None
+    largest_m: float = -1.0
 
     def __post_init__(self) -> None:
         # A file's name need not be text, but what is written about it has to be.
@@ -109,29 +112,39 @@ class TrackResult:
 
 
 def track_recording(
-    config: RigConfig, host: PluginHost, progress: Callable[[int, int], object] | None = None
+    config: RigConfig, host: PluginHost | None = None, progress: Callable[[int, int], object] | None = None
 ) -> TrackResult:
     """Track the recording that the config's sensor names, its first settled frames as reference.
 
     `progress(done, claimed)` is called after every frame. An unusable frame is listed and passed over; a recording
     that cannot be opened, has no usable reference or ends early is `error`, with all frames before it kept.
     """
-    context = BuildContext(VirtualClock(), config.seed)
-    sensor: Any = host.build("sensor", config.sensor.backend, config.sensor.options(), context)
-    line = _Line(config, host, context)
-    options = config.sensor.options()
-    result = TrackResult(str(options.get("path", config.sensor.backend)), str(options.get("timestamps", "nominal")))
+    options = config.section("sensor").options()
+    source = str(options.get("path", config.section("sensor").backend))
+    result = TrackResult(source, str(options.get("timestamps", "nominal")))
+    host = host or PluginHost()
+    # Only the recording and the algorithms: whatever else the config names is not built.
+    rig = Rig(only_watching(config), host, clock=VirtualClock())
     try:
-        with _naming("frame 0"):
-            perception = Perception(line.tracker, sensor.spec, config.tactile)
-            result.metres_per_px = perception.metres_per_px
-            claimed = sensor.frame_count
-        for frame in _read(sensor.frames()):
-            result.frames += 1
-            if progress is not None:
-                progress(frame.seq + 1, claimed)
-            with _naming(f"frame {frame.seq}"):
-                line.take(frame, perception, result)
+        with _explained("frame 0"):
+            engine = Engine(rig)
+            line = engine.lines[0]
+            claimed = getattr(rig.sensor, "frame_count", 0)
+        result.metres_per_px = line.perception.metres_per_px
+        if progress is not None:
+            told = progress
+            engine.on_recorded = lambda frame: told(frame.seq + 1, claimed)
+        start_ns = 0
+        try:
+            for cycle in engine:
+                if result.reference is None:
+                    start_ns = _take_reference(result, line)
+                _take(result, cycle, start_ns)
+        finally:
+            result.frames = engine.recorded
+            result.failures = [(refusal.seq, refusal.reason) for refusal in line.gate.refusals]
+            if result.reference is None:
+                _take_reference(result, line)
         if result.reference is None:
             raise DataError(
                 f"{result.source}: {result.frames} frames, but the reference takes {config.tactile.reference_frames} "
@@ -144,60 +157,38 @@ def track_recording(
     return result
 
 
-class _Line:
-    """What every frame goes through, from the image to the result."""
-
-    def __init__(self, config: RigConfig, host: PluginHost, context: BuildContext) -> None:
-        self.tracker = host.build("tracker", config.tracker.backend, config.tracker.options(), context)
-        self._detector = host.build("detector", config.detector.backend, config.detector.options(), context)
-        self._estimator = host.build("estimator", config.estimator.backend, config.estimator.options(), context)
-        self._reference = ReferenceCollector(config.tactile.reference_frames)
-        self._start_ns = 0
-        self._largest = -1.0
-
-    def take(self, frame: Frame, perception: Perception, result: TrackResult) -> None:
-        """Add one frame to the result. Raises DataError where the reference it completes is not usable."""
-        if result.reference is None:
-            if self._reference.add(frame):
-                result.reference = perception.start(self._reference.frames)
-                result.reference_frame = perception.reference_frame
-                self._start_ns = frame.t_ns
-            return
-        try:
-            observation, tracks = perception.observe(frame)
-        except DataError as error:
-            result.failures.append((frame.seq, str(error)))
-            return
-        if not tracks.valid.any():
-            result.failures.append((frame.seq, f"frame {frame.seq}: none of the dots can be followed for certain"))
-        detection = self._detector.update(observation)
-        estimate = self._estimator.update(observation)
-        result.t_s.append((frame.t_ns - self._start_ns) * 1e-9)
-        result.kept_fraction.append(float(tracks.valid.mean()))
-        result.flags += np.bincount(tracks.flags, minlength=len(TrackFlag))
-        result.displacement_m.append(observation.field.displacement_m)
-        result.features.append(observation.features.values)
-        result.slip.append(detection.slip)
-        result.speed_m_s.append(estimate.speed_m_s)
-        result.speed_std_m_s.append(estimate.speed_std_m_s)
-        moved = observation.features["mean_displacement"]
-        if moved > self._largest:
-            self._largest, result.worst = moved, (frame, tracks)
+def only_watching(config: RigConfig) -> RigConfig:
+    """Return the configuration with its first sensor and its algorithms, and nothing that moves."""
+    none = {kind: BackendSection(backend=NO_DEVICE) for kind in ("gripper", "arm", "pose_source", "cell")}
+    alone = {"sensor": config.section("sensor"), "sensors": {}, "job": BackendSection(backend="watch"), "clock": "auto"}
+    return config.model_copy(update=none | alone)
 
 
-def _read(frames: Iterator[Frame]) -> Iterator[Frame]:
-    """Yield the frames; what a decoder trips over names the frame that it was to give."""
-    for number in count():
-        with _naming(f"frame {number}"):
-            frame = next(frames, None)
-        if frame is None:
-            return
-        yield frame
+def _take_reference(result: TrackResult, line: FingerLine) -> int:
+    """Put the reference into the result; return its time (ns)."""
+    result.reference, result.reference_frame = line.perception.reference, line.perception.reference_frame
+    return 0 if result.reference_frame is None else result.reference_frame.t_ns
+
+
+def _take(result: TrackResult, cycle: Cycle, start_ns: int) -> None:
+    """Add one frame to the result."""
+    frame, tracks, observation = cycle.frame, cycle.tracks, cycle.observation
+    result.t_s.append((frame.t_ns - start_ns) * 1e-9)
+    result.kept_fraction.append(float(tracks.valid.mean()))
+    result.flags += np.bincount(tracks.flags, minlength=len(TrackFlag))
+    result.displacement_m.append(observation.field.displacement_m)
+    result.features.append(observation.features.values)
+    result.slip.append(cycle.detection.slip)
+    result.speed_m_s.append(cycle.estimate.speed_m_s)
+    result.speed_std_m_s.append(cycle.estimate.speed_std_m_s)
+    moved = observation.features["mean_displacement"]
+    if moved > result.largest_m:
+        result.largest_m, result.worst = moved, (frame, tracks)
 
 
 @contextmanager
-def _naming(place: str) -> Iterator[None]:
-    """Say where, as DataError, of any exception that does not explain itself: a plugin's mistake ends one recording."""
+def _explained(place: str) -> Iterator[None]:
+    """Turn an exception that does not explain itself into a DataError: a plugin's mistake ends one recording."""
     try:
         yield
     except LsdsError:

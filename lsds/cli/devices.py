@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from lsds.cli.output import json_flag, table, write_json
-from lsds.config.model import DEVICE_KINDS
+from lsds.contracts import DEVICE_KINDS
 from lsds.plugins.host import PluginHost
 
 CAMERAS = Path("/dev/v4l/by-id")

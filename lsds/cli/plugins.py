@@ -7,13 +7,13 @@ from typing import Any
 import click
 
 from lsds.cli.output import json_flag, table, write_json
-from lsds.contracts.backend import KINDS
+from lsds.contracts.kinds import KINDS
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--kind", type=click.Choice(KINDS), default=None, help="Only backends of one kind.")
+@click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="Only backends of one kind.")
 @json_flag
 def plugins(kind: str | None, json_file: str | None) -> None:
     """List the backends on offer and the plugins that failed, with the reason.

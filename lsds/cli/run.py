@@ -44,7 +44,7 @@ def run(
       lsds run rig.toml --no-plot                      your own cell
     """
     one_thread()
-    from lsds.cli.run_session import run_session
+    from lsds.session.run import run as run_session
 
     chosen = (*overrides, *([] if seed is None else [f"seed={seed}"]))
     # A job done cannot be done again for a folder that is missing: find out before anything moves.

@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from lsds.config.model import OPTIONAL_KINDS, RigConfig
-from lsds.contracts.backend import CONFIG_KINDS, Kind
+from lsds.config.model import FingerSection, RigConfig
+from lsds.contracts.kinds import CONFIG_KINDS, KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
 from lsds.plugins.host import PluginHost
 from lsds.plugins.options import issues_of
@@ -18,43 +18,51 @@ from lsds.plugins.registry import NO_DEVICE, Backend, did_you_mean
 def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:
     """Yield every problem of every section: unknown backend, unknown table, wrong options."""
     for kind in CONFIG_KINDS:
-        section = data.get(kind, {})
-        if not isinstance(section, dict):
-            continue  # The model has complained about this already.
-        default = RigConfig.model_fields[kind].default
-        chosen = section.get("backend", default.backend)
-        if isinstance(chosen, str):
-            yield from _choice_issues(kind, chosen, host)
-        fields = type(default).model_fields
-        for name, table in section.items():
-            if name not in fields:
-                yield from _table_issues(kind, name, table, chosen, host, tuple(fields))
-        if isinstance(chosen, str) and not {chosen, chosen.rpartition(":")[2]} & set(section):
-            yield from _table_issues(kind, chosen, {}, chosen, host, ())
+        fields = type(RigConfig.model_fields[kind].default).model_fields
+        yield from _section_issues(kind, kind, data.get(kind, {}), tuple(fields), host)
+    fingers = data.get("sensors", {})
+    if isinstance(fingers, dict):
+        for name, section in fingers.items():
+            yield from _section_issues("sensor", f"sensors.{name}", section, tuple(FingerSection.model_fields), host)
 
 
-def _choice_issues(kind: Kind, chosen: str, host: PluginHost) -> Iterator[ConfigIssue]:
+def _section_issues(
+    kind: Kind, path: str, section: object, fields: tuple[str, ...], host: PluginHost
+) -> Iterator[ConfigIssue]:
+    if not isinstance(section, dict):
+        return  # The model has complained about this already.
+    chosen = section.get("backend", KINDS[kind].default)
+    if isinstance(chosen, str):
+        yield from _choice_issues(kind, path, chosen, host)
+    for name, table in section.items():
+        if name not in fields:
+            yield from _table_issues(kind, path, name, table, chosen, host, fields)
+    if isinstance(chosen, str) and not {chosen, chosen.rpartition(":")[2]} & set(section):
+        yield from _table_issues(kind, path, chosen, {}, chosen, host, ())
+
+
+def _choice_issues(kind: Kind, path: str, chosen: str, host: PluginHost) -> Iterator[ConfigIssue]:
     if chosen == NO_DEVICE:
         if kind not in OPTIONAL_KINDS:
-            yield ConfigIssue(f"{kind}.backend", f"a rig cannot do without a {kind}")
+            yield ConfigIssue(f"{path}.backend", f"a rig cannot do without a {kind}")
         return
     try:
         host.find(kind, chosen)
     except PluginNotFound as error:
-        yield ConfigIssue(f"{kind}.backend", f"unknown backend '{chosen}'", _remedy(kind, chosen, host, error))
+        yield ConfigIssue(f"{path}.backend", f"unknown backend '{chosen}'", _remedy(kind, chosen, host, error))
     except PluginConflict as error:
-        yield ConfigIssue(f"{kind}.backend", str(error))
+        yield ConfigIssue(f"{path}.backend", str(error))
 
 
 def _table_issues(
-    kind: Kind, name: str, table: Any, chosen: object, host: PluginHost, fields: tuple[str, ...]
+    kind: Kind, section: str, name: str, table: Any, chosen: object, host: PluginHost, fields: tuple[str, ...]
 ) -> Iterator[ConfigIssue]:
-    path = f"{kind}.{name}"
+    path = f"{section}.{name}"
     if name == NO_DEVICE:
         return
     if not isinstance(table, dict):
         known = [*fields, *host.names(kind)]
-        remedy = did_you_mean(name, known) or f"options of a backend belong in its own table, [{kind}.{chosen}]"
+        remedy = did_you_mean(name, known) or f"options of a backend belong in its own table, [{section}.{chosen}]"
         yield ConfigIssue(path, "unknown key", remedy)
         return
     backend = _find(kind, name, chosen, host)

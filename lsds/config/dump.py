@@ -8,4 +8,4 @@ from lsds.config.model import RigConfig
 
 def dump_config(config: RigConfig) -> str:
     """Return the configuration as TOML. Loading it again gives an equal configuration."""
-    return toml.dumps(config.model_dump())
+    return toml.dumps(config.as_tables())

@@ -8,21 +8,9 @@ from pydantic import BaseModel, ValidationError
 
 from lsds.config import toml
 from lsds.config.model import RigConfig
-from lsds.contracts.backend import CONFIG_KINDS, Kind
+from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
 from lsds.errors import PluginError
 from lsds.plugins.host import PluginHost
-
-_PURPOSE: dict[Kind, str] = {
-    "sensor": "The tactile fingertip",
-    "gripper": "The gripper",
-    "arm": "The arm",
-    "pose_source": "What sees where bodies are",
-    "cell": "The plant that simulated devices share; not built where all devices are real",
-    "tracker": "Follows the dots of the gel from frame to frame",
-    "detector": "Tells whether the object slips",
-    "estimator": "Tells how fast it slips",
-    "controller": "Turns slip into an aperture",
-}
 
 
 def example_config(config: RigConfig | None = None, host: PluginHost | None = None) -> str:
@@ -31,10 +19,13 @@ def example_config(config: RigConfig | None = None, host: PluginHost | None = No
     Options of a chosen backend that are not given are shown with their defaults, where the backend is installed.
     """
     host = host or PluginHost()
-    data = (config or RigConfig()).model_dump()
+    dumped = (config or RigConfig()).as_tables()
+    # Which parts there are comes before how they are set.
+    data = {key: dumped[key] for key in sorted(dumped, key=_rank)}
     models: dict[tuple[str, ...], type[BaseModel]] = {}
     for kind in CONFIG_KINDS:
-        _show_options(kind, data[kind], host, models)
+        if kind in data:
+            _show_options(kind, data[kind], host, models)
 
     def comment(path: tuple[str, ...]) -> str:
         if len(path) == 1 and path[0] in CONFIG_KINDS:
@@ -44,6 +35,13 @@ def example_config(config: RigConfig | None = None, host: PluginHost | None = No
         return _description(RigConfig, path)
 
     return toml.dumps(data, comment)
+
+
+def _rank(key: str) -> int:
+    """Plain values first, then the sections of backends, then the other tables; each in its own order."""
+    if key in ("seed", "clock"):
+        return 0
+    return 1 if key in (*CONFIG_KINDS, "sensors") else 2
 
 
 def _show_options(kind: Kind, section: dict[str, Any], host: PluginHost, models: dict[Any, type[BaseModel]]) -> None:
@@ -60,7 +58,7 @@ def _show_options(kind: Kind, section: dict[str, Any], host: PluginHost, models:
 
 def _section_comment(kind: Kind, host: PluginHost) -> str:
     installed = ", ".join(host.names(kind))
-    return _PURPOSE[kind] + (f"; installed: {installed}" if installed else "")
+    return KINDS[kind].purpose + (f"; installed: {installed}" if installed else "")
 
 
 def _description(model: type[BaseModel], path: tuple[str, ...]) -> str:

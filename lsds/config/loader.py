@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from lsds.config.backends import backend_issues
 from lsds.config.model import RigConfig
 from lsds.config.overrides import apply_overrides
-from lsds.contracts.backend import CONFIG_KINDS
+from lsds.contracts.kinds import CONFIG_KINDS
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
 from lsds.plugins.options import issues_of
@@ -55,7 +55,12 @@ def check_config(data: dict[str, Any], source: str, host: PluginHost, issues: It
 def _is_table_complaint(issue: ConfigIssue, data: dict[str, Any]) -> bool:
     kind, _, key = issue.path.partition(".")
     section = data.get(kind)
-    return kind in CONFIG_KINDS and isinstance(section, dict) and key not in ("backend", "enabled") and key in section
+    if kind == "sensors" and isinstance(section, dict):
+        name, _, key = key.partition(".")
+        section = section.get(name)
+    elif kind not in CONFIG_KINDS:
+        return False
+    return isinstance(section, dict) and key not in ("backend", "enabled", "opposite") and key in section
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
-from lsds.contracts.backend import CONFIG_KINDS, Kind
+from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
 from lsds.plugins.registry import NO_DEVICE
 from lsds.safety import SafetyOptions
 from lsds.tactile.options import TactileOptions
 from lsds.task import TaskOptions
-
-OPTIONAL_KINDS: frozenset[Kind] = frozenset({"gripper", "arm", "pose_source", "cell"})
-"""Kinds for which a config may say `backend = "none"`."""
-
-DEVICE_KINDS: tuple[Kind, ...] = ("sensor", "gripper", "arm", "pose_source")
-"""Kinds that have a life cycle, in the order in which they are brought up."""
 
 
 class BackendSection(BaseModel):
@@ -72,8 +66,21 @@ class PluginOptions(BaseModel):
     block: tuple[str, ...] = Field(default=(), description="distributions or plugins that are not to be used")
 
 
-class RigConfig(BaseModel):
-    """All that decides a run, in one value."""
+class FingerSection(BackendSection):
+    """One of several tactile sensors, `[sensors.NAME]`."""
+
+    opposite: bool | None = Field(
+        default=None,
+        strict=True,
+        description="looks at the object from the other side; the first does not and all others do where not given",
+    )
+
+
+_SECTIONS: dict[Kind, type[BackendSection]] = {"controller": ControllerSection}
+
+
+class _Settings(BaseModel):
+    """What a configuration holds next to its sections of backends."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -81,15 +88,9 @@ class RigConfig(BaseModel):
     clock: Literal["auto", "virtual", "wall"] = Field(
         default="auto", description="auto is virtual where every chosen device can run on simulated time"
     )
-    sensor: BackendSection = BackendSection(backend="mock-gelsight-mini")
-    gripper: BackendSection = BackendSection(backend="mock-hand-e")
-    arm: BackendSection = BackendSection(backend="mock-ur5e")
-    pose_source: BackendSection = BackendSection(backend=NO_DEVICE)
-    cell: BackendSection = BackendSection(backend="simulated")
-    tracker: BackendSection = BackendSection(backend="lk")
-    detector: BackendSection = BackendSection(backend="field-mlp")
-    estimator: BackendSection = BackendSection(backend="field-gru")
-    controller: ControllerSection = ControllerSection(backend="pd")
+    sensors: dict[str, FingerSection] = Field(
+        default_factory=dict, description="several fingers by name, each like [sensor]; then there is no [sensor]"
+    )
     tactile: TactileOptions = TactileOptions()
     task: TaskOptions = TaskOptions()
     safety: SafetyOptions = SafetyOptions()
@@ -104,13 +105,16 @@ class RigConfig(BaseModel):
             return data
         filled = dict(data)
         for kind in CONFIG_KINDS:
-            section = filled.get(kind)
-            if isinstance(section, Mapping) and "backend" not in section:
-                filled[kind] = {"backend": cls.model_fields[kind].default.backend, **section}
-        return filled
+            filled[kind] = _with_default(filled.get(kind), kind)
+        fingers = filled.get("sensors")
+        if isinstance(fingers, Mapping) and fingers:
+            if data.get("sensor") is not None:
+                raise ValueError("[sensor] and [sensors] exclude each other: name one finger, or several")
+            filled["sensors"] = {name: _with_default(finger, "sensor") for name, finger in fingers.items()}
+        return {key: value for key, value in filled.items() if value is not None}
 
     @model_validator(mode="after")
-    def _rates_fit_the_limits(self) -> RigConfig:
+    def _rates_fit_the_limits(self) -> _Settings:
         """Refuse rates that would make healthy commands expire, or the watchdog bite, between two ticks."""
         period = 1 / self.schedule.arm_rate_hz
         for name in ("command_lifetime_s", "watchdog_s"):
@@ -124,6 +128,45 @@ class RigConfig(BaseModel):
         return self
 
     def section(self, kind: Kind) -> BackendSection:
-        """Return the section of a kind of backend."""
+        """Return the section of a kind of backend; of several sensors that of the first."""
+        if kind == "sensor" and self.sensors:
+            return next(iter(self.sensors.values()))
         found: BackendSection = getattr(self, kind)
         return found
+
+    def as_tables(self) -> dict[str, Any]:
+        """Return the configuration as nested tables, with one finger's section or several, never both."""
+        tables = self.model_dump()
+        del tables["sensor" if self.sensors else "sensors"]
+        return tables
+
+    @property
+    def fingers(self) -> dict[str, BackendSection]:
+        """Return the sections of all sensors by the finger's name; a single one is called "finger"."""
+        return dict(self.sensors) if self.sensors else {"finger": self.section("sensor")}
+
+
+def _with_default(section: Any, kind: Kind) -> Any:
+    if isinstance(section, Mapping) and "backend" not in section:
+        return {"backend": KINDS[kind].default, **section}
+    return section
+
+
+if TYPE_CHECKING:
+
+    class RigConfig(_Settings):
+        """All that decides a run, in one value: the settings, and a section for each kind of backend."""
+
+        def __getattr__(self, kind: str) -> Any: ...
+
+else:
+    RigConfig = create_model(
+        "RigConfig",
+        __base__=_Settings,
+        __module__=__name__,
+        __doc__="All that decides a run, in one value: the settings, and a section for each kind of backend.",
+        **{
+            kind: (section, section(backend=KINDS[kind].default))
+            for kind, section in ((kind, _SECTIONS.get(kind, BackendSection)) for kind in CONFIG_KINDS)
+        },
+    )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from lsds.config.model import OPTIONAL_KINDS, RigConfig
-from lsds.contracts.backend import CONFIG_KINDS, Kind
+from lsds.config.model import RigConfig
+from lsds.contracts.kinds import CONFIG_KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import PluginError
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import NO_DEVICE, Backend
@@ -31,6 +31,10 @@ def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
         section |= {"type": "object", "additionalProperties": False, "properties": properties}
         # A section may name options alone and keep the default backend.
         section["description"] = f"Which {kind}, and one options table for each."
+    finger = definitions["FingerSection"]
+    finger["properties"] |= schema["properties"]["sensor"]["properties"]
+    finger["additionalProperties"] = False
+    finger.pop("required", None)
     for unused in ("BackendSection", "ControllerSection"):
         definitions.pop(unused, None)
     return {"$schema": DIALECT, **schema}

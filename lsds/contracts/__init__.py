@@ -1,7 +1,8 @@
 """The contracts: Protocols that backends implement and the frozen values that cross them."""
 
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
-from lsds.contracts.backend import CONFIG_KINDS, KINDS, BackendSpec, BuildContext, Kind
+from lsds.contracts.backend import BackendSpec, BuildContext
+from lsds.contracts.cycle import Cycle, FingerCycle, GripInput
 from lsds.contracts.devices import (
     Arm,
     Cell,
@@ -12,6 +13,8 @@ from lsds.contracts.devices import (
     PoseSource,
     TactileSensor,
 )
+from lsds.contracts.job import Grip, Job, Setting, Situation, Wanted
+from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, OPTIONAL_KINDS, Kind, KindSpec
 from lsds.contracts.study import Study, StudyResult
 from lsds.contracts.values import (
     ArmCommand,
@@ -22,9 +25,9 @@ from lsds.contracts.values import (
     ContactPatch,
     DeformationField,
     Detection,
+    Evidence,
     FeatureVector,
     Frame,
-    GripInput,
     GripperCommand,
     GripperSpec,
     GripperState,
@@ -45,7 +48,9 @@ from lsds.contracts.wire import WireMock
 
 __all__ = [
     "CONFIG_KINDS",
+    "DEVICE_KINDS",
     "KINDS",
+    "OPTIONAL_KINDS",
     "Arm",
     "ArmCommand",
     "ArmSpec",
@@ -57,20 +62,26 @@ __all__ = [
     "Contact",
     "ContactPatch",
     "Controller",
+    "Cycle",
     "DeformationField",
     "Detection",
     "Detector",
     "Device",
     "Estimator",
+    "Evidence",
     "FeatureVector",
     "FidelityReporting",
+    "FingerCycle",
     "Frame",
+    "Grip",
     "GripInput",
     "Gripper",
     "GripperCommand",
     "GripperSpec",
     "GripperState",
+    "Job",
     "Kind",
+    "KindSpec",
     "Lifecycle",
     "MarkerReference",
     "MarkerTracks",
@@ -80,6 +91,8 @@ __all__ = [
     "PoseSource",
     "Quaternion",
     "SensorSpec",
+    "Setting",
+    "Situation",
     "SlipEstimate",
     "Study",
     "StudyResult",
@@ -89,5 +102,6 @@ __all__ = [
     "Twist",
     "Vector2",
     "Vector3",
+    "Wanted",
     "WireMock",
 ]

@@ -1,4 +1,4 @@
-"""Contracts of the per-frame brains: tracker, detector, estimator, controller.
+"""Contracts of the per-frame algorithms: tracker, detector, estimator, controller.
 
 They are pure in the sense that counts: no I/O, no clock, no randomness that is not seeded; state is explicit and
 `reset` forgets all of it. Feeding frames one by one and feeding a recording give the same numbers.
@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
+from lsds.contracts.cycle import GripInput
 from lsds.contracts.values import (
     Detection,
     Frame,
-    GripInput,
     MarkerReference,
     MarkerTracks,
     Observation,

@@ -7,48 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
-
-Kind = Literal[
-    "sensor",
-    "gripper",
-    "arm",
-    "pose_source",
-    "cell",
-    "tracker",
-    "detector",
-    "estimator",
-    "controller",
-    "wire_mock",
-    "study",
-    "learner",
-]
-CONFIG_KINDS: tuple[Kind, ...] = (
-    "sensor",
-    "gripper",
-    "arm",
-    "pose_source",
-    "cell",
-    "tracker",
-    "detector",
-    "estimator",
-    "controller",
-)
-"""Kinds that have a section in a rig's config."""
-
-KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock", "study", "learner")
-"""All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it. A `study` measures speed
-against accuracy; `lsds chart` runs it. A `learner` fits a detector or an estimator; `lsds train` runs it."""
+    from lsds.task import TaskOptions
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
 class BackendSpec:
-    """One backend on offer.
+    """One backend on offer. `kind` is a key of `lsds.contracts.KINDS`.
 
     `factory` and `options` are "module:attribute" strings, imported when the backend is used: a callable
     `factory(options, context)` and a pydantic model of its options table (None where it takes none). `requires` are
@@ -60,7 +30,7 @@ class BackendSpec:
     reached from outside, over their own protocols: it is built wherever a config names it.
     """
 
-    kind: Kind
+    kind: str
     name: str
     factory: str
     options: str | None = None
@@ -78,11 +48,13 @@ class BuildContext:
     """What a factory is given beside its own options.
 
     `seed` is the run's; derive streams from it with `rng_seed`, so that adding a device does not change another's
-    noise. `shared` hands out one object per key for the whole rig: it is how mocks meet in one plant.
+    noise. `task` is the config's `[task]` table, for jobs. `shared` hands out one object per key for the whole rig: it
+    is how mocks meet in one plant.
     """
 
     clock: Clock
     seed: int = 0
+    task: TaskOptions | None = None
     _shared: dict[str, Any] = field(default_factory=dict)
 
     def shared(self, key: str, make: Callable[[], T]) -> T:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 if TYPE_CHECKING:
     import numpy as np
@@ -241,9 +241,20 @@ class FeatureVector:
             raise KeyError(f"no feature {name!r} here; there are {', '.join(self.names)}") from None
 
 
+class Evidence(Protocol):
+    """What slip leaves in the velocity field of a frame, see `lsds.tactile.slip_residual`."""
+
+    def __call__(self, motion: Literal["rigid", "affine", "quadratic"] = "quadratic", least: int = 6) -> Any:
+        """Return a `SlipResidual`; None with fewer than `least` markers in contact or no velocity."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """All that a detector or an estimator may look at: the present frame and nothing of the future."""
+    """All that a detector or an estimator may look at: the present frame and nothing of the future.
+
+    `frame` is the image with its views, `evidence` what slip leaves in the velocity field (`lsds.tactile`); each is
+    computed once, by the first who asks. Both are None in an observation that was not made by perception.
+    """
 
     t_ns: int
     seq: int
@@ -251,6 +262,8 @@ class Observation:
     field: DeformationField
     contact: ContactPatch | None
     features: FeatureVector
+    frame: Frame | None = None
+    evidence: Evidence | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,18 +295,6 @@ class SlipEstimate:
     speed_m_s: float
     speed_std_m_s: float
     abstained: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class GripInput:
-    """What a controller decides on: slip state now, and the aperture that was last really commanded."""
-
-    t_ns: int
-    dt_s: float
-    detection: Detection
-    estimate: SlipEstimate
-    aperture_m: float
-    measured_aperture_m: float
 
 
 @dataclass(frozen=True, slots=True)

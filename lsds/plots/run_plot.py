@@ -13,15 +13,14 @@ from matplotlib.figure import Figure
 
 from lsds.clock import seconds
 from lsds.plots.tactile_frame import draw_frame
-from lsds.task import Stage
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lsds.contracts import CellTruth, Frame, MarkerReference
-    from lsds.record import RunRecord, Sample
+    from lsds.session.record import RunRecord, Sample
 
-_STAGE_SHADE = {Stage.GRASP: "0.96", Stage.SETTLE: "0.92", Stage.LIFT: "#e8f1fa", Stage.HOLD: "#f3f8ec"}
+_STAGE_SHADE = {"grasp": "0.96", "settle": "0.92", "lift": "#e8f1fa", "hold": "#f3f8ec"}
 
 
 def plot_run(
@@ -99,16 +98,16 @@ def _headline(summary: dict[str, Any]) -> str:
 def _shade_stages(axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any]) -> None:
     begin = 0
     for i in range(1, len(samples) + 1):
-        if i == len(samples) or samples[i].stage is not samples[begin].stage:
+        if i == len(samples) or samples[i].stage != samples[begin].stage:
             stage = samples[begin].stage
             axes.axvspan(t[begin], t[min(i, len(t) - 1)], color=_STAGE_SHADE.get(stage, "white"), lw=0, zorder=0)
-            axes.text(t[begin], 1.0, f" {stage.value}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom")
+            axes.text(t[begin], 1.0, f" {stage}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom")
             begin = i
 
 
 def _zoom_on_grip(axes: Axes, samples: Sequence[Sample]) -> None:
     """Show the corrections of a few millimetres, not the closing from fully open."""
-    acting = [c for c in samples if c.stage in (Stage.SETTLE, Stage.LIFT, Stage.HOLD)]
+    acting = [c for c in samples if c.stage in ("settle", "lift", "hold")]
     values = [1e3 * v for c in acting for v in (c.measured_m, c.held_m) if math.isfinite(v)]
     if values:
         margin = max(1.0, 0.15 * (max(values) - min(values)))

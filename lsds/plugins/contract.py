@@ -9,35 +9,15 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
-from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
-from lsds.contracts.backend import Kind
-from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
-from lsds.contracts.learning import Learner
-from lsds.contracts.study import Study
-from lsds.contracts.wire import WireMock
+from lsds.contracts.kinds import KINDS, Kind
 from lsds.errors import ContractMismatch
-
-PROTOCOLS: dict[Kind, type] = {
-    "sensor": TactileSensor,
-    "gripper": Gripper,
-    "arm": Arm,
-    "pose_source": PoseSource,
-    "cell": Cell,
-    "tracker": Tracker,
-    "detector": Detector,
-    "estimator": Estimator,
-    "controller": Controller,
-    "wire_mock": WireMock,
-    "study": Study,
-    "learner": Learner,
-}
 
 _MISSING = object()
 
 
 def check_contract(backend: str, kind: Kind, built: object) -> None:
     """Raise ContractMismatch, listing every member that is missing or cannot be called as the contract calls it."""
-    problems = list(_problems(PROTOCOLS[kind], built))
+    problems = list(_problems(KINDS[kind].contract, built))
     if problems:
         raise ContractMismatch(
             f"{backend}: {type(built).__name__} does not fulfil the contract of a {kind}: {'; '.join(problems)}"

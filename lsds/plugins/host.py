@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import pluggy
 
-from lsds.contracts.backend import BackendSpec, BuildContext, Kind
+from lsds.contracts.backend import BackendSpec, BuildContext
+from lsds.contracts.kinds import Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginLoadError
 from lsds.plugins import spec as hookspecs
 from lsds.plugins.contract import check_contract

@@ -7,7 +7,8 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from lsds.contracts.backend import KINDS, BackendSpec
+from lsds.contracts.backend import BackendSpec
+from lsds.contracts.kinds import KINDS
 from lsds.errors import PluginConflict, PluginNotFound
 
 NO_DEVICE = "none"

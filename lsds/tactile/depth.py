@@ -17,7 +17,7 @@ import numpy as np
 
 from lsds.contracts import ContactPatch
 from lsds.errors import DataError
-from lsds.tactile.views import HALF, views_of
+from lsds.tactile.views import HALF, viewed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -174,7 +174,7 @@ class DepthEstimator:
 
     def _colours(self, frame: Frame) -> NDArray[np.float32]:
         """Mean colour (h, w, 3) of the pixels between the dots, at the depth map's resolution."""
-        views = views_of(frame)
+        views = viewed(frame)
         # A dot's soft edge is darker than the gel and not yet dark: keep a pixel's distance.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(views.dark, _AROUND)), np.uint8)
         colour = np.asarray(cv2.copyTo(views.half_rgb, free), np.uint8)

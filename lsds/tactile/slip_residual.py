@@ -9,18 +9,17 @@ so does the tracker's jitter. The part of the residual along the shear, less the
 from __future__ import annotations
 
 import math
-import threading
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from lsds.tactile.contact_markers import markers_in_contact
+from lsds.tactile.contact_markers import ContactMarkers
 from lsds.tactile.plane_motion import Points, as_complex, smooth_basis
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import DeformationField, Observation
+    from lsds.contracts import ContactPatch, DeformationField, MarkerReference, Observation
 
 Motion = Literal["rigid", "affine", "quadratic"]
 
@@ -51,22 +50,64 @@ class SlipResidual(NamedTuple):
 def slip_residual(observation: Observation, motion: Motion = "quadratic", least: int = 6) -> SlipResidual | None:
     """Return the frame's evidence from the markers in contact; None with fewer than `least` of them or no velocity.
 
-    The last answer is kept: detector and estimator ask the same of each frame.
+    An observation that perception made carries its evidence; for one made by hand it is worked out here.
     """
-    last = _kept.last
-    if last is None or last[0] is not observation or last[1:3] != (motion, least):
-        last = _kept.last = (observation, motion, least, _evidence(observation, motion, least))
-    return last[3]
+    evidence = observation.evidence
+    if evidence is None:
+        evidence = SlipEvidence(observation.field, observation.contact, EvidenceBasis(observation.field.reference))
+    return evidence(motion, least)
 
 
-def _evidence(observation: Observation, motion: Motion, least: int) -> SlipResidual | None:
-    field = observation.field
-    chosen = markers_in_contact(observation, least)
+class SlipEvidence:
+    """The evidence of one frame, each question answered once: `evidence(motion, least)`."""
+
+    __slots__ = ("_answers", "_basis", "_contact", "_field")
+
+    def __init__(self, field: DeformationField, contact: ContactPatch | None, basis: EvidenceBasis) -> None:
+        self._field = field
+        self._contact = contact
+        self._basis = basis
+        self._answers: dict[tuple[Motion, int], SlipResidual | None] = {}
+
+    def __call__(self, motion: Motion = "quadratic", least: int = 6) -> SlipResidual | None:
+        """Return the residual of the best smooth motion; None with fewer than `least` markers or no velocity."""
+        key = (motion, least)
+        if key not in self._answers:
+            self._answers[key] = _residual(self._field, self._contact, self._basis, motion, least)
+        return self._answers[key]
+
+
+#: A contact wavers between a few choices of markers; this many are kept.
+_KEPT = 64
+
+
+class EvidenceBasis:
+    """What stays from frame to frame of one reference: where the markers rest, and what is linear in their vectors."""
+
+    def __init__(self, reference: MarkerReference) -> None:
+        self.markers = ContactMarkers(reference)
+        self._contacts: dict[tuple[bytes, Motion], _Contact] = {}
+
+    def contact(self, field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> _Contact:
+        """Return what belongs to the chosen markers (N,)."""
+        key = (chosen.tobytes(), motion)
+        contact = self._contacts.get(key)
+        if contact is None:
+            if len(self._contacts) >= _KEPT:
+                self._contacts.clear()
+            contact = self._contacts[key] = _Contact(field, chosen, motion)
+        return contact
+
+
+def _residual(
+    field: DeformationField, patch: ContactPatch | None, basis: EvidenceBasis, motion: Motion, least: int
+) -> SlipResidual | None:
+    chosen = basis.markers.in_contact(field.valid, patch, least)
     velocity = as_complex(field.velocity_m_s)
     # One product in place of a question each. A dot that was lost in the frame before has no velocity, but is valid.
     if math.isnan(np.vdot(velocity, velocity).real):
         chosen = chosen & ~np.isnan(velocity)
-    contact = _contact(field, chosen, motion)
+    contact = basis.contact(field, chosen, motion)
     count = contact.count
     if count < least or contact.points.inertia <= 0:
         return None
@@ -131,36 +172,6 @@ class _Contact:
         self.rows = np.array(rows, np.complex128)
         self.rigid_rows = self.rows[:2].copy()
         self.turn = (1j * points.offset).conj()
-
-
-#: A contact wavers between a few choices of markers; this many are kept.
-_KEPT = 64
-
-
-class _Kept(threading.local):
-    """What one thread keeps from frame to frame; another thread's frames must not get in between."""
-
-    last: tuple[Observation, Motion, int, SlipResidual | None] | None = None
-    position_m: NDArray[np.float64] | None = None
-    contacts: dict[tuple[bytes, Motion], _Contact]
-
-    def __init__(self) -> None:
-        self.contacts = {}
-
-
-_kept = _Kept()
-
-
-def _contact(field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> _Contact:
-    """Return what belongs to the chosen markers: their rest positions, and so all of it, stay from frame to frame."""
-    if _kept.position_m is not field.position_m or len(_kept.contacts) >= _KEPT:
-        _kept.position_m = field.position_m
-        _kept.contacts = {}
-    key = (chosen.tobytes(), motion)
-    contact = _kept.contacts.get(key)
-    if contact is None:
-        contact = _kept.contacts[key] = _Contact(field, chosen, motion)
-    return contact
 
 
 def confidence(score: float, threshold: float) -> float:

@@ -1,22 +1,21 @@
 """The views of one tactile image that several steps need, each computed once and only when asked for.
 
-Tracker and depth both need the halved image and the dots' mask; `views_of` lets whoever comes second find the work
-done, without either knowing of the other.
+Perception gives the tracker a `ViewedFrame`: a frame that carries its views along. Tracker, depth and whoever comes
+later find the work done, and a tracker that knows nothing of views still gets a frame.
 """
 
 from __future__ import annotations
 
-import threading
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
+from lsds.contracts import Frame
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from lsds.contracts import Frame
 
 #: Red's share in the grey that dots are measured in; blue has the rest. A slope of the surface changes R, G, B by
 #: (-14, 84, 11) and (-88, 9, 62) levels per unit along x and y (GelSight Mini calibration): this mix cancels both, so
@@ -32,16 +31,21 @@ DARKNESS = 0.72
 MEAN_WINDOW = 17
 
 
-class FrameViews:
-    """One frame in grey and at half resolution. `image` is uint8 (height, width, 3) RGB."""
+class ViewedFrame(Frame):
+    """A frame in grey and at half resolution. `image` is uint8 (height, width, 3) RGB.
 
-    def __init__(self, frame: Frame) -> None:
-        self.frame = frame
+    `planes` is room for the image's three colours; it is written over and may be shared by frames of one stream.
+    """
+
+    def __init__(self, frame: Frame, planes: list[NDArray[np.uint8]] | None = None) -> None:
+        super().__init__(frame.image, frame.t_ns, frame.seq)
+        self.__dict__["_planes"] = planes  # Frames are frozen.
 
     @cached_property
     def grey(self) -> NDArray[np.uint8]:
         """Brightness of the dots without the colours of the contact, uint8 (height, width): see `RED_SHARE`."""
-        red, _, blue = cv2.split(self.frame.image, _planes(self.frame.image))
+        planes: list[NDArray[np.uint8]] | None = self.__dict__["_planes"]
+        red, _, blue = cv2.split(self.image) if planes is None else cv2.split(self.image, planes)
         return np.asarray(cv2.addWeighted(red, RED_SHARE, blue, 1 - RED_SHARE, 0), np.uint8)
 
     @cached_property
@@ -55,9 +59,9 @@ class FrameViews:
     @cached_property
     def half_rgb(self) -> NDArray[np.uint8]:
         """Colour at half resolution (area average), uint8 (height / 2, width / 2, 3)."""
-        height, width = self.frame.image.shape[:2]
+        height, width = self.image.shape[:2]
         return np.asarray(
-            cv2.resize(self.frame.image, (width // HALF, height // HALF), interpolation=cv2.INTER_AREA), np.uint8
+            cv2.resize(self.image, (width // HALF, height // HALF), interpolation=cv2.INTER_AREA), np.uint8
         )
 
     @cached_property
@@ -73,30 +77,21 @@ class FrameViews:
         return np.asarray(cv2.compare(grey, mean, cv2.CMP_LT), np.uint8)
 
 
-class _Kept(threading.local):
-    """What one thread keeps from frame to frame; another thread's frames must not get in between."""
-
-    scratch: list[NDArray[np.uint8]]
-    last: FrameViews | None = None
+class Viewer:
+    """Gives the frames of one stream their views. The room for their colours is kept: new memory costs more than the
+    split."""
 
     def __init__(self) -> None:
-        self.scratch = []
+        self._planes: list[NDArray[np.uint8]] = []
+
+    def view(self, frame: Frame) -> ViewedFrame:
+        """Return the frame with its views, none computed yet."""
+        size = frame.image.shape[:2]
+        if not self._planes or self._planes[0].shape != size:
+            self._planes = [np.empty(size, np.uint8) for _ in range(3)]
+        return ViewedFrame(frame, self._planes)
 
 
-_kept = _Kept()
-
-
-def _planes(image: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
-    """Return room for the three colours of an image; kept, as new memory costs more than the split."""
-    scratch = _kept.scratch
-    if not scratch or scratch[0].shape != image.shape[:2]:
-        scratch = _kept.scratch = [np.empty(image.shape[:2], np.uint8) for _ in range(3)]
-    return scratch
-
-
-def views_of(frame: Frame) -> FrameViews:
-    """Return the views of a frame; those of the last frame that this thread asked for are kept."""
-    last = _kept.last
-    if last is None or last.frame is not frame:
-        last = _kept.last = FrameViews(frame)
-    return last
+def viewed(frame: Frame) -> ViewedFrame:
+    """Return the frame with its views: itself where it has them already."""
+    return frame if isinstance(frame, ViewedFrame) else ViewedFrame(frame)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from lsds.clock import NS_PER_S, Clock, VirtualClock, WallClock, nanoseconds
-from lsds.contracts.backend import BuildContext, Kind
+from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Lifecycle
+from lsds.contracts.kinds import Kind
 from lsds.errors import StaleData
 from lsds.plugins.host import PluginHost
 

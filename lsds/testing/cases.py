@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from lsds.contracts.backend import Kind
+from lsds.contracts.kinds import Kind
 from lsds.plugins.host import PluginHost
 from lsds.testing.bench import Bench
 from lsds.testing.lifecycle import LIFECYCLE_CHECKS

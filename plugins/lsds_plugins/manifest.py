@@ -27,7 +27,7 @@ _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
 
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
-    """Return trackers, detectors, estimators, controllers and the sensor that replays recordings."""
+    """Return trackers, detectors, estimators, controllers, jobs and the sensor that replays recordings."""
     return [
         BackendSpec(
             "tracker",
@@ -75,6 +75,26 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_plugins.controllers.pd:PdController",
             "lsds_plugins.controllers.pd:PdOptions",
             summary="the paper's Algorithm 1, closing on slip, derivative scaled by measured time",
+        ),
+        BackendSpec(
+            "job",
+            "lift",
+            "lsds_plugins.jobs.lift:LiftJob",
+            summary="the paper's: look, grasp, settle, lift, hold; options in [task]",
+        ),
+        BackendSpec(
+            "job",
+            "hold",
+            "lsds.jobs.hold:HoldJob",
+            "lsds.jobs.hold:HoldOptions",
+            summary="grip and keep it until told to let go; the arm is somebody else's",
+        ),
+        BackendSpec(
+            "job",
+            "watch",
+            "lsds.jobs.watch:WatchJob",
+            "lsds.jobs.watch:WatchOptions",
+            summary="look, and move nothing",
         ),
         BackendSpec(
             "sensor",

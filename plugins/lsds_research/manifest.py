@@ -20,8 +20,15 @@ _LEARNERS = (
 
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
-    """Return learners and studies."""
+    """Return learners, studies and the job that collects."""
     return [
+        BackendSpec(
+            "job",
+            "trial",
+            "lsds_research.collecting.job:trial_job",
+            "lsds_research.collecting.job:TrialOptions",
+            summary="one recording of a protocol of lsds collect",
+        ),
         BackendSpec(
             "study",
             "incipient-slip",

@@ -11,7 +11,7 @@ from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteGel, RemoteSc
 
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed, DeviceError
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.waiting import until
 
 CLOCK = WallClock()

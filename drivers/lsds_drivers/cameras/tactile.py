@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from lsds.clock import seconds
 from lsds.contracts import Frame, SensorSpec
 from lsds.errors import DataError, StaleData
-from lsds.vigilance import RepeatedImage
+from lsds.tactile.gate import RepeatedImage
 from lsds_drivers.cameras.device import CameraDevice
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Frame, MarkerReference, MarkerTracks, TrackFlag
 from lsds.errors import DataError
-from lsds.tactile.views import HALF, views_of
+from lsds.tactile.views import HALF, viewed
 
 _PATCH = 9
 #: Below this OpenCV finds no scale to begin at: its patches of 8 px have to fit the halved image.
@@ -66,7 +66,7 @@ class DenseFlowTracker:
         grid_x, grid_y = np.meshgrid(x, y)
         xy = np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
         row, column = np.divmod(np.arange(len(xy)), options.columns)
-        self._grey = views_of(frame).half_grey
+        self._grey = viewed(frame).half_grey
         # A point on the far border rounds to a pixel beyond the halved image.
         last = np.array(self._grey.shape[::-1]) - 1
         self._pixel = np.minimum(np.rint(xy / HALF), last).astype(np.intp)
@@ -94,7 +94,7 @@ class DenseFlowTracker:
         """Follow the sample points into the next frame."""
         if self._reference is None:
             raise RuntimeError("start() has to see the undeformed frame before update()")
-        grey = views_of(frame).half_grey
+        grey = viewed(frame).half_grey
         start = np.zeros((*grey.shape, 2), np.float32) if self._flow is None else self._flow
         flow = np.asarray(self._flow_of.calc(self._grey, grey, start.copy()), np.float32)
         self._flow = flow

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import CellTruth, Pose, PoseSample
-    from lsds.truth_log import TruthLog
+    from lsds.session.truth_log import TruthLog
 
 SLIP_M_S, SLIP_RAD_S = 3e-3, 0.05
 """Measured faster than this is slip: above what the poses' noise makes of rest."""

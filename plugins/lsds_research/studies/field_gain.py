@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lsds.config import load_config
-from lsds.loop import Cycle, Loop
-from lsds.observers import Observers
+from lsds.config import RigConfig, load_config
+from lsds.engine import Engine
 from lsds.rig import Rig
-from lsds.task import ACTING
+from lsds.session.truth_log import TruthLog
 
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 APERTURES_M = (0.0242, 0.0238, 0.0236)
@@ -59,12 +58,6 @@ def _samples(seeds: range) -> Iterator[tuple[float, float]]:
     for seed in seeds:
         for speed in SPEEDS_M_S:
             for aperture in APERTURES_M:
-                pairs: list[tuple[float, float]] = []
-
-                def keep(cycle: Cycle, pairs: list[tuple[float, float]] = pairs) -> None:
-                    if cycle.stage in ACTING and cycle.truth and not cycle.estimate.abstained:
-                        pairs.append((cycle.estimate.speed_m_s, math.hypot(*cycle.truth.slip_velocity_m_s)))
-
                 config = load_config(
                     None,
                     [
@@ -78,12 +71,20 @@ def _samples(seeds: range) -> Iterator[tuple[float, float]]:
                         "task.hold_s=0.3",
                     ],
                 )
-                with Rig(config) as rig:
-                    rig.arm_devices()
-                    observers: Observers[Cycle] = Observers(threaded=False)
-                    observers.add("pairs", keep)
-                    Loop(rig, observers).run()
-                yield from pairs
+                yield from _pairs(config)
+
+
+def _pairs(config: RigConfig) -> Iterator[tuple[float, float]]:
+    with Rig(config) as rig:
+        rig.arm_devices()
+        rate_hz = config.schedule.arm_rate_hz
+        truths = TruthLog(rig.own_cell, rate_hz)
+        engine = Engine(rig)
+        engine.every("truth", truths.sample, rate_hz)
+        for cycle in engine:
+            truth = truths.at(cycle.frame.t_ns)
+            if cycle.acting and truth is not None and not cycle.estimate.abstained:
+                yield cycle.estimate.speed_m_s, math.hypot(*truth.slip_velocity_m_s)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from lsds_mocks.wire.mjpeg.request import wish
 
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.waiting import until
 
 CLOCK = WallClock()

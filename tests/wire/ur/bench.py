@@ -13,7 +13,7 @@ import sys
 import time
 from pathlib import Path
 
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.ur.arms import fresh_host
 from tests.wire.ur.rtde_client import Client
 

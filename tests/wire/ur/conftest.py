@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.ur.arms import fresh_host
 
 

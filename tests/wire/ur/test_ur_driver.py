@@ -23,7 +23,7 @@ from lsds.errors import (
     StaleData,
 )
 from lsds.testing import Bench, cases
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.robotiq.rig import CLOCK, HOST, nothing_left
 from tests.wire.ur.arms import Dashboard, fresh_host
 from tests.wire.ur.rtde_client import Client

@@ -11,7 +11,7 @@ import time
 import pytest
 
 from lsds.errors import ConnectFailed
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.ur.arms import Dashboard, Primary
 from tests.wire.ur.rtde_client import Client
 

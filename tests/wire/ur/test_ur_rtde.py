@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from lsds.testing.mock_process import MockProcess
+from lsds_mocks.mock_process import MockProcess
 from tests.wire.ur.arms import fresh_host
 
 rtde_control = pytest.importorskip("rtde_control")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.contracts import MarkerReference, MarkerTracks, TrackFlag
-from lsds.tactile.views import HALF, FrameViews, views_of
+from lsds.tactile.views import HALF, ViewedFrame, viewed
 from lsds_plugins.trackers.dotted.association import associate
 from lsds_plugins.trackers.dotted.find_dots import find_dots
 from lsds_plugins.trackers.dotted.lattice import Lattice
@@ -65,7 +65,7 @@ class DotFollower:
 
         Raises DataError where the frame shows no grid of dots.
         """
-        views = views_of(frame)
+        views = viewed(frame)
         found = find_reference(views, pad)
         reference, diameter = found.reference, found.diameter_px
         xy = self._localiser.start(views.grey, reference.xy_px, diameter)
@@ -94,7 +94,7 @@ class DotFollower:
     def update(self, frame: Frame) -> MarkerTracks:
         """Follow the dots into `frame`."""
         self._started()
-        views = views_of(frame)
+        views = viewed(frame)
         dt = 0.0 if self._t_ns is None else max(0.0, (frame.t_ns - self._t_ns) * 1e-9)
         predicted = self._predict(dt)
         mask = views.dark
@@ -180,7 +180,7 @@ class DotFollower:
         return self._reference
 
     def _ask_grid(
-        self, views: FrameViews, predicted: NDArray[np.float64], mask: NDArray[np.uint8]
+        self, views: ViewedFrame, predicted: NDArray[np.float64], mask: NDArray[np.uint8]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
         """Find all dots, match them with the markers, refine from there."""
         grey = views.half_grey

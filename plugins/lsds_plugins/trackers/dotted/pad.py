@@ -13,7 +13,7 @@ from lsds_plugins.trackers.dotted.find_dots import find_dots
 from lsds_plugins.trackers.dotted.grid import identify_grid
 
 if TYPE_CHECKING:
-    from lsds.tactile.views import FrameViews
+    from lsds.tactile.views import ViewedFrame
 
 #: Fewer dots than this make no field: divergence and curl would rest on a handful of differences.
 FEWEST_DOTS = 12
@@ -31,7 +31,7 @@ class Pad:
     complete: bool
 
 
-def find_reference(views: FrameViews, pad: tuple[int, int] | None = None) -> Pad:
+def find_reference(views: ViewedFrame, pad: tuple[int, int] | None = None) -> Pad:
     """Return the grid of dots on an undeformed frame; `pad` (rows, columns) as printed, where that is known.
 
     Dots cut by the image border are left out: their centres cannot be measured. Raises DataError where fewer than
@@ -43,7 +43,7 @@ def find_reference(views: FrameViews, pad: tuple[int, int] | None = None) -> Pad
     found = 0 if grid is None else len(grid.index)
     if grid is None or found < FEWEST_DOTS:
         raise DataError(
-            f"reference frame {views.frame.seq}: {found} dots form a grid, at least {FEWEST_DOTS} are needed "
+            f"reference frame {views.seq}: {found} dots form a grid, at least {FEWEST_DOTS} are needed "
             "(is this a gel with printed dots, untouched and lit? for a gel without dots use tracker 'dis')"
         )
     order = np.lexsort((grid.cell[:, 1], grid.cell[:, 0]))

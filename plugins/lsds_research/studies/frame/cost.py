@@ -18,16 +18,15 @@ import numpy as np
 from lsds.clock import perf_ns
 from lsds.config import load_config
 from lsds.contracts import Frame, GripInput
+from lsds.engine import Engine
 from lsds.errors import DataError
-from lsds.loop import Cycle, Loop
-from lsds.observers import Observers
 from lsds.plugins import PluginHost
 from lsds.rig import Rig
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.perception import Perception
-from lsds.tactile.views import FrameViews
+from lsds.tactile.views import Viewer
 from lsds_research.studies.frame.peers import BlobNearest, PyramidFlow
 
 if TYPE_CHECKING:
@@ -148,16 +147,12 @@ def record(config: RigConfig, host: PluginHost) -> Clip:
             raise DataError(f"sensor '{config.sensor.backend}' does not know where its dots really are; use a mock")
         rig.arm_devices()
 
-        def keep(cycle: Cycle) -> None:
+        engine = Engine(rig)
+        for cycle in engine:
             frames.append(cycle.frame)
             truth.append(sensor.marker_truth(cycle.frame.seq).xy_px)
-
-        observers: Observers[Cycle] = Observers(threaded=False)
-        observers.add("frames", keep)
-        loop = Loop(rig, observers)
-        loop.run()
         rest = sensor.marker_truth().rest_px
-        reference = loop.perception.reference_frame
+        reference = engine.perception.reference_frame
     if reference is None or not frames:
         raise DataError("the run made no frames to measure on")
     return Clip(reference, rest, tuple(frames), tuple(truth))
@@ -199,13 +194,15 @@ def _time_steps(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable[[
     reference = tracker.start(clip.reference, spec.pad)
     field, features = FieldBuilder(reference, spec.metres_per_px), FeatureExtractor()
     depth = DepthEstimator(clip.reference, spec.metres_per_px, scale=config.tactile.depth_scale)
+    viewer = Viewer()
     for frame in clip.frames:
         frame = _fresh(frame)
-        views = FrameViews(frame)
         t = perf_ns()
+        views = viewer.view(frame)
         _ = views.dark, views.half_rgb
         lap("  views", t)
         t = perf_ns()
+        frame = viewer.view(frame)
         tracks = tracker.update(frame)
         t = lap("  tracker (with its views)", t)
         built = field.build(tracks)

@@ -8,7 +8,7 @@ from lsds_plugins.trackers.dotted.pad import find_reference
 from numpy.typing import NDArray
 
 from lsds.contracts import Frame, MarkerReference, MarkerTracks, TrackFlag
-from lsds.tactile.views import FrameViews
+from lsds.tactile.views import ViewedFrame
 
 
 class BlobNearest:
@@ -23,7 +23,7 @@ class BlobNearest:
 
     def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
         """Take the reference."""
-        self._reference = find_reference(FrameViews(frame)).reference
+        self._reference = find_reference(ViewedFrame(frame)).reference
         self._xy = self._reference.xy_px.copy()
         return self._reference
 
@@ -42,7 +42,7 @@ class PyramidFlow:
 
     def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
         """Take the reference."""
-        reference = find_reference(FrameViews(frame)).reference
+        reference = find_reference(ViewedFrame(frame)).reference
         self._grey = np.asarray(cv2.cvtColor(frame.image, cv2.COLOR_RGB2GRAY), np.uint8)
         self._xy = reference.xy_px.astype(np.float32).reshape(-1, 1, 2)
         return reference

@@ -86,7 +86,7 @@ class BrainStudy:
                 rows.append(row)
                 tick(index + 1, len(todo) + 1)
             for name in UNTRAINED[self._job]:
-                backend = self._host.build(KINDS[self._job], name, {}, self._context)  # type: ignore[arg-type]
+                backend = self._host.build(KINDS[self._job], name, {}, self._context)
                 models[len(rows)] = backend.update
                 rows.append(self._untrained(name, other))
             for index, us in self._time(models).items():

@@ -1,4 +1,4 @@
-"""Noticing that a device has gone quiet, blind or deaf, before the arm runs on with it.
+"""Watches: a device that has gone quiet, a gripper that did not hear, an arm that does not follow.
 
 Pure bookkeeping over times that are handed in, so that every rule can be tested without a device.
 """
@@ -8,15 +8,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lsds.clock import seconds
 from lsds.errors import SafetyStop
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lsds.contracts import ArmState, GripperState
+    from lsds.contracts import ArmState, GripperState, Twist
 
 #: A sample stamped further ahead of the rig's clock than this is from another clock.
 AHEAD_NS = 50_000_000
@@ -37,6 +33,11 @@ class Freshness:
         self._good_ns = start_ns
         self._allowance_ns = allowance_ns
         self._stamp_ns: int | None = None
+
+    @property
+    def reason(self) -> str:
+        """Why there is none, empty where nothing is known."""
+        return self._reason
 
     def good(self, now_ns: int) -> None:
         """Take note of a usable sample."""
@@ -73,50 +74,34 @@ class Freshness:
             )
 
 
-class RepeatedImage:
-    """Tells whether an image is the last one again, by a few of its rows: a camera's noise never comes twice."""
-
-    _ROWS = 48
-
-    def __init__(self) -> None:
-        self._rows: NDArray[np.uint8] | None = None
-
-    def seen(self, image: NDArray[np.uint8]) -> bool:
-        """Take an image (height, width, 3); return whether it repeats the one before."""
-        rows = image[:: self._ROWS]
-        repeated = self._rows is not None and np.array_equal(rows, self._rows)
-        if not repeated:
-            self._rows = rows.copy()
-        return repeated
-
-
-class GraspWatch:
-    """Tells whether the gripper has done what it was sent to do, from its own states.
+class ArrivalWatch:
+    """Decides from the gripper's own states whether it has done what it was sent to do.
 
     "Not moving" alone also holds before a motion has begun and where the command was lost.
     """
 
     #: The gripper counts as arrived when it has rested this long.
     REST_NS = 150_000_000
-    #: A command that is not echoed for this long is sent again.
-    RESEND_NS = 500_000_000
+    #: A command that is not echoed for this long is lost.
+    ECHO_NS = 500_000_000
 
     def __init__(self, resolution_m: float) -> None:
         self._near_m = 2 * resolution_m
         self._sent_m = math.nan
         self._sent_ns = 0
+        self._heard = False
         self._resting_since: int | None = None
 
     def sent(self, aperture_m: float, now_ns: int) -> None:
         """Take note of the aperture that was really sent."""
-        self._sent_m, self._sent_ns, self._resting_since = aperture_m, now_ns, None
+        self._sent_m, self._sent_ns, self._heard, self._resting_since = aperture_m, now_ns, False, None
 
-    def wants_sending(self, state: GripperState | None, now_ns: int) -> bool:
-        """Return whether the command is still to be sent, or lost and to be sent again."""
-        if math.isnan(self._sent_m):
-            return True
-        echoed = state is not None and self._echoes(state)
-        return not echoed and now_ns - self._sent_ns > self.RESEND_NS
+    def lost(self, state: GripperState | None, now_ns: int) -> bool:
+        """Return whether the gripper has not echoed the command in time. One that it has heard once is never lost: a
+        correction may have changed the target since, and going back would open."""
+        if state is not None and self._echoes(state):
+            self._heard = True
+        return not self._heard and now_ns - self._sent_ns > self.ECHO_NS
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the fingers rest where they were sent, or on an object on the way there."""
@@ -145,18 +130,21 @@ class FollowWatch:
     def __init__(self) -> None:
         self._lagging_since: int | None = None
 
-    def check(self, state: ArmState, commanded_m_s: float, now_ns: int) -> None:
+    def check(self, state: ArmState, commanded: Twist, now_ns: int) -> None:
         """Raise SafetyStop for a protective stop, and for an arm that has not followed for too long."""
         if state.protective_stop:
             raise SafetyStop("arm: protective stop; the grip was kept (find its cause, then unlock it at the arm)")
-        speed = math.hypot(*state.tcp_twist.linear_m_s)
-        if abs(commanded_m_s) <= 0 or speed >= self.SHARE * abs(commanded_m_s):
+        wanted, speed, unit = math.hypot(*commanded.linear_m_s), math.hypot(*state.tcp_twist.linear_m_s), "m/s"
+        if wanted <= 0:
+            wanted, speed = math.hypot(*commanded.angular_rad_s), math.hypot(*state.tcp_twist.angular_rad_s)
+            unit = "rad/s"
+        if wanted <= 0 or speed >= self.SHARE * wanted:
             self._lagging_since = None
             return
         if self._lagging_since is None:
             self._lagging_since = now_ns
         if now_ns - self._lagging_since > self.PATIENCE_NS:
             raise SafetyStop(
-                f"arm: commanded {commanded_m_s:.3f} m/s and moving {speed:.3f} m/s for "
+                f"arm: commanded {wanted:.3f} {unit} and moving {speed:.3f} {unit} for "
                 f"{seconds(now_ns - self._lagging_since):.1f} s; the grip was kept (is it in remote control, and free?)"
             )

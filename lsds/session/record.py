@@ -10,21 +10,23 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lsds.task import ACTING, Stage
-
 if TYPE_CHECKING:
-    from lsds.loop import Cycle
+    from lsds.contracts import Cycle
+    from lsds.session.truth_log import TruthLog
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
     """One frame in numbers: SI units, NaN where unknown. `slip` is what the detector said, None for abstained.
 
-    `seen_slip_m` is how far the body "gripper" stands above the body "object", as a pose source sees them.
+    `acting`: slip was answered; `rising`: the arm was wanted to move up. `seen_slip_m` is how far the body "gripper"
+    stands above the body "object", as a pose source sees them.
     """
 
     t_ns: int
-    stage: Stage
+    stage: str
+    acting: bool
+    rising: bool
     kept_fraction: float
     contact_fraction: float
     slip: bool | None
@@ -36,16 +38,15 @@ class Sample:
     measured_m: float
     seen_slip_m: float = math.nan
 
-    @property
-    def acting(self) -> bool:
-        """Whether slip was answered at this stage."""
-        return self.stage in ACTING
-
 
 class RunRecord:
-    """An observer of the loop. `first` is the first frame of the lift, `worst` that of the fastest slip."""
+    """An observer of the engine. `first` is the first frame in which slip is answered, `worst` that of the fastest.
 
-    def __init__(self) -> None:
+    `truths` has what a simulated cell really did.
+    """
+
+    def __init__(self, truths: TruthLog | None = None) -> None:
+        self._truths = truths
         self.samples: list[Sample] = []
         self.first: Cycle | None = None
         self.worst: Cycle | None = None
@@ -53,12 +54,15 @@ class RunRecord:
 
     def observe(self, cycle: Cycle) -> None:
         """Take one frame."""
-        truth, estimate = cycle.truth, cycle.estimate
+        truth = None if self._truths is None else self._truths.at(cycle.frame.t_ns)
+        estimate = cycle.estimate
         true_speed = math.nan if truth is None else math.hypot(*truth.slip_velocity_m_s)
         contact = cycle.observation.contact
         sample = Sample(
             cycle.t_ns,
             cycle.stage,
+            cycle.acting,
+            cycle.twist is not None and cycle.twist.linear_m_s[2] > 0,
             float(cycle.tracks.valid.mean()),
             math.nan if contact is None else contact.area_fraction,
             cycle.detection.slip,

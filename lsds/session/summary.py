@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds, seconds
 from lsds.contracts import FidelityReporting
-from lsds.task import Stage
 
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
-    from lsds.loop import Loop
-    from lsds.record import Sample
+    from lsds.engine import Engine
     from lsds.rig import Rig
+    from lsds.session.record import Sample
 
 #: Slower than this counts as not slipping, m/s.
 AT_REST_M_S = 1e-3
@@ -42,23 +41,24 @@ class Slip:
 
 def summarise(
     rig: Rig,
-    loop: Loop,
+    engine: Engine,
     samples: Sequence[Sample],
+    every_truth: Sequence[CellTruth],
     *,
     wall_s: float,
     simulated_s: float,
     fault: BaseException | None,
 ) -> dict[str, Any]:
-    """Return the run as plain values, ready for JSON. `wall_s` is what the loop took, `simulated_s` what it lived."""
+    """Return the run as plain values, ready for JSON. `wall_s` is what the run took, `simulated_s` what it lived."""
     acting = [sample for sample in samples if sample.acting]
-    begun = loop.task.lift_began_ns
-    truths = [truth for truth in loop.truth.samples if begun is not None and truth.t_ns >= begun]
+    begun = engine.acting_since_ns
+    truths = [truth for truth in every_truth if begun is not None and truth.t_ns >= begun]
     moving = [sample for sample in acting if sample.true_speed_m_s > AT_REST_M_S]
     slip = _slip(truths)
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
-    scheduled = loop.scheduler.statistics()
+    scheduled = engine.scheduler.statistics()
     return {
-        "outcome": _outcome(rig, loop, acting, truths, fault),
+        "outcome": _outcome(engine, acting, truths, every_truth, fault),
         "fault": None if fault is None else _reason(fault),
         "figures_are": "simulated" if rig.cell is not None else "measured",
         "simulation": rig.cell.fidelity() if isinstance(rig.cell, FidelityReporting) else None,
@@ -79,13 +79,13 @@ def summarise(
             "at_end": _measured(acting[-1]) if acting else None,
         },
         "markers": {
-            "reference": loop.perception.reference.count if loop.perception.reference else None,
+            "reference": engine.perception.reference.count if engine.perception.reference else None,
             "kept_fraction": _mean([sample.kept_fraction for sample in samples]),
         },
         "corrections": sum(sample.command_m is not None for sample in acting),
-        "guard": loop.guard.counts,
+        "guard": engine.guard.counts,
         "cycles": len(samples),
-        "unusable_frames": loop.unusable_frames,
+        "unusable_frames": engine.unusable_frames,
         "overruns": sum(task.overruns for task in scheduled),
         "simulated_s" if rig.virtual else "duration_s": simulated_s,
         "backends": backends,
@@ -104,13 +104,17 @@ def summarise(
                 for task in scheduled
             },
         },
-        "frame_to_command_us": _microseconds(loop),
+        "frame_to_command_us": _microseconds(engine),
         "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
     }
 
 
 def _outcome(
-    rig: Rig, loop: Loop, acting: Sequence[Sample], truths: Sequence[CellTruth], fault: BaseException | None
+    engine: Engine,
+    acting: Sequence[Sample],
+    truths: Sequence[CellTruth],
+    every_truth: Sequence[CellTruth],
+    fault: BaseException | None,
 ) -> str:
     """Tell whether the object is in the grip at the end; an object left standing on the table is not.
 
@@ -118,14 +122,14 @@ def _outcome(
     """
     if fault is not None:
         return "fault"
-    if not truths and loop.truth.samples and loop.truth.samples[-1].dropped:
+    if not truths and every_truth and every_truth[-1].dropped:
         return "dropped"
     if truths:
         last = truths[-1]
-        lifts = loop.task.options.lift_speed_m_s > 0 and loop.task.options.lift_s > 0
-        gone = last.dropped or last.normal_force_n <= 0 or (lifts and last.supported)
+        lifted = any(sample.rising for sample in acting)
+        gone = last.dropped or last.normal_force_n <= 0 or (lifted and last.supported)
         return "dropped" if gone else "held"
-    if rig.gripper is None or loop.task.stage is not Stage.DONE or not acting:
+    if not engine.grips or not engine.done or not acting:
         return "ended"
     before, after = acting[0].contact_fraction, acting[-1].contact_fraction
     return "held" if before >= LEAST_CONTACT and after >= LOST_SHARE * before else "dropped"
@@ -205,8 +209,8 @@ def _mean(values: Sequence[float]) -> float | None:
     return sum(values) / len(values) if values else None
 
 
-def _microseconds(loop: Loop) -> dict[str, float | None]:
-    histogram = loop.frame_to_command
+def _microseconds(engine: Engine) -> dict[str, float | None]:
+    histogram = engine.frame_to_command
     if not histogram.count:
         return {"p50": None, "p99": None}
     return {"p50": histogram.quantile(0.5) / 1e3, "p99": histogram.quantile(0.99) / 1e3}

@@ -1,0 +1,464 @@
+"""The engine: one line from camera to gripper, whatever the job.
+
+    sensor -> gate -> tracker -> field -> contact -> features -> detector -> estimator -> controller -> guard -> gripper
+
+`Engine._poll` is that line: `FingerLine` up to the estimate, then `_correct`. Everything else here surrounds it: the
+job, the states of gripper and arm, the watchdog, observers. No job, study or collection builds a second line.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from lsds.actuation import Actuation
+from lsds.clock import NS_PER_S, nanoseconds, perf_ns
+from lsds.contracts import Cycle, GripInput, Job, Setting, Situation, Twist, Wanted
+from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, StaleData, raised_by
+from lsds.fusion import fused_detection, fused_estimate
+from lsds.histogram import LogHistogram
+from lsds.line import FingerLine
+from lsds.observers import Observers
+from lsds.quiet import quiet_process
+from lsds.safety import Guard, Watchdog
+from lsds.scheduler import Phase, Scheduler
+from lsds.tactile.perception import Perception
+from lsds.watches import FollowWatch, Freshness
+
+if TYPE_CHECKING:
+    from lsds.contracts import ArmState, FingerCycle, Frame, GripperState, PoseSample
+    from lsds.rig import Rig
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+#: The newest frame is asked for this many times per nominal frame interval: a camera's phase is its own, and a frame
+#: that waits for a poll is delay in the loop, which costs more slip than any gain.
+POLLS_PER_FRAME = 8
+_FOREVER_NS = 2**62
+
+
+class Engine:
+    """Runs a rig through a job, once; the rig is connected and armed, and the caller closes it.
+
+        engine = Engine(rig)              # the job that the config names
+        engine.run()                      # to its end, or
+        for cycle in engine: ...          # step by step; the body runs in the loop's own time, or
+        with engine.background(): ...     # next to a program of one's own (real time only)
+
+    However it ends, the cell is stopped and the grip kept. Raises SafetyStop, DeviceError, DataError, PluginError.
+    """
+
+    def __init__(self, rig: Rig, job: Job | None = None, *, observers: Observers[Cycle] | None = None) -> None:
+        config = rig.config
+        self._rig = rig
+        self._job = job if job is not None else rig.job
+        self._job_name = f"job '{config.section('job').backend}'" if job is None else f"job {type(job).__name__}"
+        self._controller_name = f"controller '{config.section('controller').backend}'"
+        self.observers: Observers[Cycle] = observers if observers is not None else Observers(threaded=False)
+        self._clock = rig.clock
+        self._safety = config.safety
+        start = rig.clock.now()
+        stale = nanoseconds(config.safety.stale_after_s)
+        self._recorded = rig.is_recording
+        self.lines = tuple(FingerLine(finger, config, start, live=not self._recorded) for finger in rig.fingers)
+        for line in self.lines:
+            _require_rate(line, config.safety.stale_after_s)
+        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock)
+        self._controls = config.controller.enabled and rig.gripper is not None
+        self._may_open = bool(getattr(rig.controller, "may_open", False))
+        self._gripper_fresh = Freshness("gripper", start, stale, remedy="check the gripper and its cable")
+        self._arm_fresh = Freshness("arm", start, stale, remedy="check the arm's connection")
+        self._follow = FollowWatch()
+        self._gripper_state: GripperState | None = None
+        self._arm_state: ArmState | None = None
+        self._pose: PoseSample | None = None
+        self._newest: Cycle | None = None
+        self._wanted = Wanted("begin")
+        self._watchdog: Watchdog | None = None
+        self._began = self._ended = False
+        self.recorded = 0
+        self.on_recorded: Callable[[Frame], object] | None = None
+        self.acting_since_ns: int | None = None
+        self._yielding: deque[Cycle] | None = None
+        self.frame_to_command = LogHistogram()
+        self.scheduler = Scheduler(rig.clock)
+        self._add_tasks()
+
+    # -- what can be asked of it --------------------------------------------------------------------------
+
+    @property
+    def job(self) -> Job:
+        """What the run is for."""
+        return self._job
+
+    @property
+    def stage(self) -> str:
+        """Where the job is."""
+        return self._wanted.stage
+
+    @property
+    def done(self) -> bool:
+        """Whether the job has said that it is done."""
+        return self._wanted.done
+
+    @property
+    def grips(self) -> bool:
+        """Whether there is a gripper."""
+        return self._rig.gripper is not None
+
+    @property
+    def perception(self) -> Perception:
+        """The first finger's way from image to observation."""
+        return self.lines[0].perception
+
+    @property
+    def guard(self) -> Guard:
+        """The limits, with counts of what they changed."""
+        return self._act.guard
+
+    @property
+    def unusable_frames(self) -> int:
+        """Frames of all fingers that the gate refused."""
+        return sum(line.gate.refused for line in self.lines)
+
+    def every(self, name: str, call: Callable[[int], object], rate_hz: float) -> None:
+        """Have `call(now_ns)` called at a rate, after all else that is due then. An exception ends the run."""
+        self.scheduler.add(name, call, _period(rate_hz), phase=Phase.OBSERVE)
+
+    # -- three ways to run --------------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Run until the job is done, the recording ends, or `stop` is called."""
+        with self._running():
+            while self._advance():
+                pass
+
+    def __iter__(self) -> Iterator[Cycle]:
+        """Run, yielding each cycle. Leaving the loop stops the cell; a slow body trips the watchdog."""
+        self._yielding = deque()
+        with self._running():
+            more = True
+            while more:
+                more = self._advance()
+                while self._yielding:
+                    yield self._yielding.popleft()
+
+    @contextmanager
+    def background(self) -> Iterator[Background]:
+        """Run in a thread of its own while the body runs; leaving the body ends the run, and raises what ended it.
+
+        Real time only: raises ConfigError under the virtual clock, which stands still where nobody steps it.
+        """
+        if self._rig.virtual:
+            issue = ConfigIssue(
+                "clock", "the virtual clock cannot run next to another program", "iterate over the engine"
+            )
+            raise ConfigError("the rig", [issue])
+        running = Background(self)
+        running.start()
+        try:
+            yield running
+        except BaseException:
+            running.end()
+            raise
+        running.end()
+        running.check()
+
+    def stop(self) -> None:
+        """End the run before the next task starts; from any thread."""
+        self._ended = True
+        self.scheduler.stop()
+
+    # -- the line from camera to gripper ------------------------------------------------------------------
+
+    def _poll(self, now_ns: int) -> None:
+        """Take every finger's new frame, if there is one, all the way to the gripper."""
+        # Only what an object or a moving arm depends on may stop the cell for showing nothing new.
+        wanted = self._wanted
+        depends = (wanted.corrects and self._rig.gripper is not None) or _moves(wanted.twist)
+        started = perf_ns()
+        try:
+            seeing = [line for line in self.lines if line.poll(now_ns, depends=depends) is not None]
+        except EOFError:
+            self.stop()
+            return
+        if seeing:
+            self._answer(seeing, now_ns, started)
+
+    def _answer(self, seeing: Sequence[FingerLine], now_ns: int, started: int) -> None:
+        """Decide on what the fingers have just seen, send, publish."""
+        seen = tuple(line.newest for line in seeing if line.newest is not None)
+        known = self._known(seen)
+        detection, estimate = fused_detection(known), fused_estimate(known)
+        acting = self._wanted.corrects
+        state = self._gripper_state
+        measured = math.nan if state is None else state.aperture_m
+        command = None
+        if acting and self._controls and state is not None:
+            first = seen[0].observation
+            asked = GripInput(first.t_ns, first.dt_s, detection, estimate, self._act.held_m, measured, known)
+            aperture = _call(self._controller_name, self._rig.controller.update, asked)
+            if aperture is not None:
+                command = self._act.correct(aperture, may_open=self._may_open)
+        self.frame_to_command.add((perf_ns() - started,))
+        self._newest = cycle = Cycle(
+            now_ns,
+            self._wanted.stage,
+            acting,
+            seen,
+            detection,
+            estimate,
+            command,
+            self._act.held_m,
+            measured,
+            self._pose,
+        )
+        self.observers.publish(cycle)
+        if self._yielding is not None:
+            self._yielding.append(cycle)
+            self.scheduler.stop()
+        for line, finger in zip(seeing, seen, strict=True):
+            line.gate.followed(finger.frame, finger.tracks, now_ns)
+
+    def _known(self, seen: tuple[FingerCycle, ...]) -> tuple[FingerCycle, ...]:
+        """What each finger saw last, where that is not too old to count."""
+        if len(self.lines) == 1:
+            return seen
+        latest = max(finger.observation.t_ns for finger in seen)
+        oldest = latest - nanoseconds(self._safety.stale_after_s)
+        newest = [line.newest for line in self.lines if line.newest is not None]
+        return tuple(finger for finger in newest if finger.observation.t_ns >= oldest)
+
+    # -- what surrounds it --------------------------------------------------------------------------------
+
+    def _add_tasks(self) -> None:
+        rig, schedule = self._rig, self._rig.config.schedule
+        add = self.scheduler.add
+        if rig.gripper is not None:
+            add("gripper", self._read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
+        if rig.arm is not None:
+            add("arm", self._read_arm, _period(schedule.gripper_rate_hz), phase=Phase.READ)
+        if rig.pose_source is not None:
+            add("pose", self._read_pose, _period(schedule.pose_rate_hz), phase=Phase.READ)
+        rate = max(finger.sensor.spec.rate_hz for finger in rig.fingers)
+        add("sensor", self._poll, _period(rate * POLLS_PER_FRAME), phase=Phase.TRACK)
+        add("job", self._do_job, _period(schedule.arm_rate_hz), phase=Phase.COMMAND)
+
+    def _read_gripper(self, now_ns: int) -> None:
+        gripper, fresh = self._rig.gripper, self._gripper_fresh
+        if gripper is None:
+            return
+        try:
+            state = gripper.read()
+        except StaleData as error:
+            fresh.bad(str(error))
+        else:
+            if fresh.stamped(state.t_ns, now_ns):
+                self._gripper_state = state
+                fresh.good(now_ns)
+        fresh.require(now_ns)
+
+    def _read_arm(self, now_ns: int) -> None:
+        arm, fresh = self._rig.arm, self._arm_fresh
+        if arm is None:
+            return
+        try:
+            state = arm.read()
+        except StaleData as error:
+            fresh.bad(str(error))
+        else:
+            if fresh.stamped(state.t_ns, now_ns):
+                self._arm_state = state
+                fresh.good(now_ns)
+                self._follow.check(state, self._wanted.twist or Twist(), now_ns)
+        fresh.require(now_ns)
+
+    def _read_pose(self, now_ns: int) -> None:
+        """Take the newest poses; they are for jobs and observers, so that going without stops nothing."""
+        if self._rig.pose_source is not None:
+            try:
+                self._pose = self._rig.pose_source.read()
+            except StaleData:
+                self._pose = None
+
+    def _do_job(self, now_ns: int) -> None:
+        """Ask the job what it wants, and send that."""
+        if self._watchdog is not None:
+            self._watchdog.feed()
+            self._watchdog.check()
+        situation = Situation(
+            now_ns,
+            referenced=all(line.referenced for line in self.lines),
+            arrived=self._act.arrived(self._gripper_state, now_ns),
+            cycle=self._newest,
+            gripper=self._gripper_state,
+            arm=self._arm_state,
+            pose=self._pose,
+        )
+        self._wanted = wanted = _call(self._job_name, self._job.step, situation)
+        if wanted.corrects and self.acting_since_ns is None:
+            self.acting_since_ns = now_ns
+        if wanted.done:
+            self.stop()
+            return
+        self._act.grip(wanted.grip, self._gripper_state, now_ns)
+        if wanted.twist is not None:
+            self._act.move(wanted.twist, wanted.acceleration_m_s2)
+
+    def _advance(self) -> bool:
+        """Run until there is a cycle to yield, or to the end; return whether there is more."""
+        if self._ended:
+            return False
+        if self._recorded:
+            return self._next_recorded()
+        self.scheduler.run(_FOREVER_NS)
+        return not self._ended
+
+    @contextmanager
+    def _running(self) -> Iterator[None]:
+        """Begin the job; whatever ends it, the cell is stopped."""
+        if self._began:
+            raise RuntimeError("this engine has run; build a new one")
+        self._began = True
+        try:
+            setting = Setting(
+                self._clock.now(),
+                None if self._rig.gripper is None else self._rig.gripper.spec,
+                None if self._rig.arm is None else self._rig.arm.spec,
+                self._rig.own_cell,
+            )
+            _call(self._job_name, self._job.begin, setting)
+            with quiet_process():
+                if self._recorded:
+                    self._frames = self._all_recorded()
+                if self._rig.virtual:
+                    yield
+                    return
+                with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now) as self._watchdog:
+                    yield
+                    self._watchdog.check()
+        finally:
+            self._watchdog = None
+            self._yielding = None
+            self._rig.stop()
+
+    # -- a recording, frame by frame ----------------------------------------------------------------------
+
+    def _all_recorded(self) -> Iterator[tuple[Frame, FingerLine]]:
+        """Every frame of every finger's recording, in order of time: no clock can make one be missed."""
+        start = self._clock.now()
+
+        def frames(line: FingerLine) -> Iterator[tuple[int, int, Frame, FingerLine]]:
+            sensor: Any = line.finger.sensor
+            recording = sensor.frames(start)
+            for number in itertools.count():
+                try:
+                    frame = next(recording, None)
+                except LsdsError:
+                    raise
+                except Exception as error:
+                    raise DataError(f"frame {number}: {type(error).__name__}: {error}") from error
+                if frame is None:
+                    return
+                yield frame.t_ns, number, frame, line
+
+        for _, _, frame, line in heapq.merge(*map(frames, self.lines), key=lambda item: item[0]):
+            yield frame, line
+
+    def _next_recorded(self) -> bool:
+        item = next(self._frames, None)
+        if item is None:
+            self._ended = True
+            return False
+        frame, line = item
+        self.recorded += 1
+        self._clock.sleep_until(frame.t_ns)
+        now, started = self._clock.now(), perf_ns()
+        if line.take(frame, now, depends=False) is not None:
+            self._answer((line,), now, started)
+        self._do_job(now)
+        if self.on_recorded is not None:
+            self.on_recorded(frame)
+        return not self._ended
+
+
+class Background:
+    """An engine that runs in a thread of its own."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="lsds-engine", daemon=True)
+
+    @property
+    def stage(self) -> str:
+        """Where the job is."""
+        return self._engine.stage
+
+    @property
+    def alive(self) -> bool:
+        """Whether the run still goes on."""
+        return self._thread.is_alive()
+
+    def check(self) -> None:
+        """Raise what ended the run, if it was an error."""
+        if self._error is not None:
+            raise self._error
+
+    def start(self) -> None:
+        """Begin to run."""
+        self._thread.start()
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Wait for the job to be done; return whether it is. Raises what ended the run."""
+        self._thread.join(timeout_s)
+        self.check()
+        return not self._thread.is_alive()
+
+    def end(self) -> None:
+        """End the run and wait for that."""
+        self._engine.stop()
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            self._engine.run()
+        except BaseException as error:
+            self._error = error
+
+
+def _call(who: str, function: Callable[[A], B], argument: A) -> B:
+    """Call a backend; an exception that does not explain itself names the backend."""
+    try:
+        return function(argument)
+    except LsdsError:
+        raise
+    except Exception as error:
+        raise raised_by(who, error) from error
+
+
+def _moves(twist: Twist | None) -> bool:
+    return twist is not None and (any(twist.linear_m_s) or any(twist.angular_rad_s))
+
+
+def _require_rate(line: FingerLine, stale_after_s: float) -> None:
+    """Raise ConfigError where a healthy sensor would count as stale between two frames."""
+    rate_hz = line.finger.sensor.spec.rate_hz
+    if 2 / rate_hz > stale_after_s:
+        issue = ConfigIssue(
+            "safety.stale_after_s",
+            f"{stale_after_s:g} s is less than two frames of a sensor at {rate_hz:g} Hz",
+            f"at least {2 / rate_hz:.3g}",
+        )
+        raise ConfigError("the rig", [issue])
+
+
+def _period(rate_hz: float) -> int:
+    return max(1, round(NS_PER_S / rate_hz))

@@ -1,0 +1,58 @@
+"""Several fingers, one answer: what all of them say of the same object, in the plane of the first.
+
+Fingers face each other: what one sees going right, the opposite one sees going left, and turning the other way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lsds.contracts import Detection, SlipEstimate
+
+if TYPE_CHECKING:
+    from lsds.contracts import FingerCycle
+
+#: A standard deviation below this counts as this: no finger's word is final. m/s and rad/s.
+LEAST_STD = 1e-6
+
+
+def fused_detection(fingers: Sequence[FingerCycle]) -> Detection:
+    """Return slip where any finger detects it, as a finger that slips no longer holds; none where all who decide agree.
+
+    The answer is that of the finger surest of it. All abstain: so does the answer.
+    """
+    if len(fingers) == 1:
+        return fingers[0].detection
+    said = [finger.detection for finger in fingers]
+    slips = [detection for detection in said if detection.slip]
+    holds = [detection for detection in said if detection.slip is False]
+    if slips:
+        return max(slips, key=lambda detection: detection.confidence)
+    # Nothing slips only as surely as the least sure of them says so.
+    return min(holds, key=lambda detection: detection.confidence) if holds else said[0]
+
+
+def fused_estimate(fingers: Sequence[FingerCycle]) -> SlipEstimate:
+    """Return the mean of all fingers that do not abstain, weighted by its inverse variance (independent errors)."""
+    if len(fingers) == 1:
+        return fingers[0].estimate
+    told = [(-1.0 if finger.opposite else 1.0, finger.estimate) for finger in fingers if not finger.estimate.abstained]
+    if not told:
+        return fingers[0].estimate
+    if len(told) == 1 and told[0][0] > 0:
+        return told[0][1]
+    x, x_std = _weighted([(sign * e.velocity_m_s[0], e.velocity_std_m_s[0]) for sign, e in told])
+    y, y_std = _weighted([(e.velocity_m_s[1], e.velocity_std_m_s[1]) for _, e in told])
+    turn, turn_std = _weighted([(sign * e.angular_rad_s, e.angular_std_rad_s) for sign, e in told])
+    speed, speed_std = _weighted([(e.speed_m_s, e.speed_std_m_s) for _, e in told])
+    return SlipEstimate((x, y), (x_std, y_std), turn, turn_std, speed, speed_std)
+
+
+def _weighted(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Inverse-variance mean of (value, standard deviation), and its own standard deviation."""
+    weights = [1.0 / max(std, LEAST_STD) ** 2 for _, std in values]
+    total = sum(weights)
+    mean = sum(weight * value for weight, (value, _) in zip(weights, values, strict=True)) / total
+    return mean, math.sqrt(1.0 / total)

@@ -1,0 +1,90 @@
+"""The line of one finger: from its sensor's frame to what slip that shows.
+
+    sensor -> gate -> reference, or: tracker -> field -> contact -> features -> detector -> estimator
+
+`FingerLine.take` is that line, in that order. Its state (reference, tracker, windows) is one finger's own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds.contracts import FingerCycle
+from lsds.errors import DataError, LsdsError, StaleData, raised_by
+from lsds.tactile.gate import FrameGate
+from lsds.tactile.perception import Perception
+from lsds.tactile.reference import ReferenceCollector
+
+if TYPE_CHECKING:
+    from lsds.config import RigConfig
+    from lsds.contracts import Frame
+    from lsds.rig import Finger
+
+
+class FingerLine:
+    """One finger at work. `newest` is the last frame with what was made of it, None before the first."""
+
+    def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
+        self.finger = finger
+        self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
+        self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile)
+        self.newest: FingerCycle | None = None
+        self._reference = ReferenceCollector(config.tactile.reference_frames)
+        self._seq = -1
+        self._names = tuple(f"{kind} '{config.section(kind).backend}'" for kind in ("tracker", "detector", "estimator"))
+
+    @property
+    def referenced(self) -> bool:
+        """Whether the untouched gel was seen."""
+        return self.perception.reference is not None
+
+    def poll(self, now_ns: int, *, depends: bool) -> FingerCycle | None:
+        """Read the sensor; return what a new and usable frame shows, None where there is none.
+
+        Raises EOFError where a recording has ended, SafetyStop where nothing usable came for too long.
+        """
+        try:
+            frame = self.finger.sensor.read()
+        except StaleData as error:
+            self.gate.silent(str(error), now_ns)
+            return None
+        except DataError as error:
+            self.gate.refuse(str(error), now_ns)
+            return None
+        if frame.seq == self._seq:
+            self.gate.silent("", now_ns)
+            return None
+        self._seq = frame.seq
+        return self.take(frame, now_ns, depends=depends)
+
+    def take(self, frame: Frame, now_ns: int, *, depends: bool) -> FingerCycle | None:
+        """Take one frame along the line. Raises SafetyStop, PluginError; DataError for an unusable reference."""
+        if not self.gate.admit(frame, now_ns, depends=depends):
+            return None
+        finger, (tracker, detector, estimator) = self.finger, self._names
+        at_work = tracker
+        try:
+            if not self.referenced:
+                self._take_reference(frame, now_ns)
+                return None
+            observation, tracks = self.perception.observe(frame)
+            at_work = detector
+            detection = finger.detector.update(observation)
+            at_work = estimator
+            estimate = finger.estimator.update(observation)
+        except DataError as error:
+            if not self.referenced:
+                raise
+            self.gate.refuse(str(error), now_ns, frame.seq)
+            return None
+        except LsdsError:
+            raise
+        except Exception as error:
+            raise raised_by(at_work, error, f"frame {frame.seq}") from error
+        self.newest = FingerCycle(finger.name, frame, tracks, observation, detection, estimate, finger.opposite)
+        return self.newest
+
+    def _take_reference(self, frame: Frame, now_ns: int) -> None:
+        self.gate.good(now_ns)
+        if self._reference.add(frame):
+            self.perception.start(self._reference.frames)

@@ -1,0 +1,95 @@
+"""One run from config to summary, kept apart from how it is printed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lsds.clock import perf_ns, seconds
+from lsds.config import RigConfig, load_config
+from lsds.contracts import CellTruth, Cycle, Frame, Job, MarkerReference
+from lsds.engine import Engine
+from lsds.errors import LsdsError, PluginError
+from lsds.rig import Rig
+from lsds.session.record import RunRecord
+from lsds.session.summary import summarise
+from lsds.session.truth_log import TruthLog
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None for a run to the end."""
+
+    summary: dict[str, Any]
+    record: RunRecord
+    truths: Sequence[CellTruth]
+    reference_frame: Frame | None
+    reference: MarkerReference | None
+    fault: BaseException | None
+
+    def draw(self, path: Path) -> None:
+        """Write the picture of the run. Raises DataError where the file cannot be written."""
+        from lsds.errors import DataError
+        from lsds.plots.run_plot import plot_run
+
+        if self.reference_frame is None or self.reference is None:
+            return
+        try:
+            plot_run(path, self.record, self.truths, self.reference_frame, self.reference, self.summary)
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path}: the picture cannot be written: {error}") from error
+
+
+def run(
+    config: RigConfig | str | Path | None = None,
+    overrides: Sequence[str] = (),
+    *,
+    job: Job | None = None,
+    observe: Callable[[Cycle], object] | None = None,
+) -> Session:
+    """Load, connect, arm, run the job, close. What ends the run early becomes `fault`; an error before it is raised.
+
+    `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys
+    ("task.lift_s=1"). `job` takes the place of the one that the config names; `observe` is given every cycle. Whatever
+    ends the run, the cell is stopped and closed, and what was recorded until then is in the summary.
+    """
+    chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
+    fault: BaseException | None = None
+    with Rig(chosen) as rig:
+        rig.arm_devices()
+        rate_hz = chosen.schedule.arm_rate_hz
+        truths = TruthLog(rig.own_cell, rate_hz)
+        record = RunRecord(truths)
+        engine = Engine(rig, job)
+        # The record is what the summary is made from, and costs microseconds: it is taken inline, nothing is dropped.
+        engine.observers.add("record", record.observe)
+        if observe is not None:
+            engine.observers.add("observe", observe)
+        engine.every("truth", truths.sample, rate_hz)
+        begun, began_ns = perf_ns(), rig.clock.now()
+        try:
+            engine.run()
+            truths.sample(rig.clock.now())
+        except (LsdsError, KeyboardInterrupt) as error:
+            fault = error
+        except Exception as error:
+            note = "; ".join(getattr(error, "__notes__", ()))
+            fault = PluginError(
+                f"a backend raised {type(error).__name__}: {error} ({note}); the cell was stopped "
+                "(lsds --debug run shows where)"
+            )
+            fault.__cause__ = error
+        finally:
+            wall_s = seconds(perf_ns() - begun)
+            simulated_s = seconds(rig.clock.now() - began_ns)
+            engine.observers.close()
+        failures = [observer.failure for observer in engine.observers.statistics() if observer.failure]
+        if failures and fault is None:
+            fault = PluginError(f"an observer of the run failed: {failures[0]}")
+        summary = summarise(
+            rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
+        )
+    perception = engine.perception
+    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault)

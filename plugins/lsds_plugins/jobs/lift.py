@@ -1,0 +1,57 @@
+"""Job `lift`, the paper's: look at the untouched gel, grasp, settle, lift, hold."""
+
+from __future__ import annotations
+
+from lsds.clock import nanoseconds
+from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
+from lsds.jobs.grasp import Grasp
+from lsds.task import TaskOptions
+
+
+class LiftJob:
+    """A `Job` in stages: reference, grasp, settle, lift, hold. Slip is answered in the last two.
+
+    In a simulated cell it ends where the object has dropped. `[task]` holds its options.
+    """
+
+    def __init__(self, options: None = None, context: BuildContext | None = None) -> None:
+        task = (context.task if context is not None else None) or TaskOptions()
+        self._task = task
+        #: Each timed stage with its duration (s), in order.
+        self._stages = (("settle", task.settle_s), ("lift", task.lift_s), ("hold", task.hold_s))
+
+    def begin(self, setting: Setting) -> None:
+        """Begin with the untouched gel."""
+        self._cell = setting.cell
+        self._grasp: Grasp | None = Grasp(self._task, setting.t_ns)
+        self._at = 0
+        self._since_ns = setting.t_ns
+
+    def step(self, now: Situation) -> Wanted:
+        """Say what is wanted now. Raises SafetyStop where reference or grasp takes too long."""
+        if self._grasp is not None:
+            if not self._grasp.step(now):
+                grip = self._grasp.grip if self._grasp.stage == "grasp" else None
+                return Wanted(self._grasp.stage, grip=grip, done=self._dropped(now.t_ns))
+            self._grasp, self._since_ns = None, now.t_ns
+        elif now.t_ns - self._since_ns >= nanoseconds(self._stages[self._at][1]):
+            self._at, self._since_ns = self._at + 1, now.t_ns
+            if self._at == len(self._stages):
+                return Wanted("done", done=True)
+        stage = self._stages[self._at][0]
+        if stage == "settle":
+            return Wanted(stage, done=self._dropped(now.t_ns))
+        speed = self._task.lift_speed_m_s if stage == "lift" else 0.0
+        return Wanted(
+            stage,
+            corrects=True,
+            twist=Twist(linear_m_s=(0.0, 0.0, speed)),
+            acceleration_m_s2=self._task.lift_acceleration_m_s2,
+            done=self._dropped(now.t_ns),
+        )
+
+    def _dropped(self, now_ns: int) -> bool:
+        if self._cell is None:
+            return False
+        self._cell.advance(now_ns)
+        return self._cell.truth().dropped

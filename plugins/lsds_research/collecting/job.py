@@ -1,0 +1,159 @@
+"""Job `trial`: one recording of a protocol, move by move; a row a frame with what was felt, measured and true."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.clock import NS_PER_S, nanoseconds
+from lsds.contracts import BuildContext, Grip, Setting, Situation, Twist, Wanted
+from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.models.signals import signals_of
+from lsds.session.truth_log import TruthLog
+from lsds.task import TaskOptions
+from lsds_research.collecting.labels import SlipLabels
+from lsds_research.collecting.trials import SLOW_M_S, Job, Trial, trials
+from lsds_research.datasets import from_rows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Cycle, GripperState
+
+APPROACH_M = 4e-3
+"""The fingers come fast to this far from the object, and slowly from there."""
+FAST_M_S = 0.1
+REFERENCE_TIMEOUT_S = 8.0
+TRUTH_HZ = 125.0
+
+
+class TrialOptions(BaseModel):
+    """Options of `[job.trial]`: which recording of which protocol."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    protocol: Job = Field(default="pipe", description="what is recorded, as in lsds collect")
+    number: int = Field(default=0, ge=0, description="which of its recordings, from 0")
+
+
+class _Phase(NamedTuple):
+    """For `duration_s` the arm follows `twist`; the fingers go to `grip` at its beginning, None leaves them."""
+
+    duration_s: float
+    grip: Grip | None
+    twist: Twist
+    poses_count: bool
+
+
+class TrialJob:
+    """A `Job` that grasps, moves as a trial says, and keeps every frame. Slip is not answered.
+
+    `measured`: labels come from a pose source; without one the simulated cell's truth stands in.
+    """
+
+    def __init__(self, trial: Trial, task: TaskOptions, *, measured: bool) -> None:
+        self._trial = trial
+        self._task = task
+        self._measured = measured
+
+    def begin(self, setting: Setting) -> None:
+        """Begin with the untouched gel. Raises ConfigError without a gripper or an arm."""
+        if setting.gripper is None or setting.arm is None:
+            issue = ConfigIssue("gripper.backend, arm.backend", "a trial needs a gripper and an arm", "choose both")
+            raise ConfigError("the rig", [issue])
+        self._stroke_m = setting.gripper.stroke_m
+        self._truth = TruthLog(setting.cell, TRUTH_HZ)
+        self._labels = SlipLabels(self._truth, measured=self._measured, end_m=self._trial.end_m)
+        self._phases = self._planned()
+        self._at = -1
+        self._since_ns = setting.t_ns
+        self._looked = False
+        self._seen: Cycle | None = None
+        self._rows: list[NDArray[np.float32]] = []
+        self._times_ns: list[int] = []
+
+    def step(self, now: Situation) -> Wanted:
+        """Say what is wanted now. Raises DataError where the fingers are not open, or no reference can be taken."""
+        self._truth.sample(now.t_ns)
+        if not self._looked and now.gripper is not None:
+            self._require_open(now.gripper)
+            self._looked = True
+        if self._at < 0:
+            if not (now.referenced and self._looked):
+                if now.t_ns - self._since_ns > nanoseconds(REFERENCE_TIMEOUT_S):
+                    raise DataError(
+                        f"{self._trial.recording}: no settled image of the untouched gel (is the light steady?)"
+                    )
+                return Wanted("reference", twist=Twist(), acceleration_m_s2=self._task.lift_acceleration_m_s2)
+            self._at, self._since_ns, self._seen = 0, now.t_ns, now.cycle
+        phase = self._phases[self._at]
+        if now.t_ns - self._since_ns >= nanoseconds(phase.duration_s):
+            self._at, self._since_ns = self._at + 1, now.t_ns
+            if self._at == len(self._phases):
+                return Wanted("done", done=True)
+            phase = self._phases[self._at]
+        if now.pose is not None and self._measured and phase.poses_count:
+            self._labels.see(now.pose)
+        if now.cycle is not None and now.cycle is not self._seen:
+            self._keep(now.cycle)
+        return Wanted(
+            f"phase {self._at}",
+            grip=phase.grip,
+            twist=phase.twist,
+            acceleration_m_s2=self._task.lift_acceleration_m_s2,
+        )
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the recording's columns, after the run. Raises DataError where no frame could be used."""
+        if not self._rows:
+            raise DataError(f"{self._trial.recording}: no frame could be used")
+        t_s = [(t_ns - self._times_ns[0]) / NS_PER_S for t_ns in self._times_ns]
+        labels = self._labels.at(self._times_ns)
+        return from_rows(
+            self._trial.recording, self._trial.object, self._trial.protocol, t_s, np.array(self._rows), labels
+        )
+
+    def _keep(self, cycle: Cycle) -> None:
+        self._seen = cycle
+        frame = cycle.frame
+        self._rows.append(signals_of(cycle.observation, float(frame.image[::4, ::4].mean())))
+        self._times_ns.append(frame.t_ns)
+
+    def _planned(self) -> list[_Phase]:
+        """Approach fast, close slowly, then the trial's moves; from the closing on there is something to slip."""
+        thickness = self._trial.grip_aperture_m + APPROACH_M
+        still = Twist()
+        phases = [
+            _Phase(1.0, self._grip(thickness, FAST_M_S), still, False),
+            _Phase(APPROACH_M / SLOW_M_S + 0.2, self._grip(self._trial.grip_aperture_m, SLOW_M_S), still, True),
+        ]
+        for move in self._trial.moves:
+            grip = None if move.aperture_m is None else self._grip(move.aperture_m, move.closing_m_s)
+            twist = Twist((0.0, 0.0, move.velocity_m_s), (0.0, move.turn_rad_s, 0.0))
+            phases.append(_Phase(move.duration_s, grip, twist, True))
+        return [*phases, _Phase(0.1, None, still, True)]
+
+    def _grip(self, aperture_m: float, speed_m_s: float) -> Grip:
+        return Grip(min(max(aperture_m, 0.0), self._stroke_m), speed_m_s, self._task.grip_force_n)
+
+    def _require_open(self, state: GripperState) -> None:
+        """Raise DataError where the fingers are closer: something may be between them, and the gel is not untouched."""
+        thickness = self._trial.grip_aperture_m + APPROACH_M
+        if state.aperture_m < min(thickness, self._stroke_m - APPROACH_M):
+            raise DataError(
+                f"{self._trial.recording}: the fingers are {state.aperture_m * 1e3:.1f} mm apart; to begin they have "
+                f"to be {thickness * 1e3:.1f} (open them)"
+            )
+
+
+def trial_job(options: TrialOptions, context: BuildContext) -> TrialJob:
+    """Factory of the job backend `trial`. Raises ConfigError where the protocol has no such recording."""
+    planned = trials(options.protocol, None, context.seed)
+    if options.number >= len(planned):
+        issue = ConfigIssue(
+            "job.trial.number", f"{options.protocol} has {len(planned)} recordings", "choose a lower one"
+        )
+        raise ConfigError("the job", [issue])
+    return TrialJob(planned[options.number], context.task or TaskOptions(), measured=False)
