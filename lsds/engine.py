@@ -11,13 +11,13 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds.actuation import Actuation
+from lsds.background import Background
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import Cycle, GripInput, Job, Setting, Situation, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, StaleData, raised_by
@@ -387,51 +387,6 @@ class Engine:
         if self.on_recorded is not None:
             self.on_recorded(frame)
         return not self._ended
-
-
-class Background:
-    """An engine that runs in a thread of its own."""
-
-    def __init__(self, engine: Engine) -> None:
-        self._engine = engine
-        self._error: BaseException | None = None
-        self._thread = threading.Thread(target=self._run, name="lsds-engine", daemon=True)
-
-    @property
-    def stage(self) -> str:
-        """Where the job is."""
-        return self._engine.stage
-
-    @property
-    def alive(self) -> bool:
-        """Whether the run still goes on."""
-        return self._thread.is_alive()
-
-    def check(self) -> None:
-        """Raise what ended the run, if it was an error."""
-        if self._error is not None:
-            raise self._error
-
-    def start(self) -> None:
-        """Begin to run."""
-        self._thread.start()
-
-    def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait for the job to be done; return whether it is. Raises what ended the run."""
-        self._thread.join(timeout_s)
-        self.check()
-        return not self._thread.is_alive()
-
-    def end(self) -> None:
-        """End the run and wait for that."""
-        self._engine.stop()
-        self._thread.join()
-
-    def _run(self) -> None:
-        try:
-            self._engine.run()
-        except BaseException as error:
-            self._error = error
 
 
 def _call(who: str, function: Callable[[A], B], argument: A) -> B:

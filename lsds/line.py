@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
-from lsds.tactile.gate import FrameGate
+from lsds.tactile.gate import FrameGate, check_image
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector
 
@@ -26,7 +26,7 @@ class FingerLine:
 
     def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
         self.finger = finger
-        self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
+        self.gate = FrameGate(finger.label, config.safety, start_ns, live=live)
         self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile)
         self.newest: FingerCycle | None = None
         self._reference = ReferenceCollector(config.tactile.reference_frames)
@@ -67,16 +67,15 @@ class FingerLine:
             if not self.referenced:
                 self._take_reference(frame, now_ns)
                 return None
-            observation, tracks = self.perception.observe(frame)
-            at_work = detector
-            detection = finger.detector.update(observation)
-            at_work = estimator
-            estimate = finger.estimator.update(observation)
-        except DataError as error:
-            if not self.referenced:
-                raise
-            self.gate.refuse(str(error), now_ns, frame.seq)
-            return None
+            try:
+                observation, tracks = self.perception.observe(frame)
+                at_work = detector
+                detection = finger.detector.update(observation)
+                at_work = estimator
+                estimate = finger.estimator.update(observation)
+            except DataError as error:
+                self.gate.refuse(str(error), now_ns, frame.seq)
+                return None
         except LsdsError:
             raise
         except Exception as error:
@@ -85,6 +84,11 @@ class FingerLine:
         return self.newest
 
     def _take_reference(self, frame: Frame, now_ns: int) -> None:
+        try:
+            check_image(frame, self.finger.sensor.spec)
+        except DataError as error:
+            self.gate.refuse(str(error), now_ns, frame.seq)
+            return
         self.gate.good(now_ns)
         if self._reference.add(frame):
             self.perception.start(self._reference.frames)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, cast
 
 from lsds.bringup import Result, bring_up_error
 from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
@@ -14,7 +14,7 @@ from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
 from lsds.contracts.job import Job
-from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, Kind
+from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
@@ -72,13 +72,13 @@ class Rig:
     pose_source: PoseSource | None
     cell: Cell | None
     controller: Controller
-    job: Job
 
     def __init__(self, config: RigConfig, host: PluginHost | None = None, *, clock: Clock | None = None) -> None:
         self.config = config
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
-        chosen = {k: self.host.find(k, config.section(k).backend) for k in CONFIG_KINDS if config.section(k).chosen}
+        kinds = [kind for kind in CONFIG_KINDS if config.section(kind).chosen and not KINDS[kind].late]
+        chosen = {kind: self.host.find(kind, config.section(kind).backend) for kind in kinds}
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
         devices = [chosen[kind] for kind in DEVICE_KINDS if kind in chosen and kind != "sensor"]
         devices = [*sensors.values(), *devices]
@@ -93,7 +93,7 @@ class Rig:
         for kind in CONFIG_KINDS:
             if kind == "sensor":
                 self.fingers = tuple(self._finger(at, name) for at, name in enumerate(config.fingers))
-            elif kind not in _OF_A_FINGER:
+            elif kind not in _OF_A_FINGER and not KINDS[kind].late:
                 setattr(self, kind, self._build(kind, config.section(kind)) if kind in chosen else None)
         self._devices: list[tuple[str, str, Device]] = [
             (finger.label, sensors[finger.name].spec.name, finger.sensor) for finger in self.fingers
@@ -121,6 +121,11 @@ class Rig:
     def estimator(self) -> Estimator:
         """The first finger's estimator."""
         return self.fingers[0].estimator
+
+    @cached_property
+    def job(self) -> Job:
+        """The job that the configuration names; built when it is first asked for."""
+        return cast("Job", self._build("job", self.config.section("job")))
 
     @property
     def own_cell(self) -> Cell | None:

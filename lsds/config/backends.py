@@ -18,6 +18,8 @@ from lsds.plugins.registry import NO_DEVICE, Backend, did_you_mean
 def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:
     """Yield every problem of every section: unknown backend, unknown table, wrong options."""
     for kind in CONFIG_KINDS:
+        if KINDS[kind].late and kind not in data:
+            continue
         fields = type(RigConfig.model_fields[kind].default).model_fields
         yield from _section_issues(kind, kind, data.get(kind, {}), tuple(fields), host)
     fingers = data.get("sensors", {})

@@ -24,7 +24,9 @@ def example_config(config: RigConfig | None = None, host: PluginHost | None = No
     data = {key: dumped[key] for key in sorted(dumped, key=_rank)}
     models: dict[tuple[str, ...], type[BaseModel]] = {}
     for kind in CONFIG_KINDS:
-        if kind in data:
+        if KINDS[kind].late and not host.names(kind):
+            del data[kind]
+        elif kind in data:
             _show_options(kind, data[kind], host, models)
 
     def comment(path: tuple[str, ...]) -> str:

@@ -25,7 +25,8 @@ class KindSpec:
 
     `contract` is the Protocol that its backends fulfil; `purpose` one line for people. `default` is the backend that a
     config names where it says nothing; a kind without one has no section in a config. `optional` kinds may be "none".
-    A `device` has a life cycle and is brought up with the rig.
+    A `device` has a life cycle and is brought up with the rig. `late` kinds are built when they are first asked for: a
+    rig without one is sound.
     """
 
     contract: type
@@ -33,6 +34,7 @@ class KindSpec:
     default: str = ""
     optional: bool = False
     device: bool = False
+    late: bool = False
 
 
 KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
@@ -46,7 +48,7 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
         "detector": KindSpec(Detector, "Decides whether the object slips", default="field-mlp"),
         "estimator": KindSpec(Estimator, "Estimates how fast it slips", default="field-gru"),
         "controller": KindSpec(Controller, "Turns slip into an aperture", default="pd"),
-        "job": KindSpec(Job, "What a run is for: what it wants of arm and grip", default="lift"),
+        "job": KindSpec(Job, "What a run is for: what it wants of arm and grip", default="lift", late=True),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
         "study": KindSpec(Study, "Measures speed against accuracy; lsds study runs it"),
         "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds train runs it"),

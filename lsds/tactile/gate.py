@@ -2,7 +2,8 @@
 
 A frame is refused where its image shows nothing (black, saturated, of the wrong shape), where its time stamp cannot be
 true, where it repeats the image before while something depends on it, and where hardly a dot of it can be followed. A
-stream without usable frames for too long stops the cell.
+stream without usable frames for too long stops the cell. `check_image` asks about one image, `FrameGate` keeps the book
+of a stream.
 """
 
 from __future__ import annotations
@@ -46,10 +47,7 @@ class FrameGate:
     A recording (`live` false) is admitted frame by frame by its images alone: it has no clock to be late by.
     """
 
-    def __init__(
-        self, source: str, spec: SensorSpec, safety: SafetyOptions, start_ns: int, *, live: bool = True
-    ) -> None:
-        self._spec = spec
+    def __init__(self, source: str, safety: SafetyOptions, start_ns: int, *, live: bool = True) -> None:
         self._live = live
         self._fresh = Freshness(
             source,
@@ -72,11 +70,6 @@ class FrameGate:
         """
         if self._live and not self._fresh.stamped(frame.t_ns, now_ns):
             self.refuse(self._fresh.reason, now_ns, frame.seq)
-            return False
-        try:
-            check_image(frame, self._spec)
-        except DataError as error:
-            self.refuse(str(error), now_ns, frame.seq)
             return False
         if not self._live or not self._repeated.seen(frame.image) or not depends:
             self._changing.good(now_ns)

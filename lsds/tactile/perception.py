@@ -13,6 +13,7 @@ from lsds.contracts import Observation
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
+from lsds.tactile.gate import check_image
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer
@@ -23,10 +24,7 @@ if TYPE_CHECKING:
 
 
 class Perception:
-    """State from frame to frame: the tracker's, the last field's and the last features'.
-
-    Frames have passed the gate (`lsds.tactile.gate`): nothing here asks whether an image is usable.
-    """
+    """State from frame to frame: the tracker's, the last field's and the last features'."""
 
     def __init__(self, tracker: Tracker, spec: SensorSpec, options: TactileOptions) -> None:
         self._tracker = tracker
@@ -40,6 +38,8 @@ class Perception:
 
     def start(self, frames: Sequence[Frame]) -> MarkerReference:
         """Take the untouched gel from one or more frames. Raises DataError where they show no usable reference."""
+        for frame in frames:
+            check_image(frame, self._spec)
         self.reference_frame = average_frames(frames)
         self.reference = self._tracker.start(self.reference_frame, self._spec.pad)
         self._field = FieldBuilder(self.reference, self.metres_per_px)
@@ -60,7 +60,8 @@ class Perception:
         self._features.reset()
 
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
-        """Return the observation of the next frame, and the tracks that it rests on."""
+        """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
+        check_image(frame, self._spec)
         frame = self._viewer.view(frame)
         tracks = self._tracker.update(frame)
         field = self._field.build(tracks)

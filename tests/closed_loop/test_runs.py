@@ -9,14 +9,13 @@ import math
 import numpy as np
 import pytest
 
-from lsds.cli.run_session import run_session
 from lsds.config import load_config
+from lsds.engine import Engine
 from lsds.errors import SafetyStop
-from lsds.loop import Loop
-from lsds.observers import Observers
-from lsds.record import RunRecord
 from lsds.rig import Rig
-from lsds.task import Stage
+from lsds.session.record import RunRecord
+from lsds.session.run import run as run_session
+from lsds.session.truth_log import TruthLog
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 TIMING = ("frame_to_command_us", "realtime_factor", "timing")
@@ -115,11 +114,10 @@ class Rigged:
         self.fault = None
         with Rig(config) as rig:
             rig.arm_devices()
-            observers = Observers(threaded=False, queue=16)
-            observers.add("record", record.observe)
-            self.loop = Loop(rig, observers)
+            self.engine = Engine(rig)
+            self.engine.observers.add("record", record.observe)
             try:
-                self.loop.run()
+                self.engine.run()
             except SafetyStop as stop:
                 self.fault = stop
             self.target_m = rig.gripper.read().target_m
@@ -127,7 +125,6 @@ class Rigged:
             self.gripper, self.arm, self.truth = rig.gripper.read(), rig.arm.read(), None
             rig.cell.advance(rig.clock.now())
             self.truth = rig.cell.truth()
-            observers.close()
         self.samples = record.samples
 
 
@@ -139,7 +136,7 @@ FAULTS = {"silent": "silent_at_s", "frozen": "freeze_at_s"}
 def test_a_sensor_that_stops_seeing_stops_the_arm_and_keeps_the_grip(option, at_s):
     rigged = Rigged(f"sensor.mock-gelsight-mini.{option}={at_s}")
     assert isinstance(rigged.fault, SafetyStop)
-    assert rigged.loop.task.stage in (Stage.LIFT, Stage.HOLD)
+    assert rigged.engine.stage in ("lift", "hold")
     last_sent = [s.held_m for s in rigged.samples if math.isfinite(s.held_m)][-1]
     assert rigged.gripper.aperture_m <= max(last_sent, rigged.samples[-1].measured_m) + 1e-4, "the gripper opened"
     assert rigged.truth.normal_force_n > rigged.truth.required_normal_force_n / 2
@@ -216,13 +213,13 @@ def test_a_gel_that_cannot_be_seen_any_more_stops_the_arm_and_keeps_the_grip(col
     with Rig(load_config(None, ["controller.enabled=false", "task.grip_aperture_m=0.021"])) as rig:
         gone_blind(noisy)(rig.sensor)
         rig.arm_devices()
-        loop = Loop(rig, Observers(threaded=False))
+        engine = Engine(rig)
         with pytest.raises(SafetyStop, match="sensor: nothing usable"):
-            loop.run()
+            engine.run()
         rig.clock.sleep_until(rig.clock.now() + 1_000_000_000)
         assert rig.arm.read().tcp_twist.linear_m_s == (0.0, 0.0, 0.0)
         assert rig.gripper.read().aperture_m == pytest.approx(0.021, abs=4e-4)
-        assert loop.unusable_frames > 0
+        assert engine.unusable_frames > 0
 
 
 def test_one_torn_frame_from_read_is_a_frame_lost():
@@ -238,29 +235,31 @@ def test_one_torn_frame_from_read_is_a_frame_lost():
 
         rig.sensor.read = reading
         rig.arm_devices()
-        loop = Loop(rig, Observers(threaded=False))
-        loop.run()
-        assert loop.unusable_frames == 1
+        engine = Engine(rig)
+        engine.run()
+        assert engine.unusable_frames == 1
 
 
 @pytest.mark.parametrize("override", ["gripper.mock-hand-e.command_loss=1.0", "task.grip_aperture_m=0.0"])
 def test_a_grasp_that_does_not_happen_lifts_nothing(override):
     with Rig(load_config(None, [override, "task.timeout_s=3.0"])) as rig:
         rig.arm_devices()
-        loop = Loop(rig, Observers(threaded=False))
+        engine = Engine(rig)
         if "loss" in override:
             with pytest.raises(SafetyStop, match="nothing was grasped"):
-                loop.run()
-            assert loop.task.lift_began_ns is None
+                engine.run()
+            assert engine.acting_since_ns is None
         else:
-            loop.run()
-            assert loop.task.lift_began_ns is not None, "stalled on the object at the force limit is a grasp"
+            engine.run()
+            assert engine.acting_since_ns is not None, "stalled on the object at the force limit is a grasp"
 
 
 def test_a_slow_gripper_is_waited_for():
     with Rig(load_config(None, ["gripper.mock-hand-e.latency_ms=400", "task.grip_aperture_m=0.021"])) as rig:
         rig.arm_devices()
-        loop = Loop(rig, Observers(threaded=False))
-        loop.run()
-        at_lift = next(t for t in loop.truth.samples if t.t_ns >= loop.task.lift_began_ns)
+        engine = Engine(rig)
+        truths = TruthLog(rig.cell, 125.0)
+        engine.every("truth", truths.sample, 125.0)
+        engine.run()
+        at_lift = next(t for t in truths.samples if t.t_ns >= engine.acting_since_ns)
         assert at_lift.aperture_m == pytest.approx(0.021, abs=4e-4)

@@ -6,15 +6,14 @@ import math
 
 import pytest
 
-from lsds.record import Sample
-from lsds.summary import Slip, _detection, _severity_mae, _slip, _zero_mae
-from lsds.task import Stage
+from lsds.session.record import Sample
+from lsds.session.summary import Slip, _detection, _severity_mae, _slip, _zero_mae
 
 MS = 1_000_000
 
 
 def sample(i, *, said=True, speed=0.0, true=0.0):
-    return Sample(40 * i * MS, Stage.LIFT, 1.0, 0.2, said, speed, 0.0, true, None, 0.02, 0.02)
+    return Sample(40 * i * MS, "lift", True, True, 1.0, 0.2, said, speed, 0.0, true, None, 0.02, 0.02)
 
 
 def test_the_zero_predictor_is_judged_on_the_same_frames_as_the_estimator():

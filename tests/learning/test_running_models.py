@@ -191,7 +191,7 @@ def test_features_of_another_version_are_one_clear_error(models, seen):
 RUN = """
 import json, sys
 from lsds.config import load_config
-from lsds.loop import Loop
+from lsds.engine import Engine
 from lsds.observers import Observers
 from lsds.plugins import PluginHost
 from lsds.rig import Rig
@@ -203,7 +203,7 @@ with Rig(config, host) as rig:
     rig.arm_devices()
     observers = Observers(threaded=False)
     observers.add("said", lambda cycle: said.append((cycle.detection.score, cycle.estimate.speed_m_s)))
-    Loop(rig, observers).run()
+    Engine(rig, observers=observers).run()
 heavy = [n for n in ("torch", "sklearn", "skl2onnx", "onnx", "lsds_research.learners", "pyarrow") if n in sys.modules]
 print(json.dumps({"heavy": heavy, "ort": "onnxruntime" in sys.modules, "told": sum(s == s for s, _ in said)}))
 """

@@ -13,7 +13,6 @@ from lsds_plugins.trackers.dis import DenseFlowOptions, DenseFlowTracker
 from lsds_plugins.trackers.dotted.backends import centroid, lucas_kanade
 from tactile.cell_frames import grasp_and_lift
 
-import lsds.tactile.views as views_module
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, Frame, Observation
 from lsds.errors import DataError
@@ -22,7 +21,7 @@ from lsds.tactile.options import TactileOptions
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, average_frames
 from lsds.tactile.slip_residual import slip_residual
-from lsds.tactile.views import views_of
+from lsds.tactile.views import viewed
 
 CONTEXT = BuildContext(VirtualClock(), 0)
 TRACKERS = {
@@ -142,15 +141,18 @@ def test_two_threads_do_not_disturb_each_other(recording):
             assert all(same(a, b) for a, b in zip(one, other, strict=True))
 
 
-def test_what_is_kept_is_kept_per_thread(recording):
-    """Threads that meet in the same memory are too rare to wait for: look at the memory itself."""
-    frame = recording[2][0]
-    views, planes = views_of(frame), views_module._planes(frame.image)
-    with ThreadPoolExecutor(1) as other:
-        assert other.submit(views_of, frame).result() is not views
-        theirs = other.submit(views_module._planes, frame.image).result()
-    assert not any(np.shares_memory(a, b) for a, b in zip(planes, theirs, strict=True))
-    assert views_of(frame) is views
+def test_views_are_computed_once_and_go_along_with_the_frame(recording):
+    spec, reference, frames = recording
+    seen = perception("lk", spec, reference)
+    carried = seen.observe(frames[0])[0].frame
+    assert carried.image is frames[0].image
+    assert viewed(carried) is carried
+    assert carried.half_rgb is carried.half_rgb
+    # The colours of the next frame use the same room; what was computed from this one stays.
+    grey = carried.grey.copy()
+    seen.observe(frames[1])
+    assert np.array_equal(carried.grey, grey)
+    assert np.array_equal(viewed(frames[0]).grey, grey), "with or without room of its own"
 
 
 def test_two_rigs_in_one_thread_do_not_disturb_each_other(recording):
@@ -182,19 +184,19 @@ def test_the_scale_is_part_of_what_a_residual_rests_on(recording):
     assert compared > 10
 
 
-BRAINS = {
+ALGORITHMS = {
     "threshold": lambda: ThresholdDetector(ThresholdOptions(), CONTEXT),
     "rigid-residual": lambda: RigidResidualDetector(RigidResidualOptions(frames=3), CONTEXT),
     "field": lambda: FieldEstimator(FieldOptions(frames=4), CONTEXT),
 }
 
 
-@pytest.mark.parametrize("name", sorted(BRAINS))
-def test_brains_are_pure_and_reset_forgets(name, recording):
+@pytest.mark.parametrize("name", sorted(ALGORITHMS))
+def test_algorithms_are_pure_and_reset_forgets(name, recording):
     spec, reference, frames = recording
     seen = perception("lk", spec, reference)
     observations = [seen.observe(frame)[0] for frame in frames]
-    first, second = BRAINS[name](), BRAINS[name]()
+    first, second = ALGORITHMS[name](), ALGORITHMS[name]()
     answers = [repr(first.update(o)) for o in observations]
     for _ in range(2):
         assert answers == [repr(second.update(o)) for o in observations]

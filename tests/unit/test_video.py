@@ -233,7 +233,7 @@ def test_reading_before_connecting_and_before_the_first_frame(clip):
 
 
 def test_run_reads_a_recording_through_the_same_loop(clip):
-    from lsds.cli.run_session import run_session
+    from lsds.session.run import run as run_session
 
     overrides = [
         "tactile.reference_frames=1",
@@ -284,7 +284,7 @@ def test_what_a_plugin_trips_over_is_the_recordings_failure_with_frame_and_reaso
 
     monkeypatch.setattr(PluginHost, "build", clumsy)
     result = track(clip)
-    assert result.error == f"{clip}: frame 3: IndexError: index 9 is out of bounds"
+    assert result.error.startswith(f"{clip}: tracker 'lk' raised IndexError at frame 3: index 9 is out of bounds")
     assert len(result.kept_fraction) == 2
     assert isinstance(result.cause, IndexError)
     assert main(["track", str(clip)]) == DataError.exit_code

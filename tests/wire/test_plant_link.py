@@ -8,10 +8,10 @@ import time
 import pytest
 from lsds_mocks.link.packets import pack_gel, unpack_gel
 from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteGel, RemoteScene, RemoteTruth
+from lsds_mocks.mock_process import MockProcess
 
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed, DeviceError
-from lsds_mocks.mock_process import MockProcess
 from tests.wire.waiting import until
 
 CLOCK = WallClock()

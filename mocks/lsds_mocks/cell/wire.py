@@ -14,9 +14,9 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds.plugins.host import PluginHost
 from lsds.plugins.options import validated
-from lsds_mocks.mock_process import MockProcess
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.link.remote import RemoteTruth
+from lsds_mocks.mock_process import MockProcess
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext, CellTruth

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from lsds_mocks.mock_process import MockProcess
 
 from lsds.clock import WallClock
 from lsds.errors import DataError, StaleData
-from lsds_mocks.mock_process import MockProcess
 from tests.wire.cameras.camera_rig import BITS, UNIT_NS, age_ms, aruco, calibration, sensor, served
 from tests.wire.cameras.motion_scenes import slip_speeds, steady, swinging
 

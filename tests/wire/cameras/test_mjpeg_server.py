@@ -14,6 +14,7 @@ import pytest
 from camera_rig import RATE_HZ, age_ms, gelsight, nothing_left, served, time_camera, wait
 from hypothesis import given
 from hypothesis import strategies as st
+from lsds_mocks.mock_process import MockProcess
 from lsds_mocks.wire.address import is_loopback
 from lsds_mocks.wire.mjpeg.camera import encode, torn
 from lsds_mocks.wire.mjpeg.options import CameraOptions
@@ -21,7 +22,6 @@ from lsds_mocks.wire.mjpeg.request import wish
 
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed
-from lsds_mocks.mock_process import MockProcess
 from tests.wire.waiting import until
 
 CLOCK = WallClock()

@@ -8,6 +8,7 @@ import os
 import threading
 
 from lsds_mocks.link.alone import LoneFingers
+from lsds_mocks.mock_process import MockProcess
 from lsds_mocks.wire.robotiq.machine import RegisterMachine
 from lsds_mocks.wire.robotiq.options import RobotiqOptions
 from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc
@@ -15,7 +16,6 @@ from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc
 from lsds.clock import NS_PER_S, VirtualClock, WallClock
 from lsds.contracts import BuildContext, GripperCommand
 from lsds.plugins import PluginHost
-from lsds_mocks.mock_process import MockProcess
 from tests.wire.waiting import until
 
 HOST = PluginHost()

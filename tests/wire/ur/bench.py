@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 from lsds_mocks.mock_process import MockProcess
+
 from tests.wire.ur.arms import fresh_host
 from tests.wire.ur.rtde_client import Client
 

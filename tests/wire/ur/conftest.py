@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-
 from lsds_mocks.mock_process import MockProcess
+
 from tests.wire.ur.arms import fresh_host
 
 

@@ -10,6 +10,7 @@ import threading
 
 import pytest
 from lsds_drivers.ur.packets import Kind, Reply
+from lsds_mocks.mock_process import MockProcess
 
 from lsds.clock import NS_PER_S
 from lsds.contracts import ArmCommand, BuildContext, Lifecycle, Twist
@@ -23,7 +24,6 @@ from lsds.errors import (
     StaleData,
 )
 from lsds.testing import Bench, cases
-from lsds_mocks.mock_process import MockProcess
 from tests.wire.robotiq.rig import CLOCK, HOST, nothing_left
 from tests.wire.ur.arms import Dashboard, fresh_host
 from tests.wire.ur.rtde_client import Client

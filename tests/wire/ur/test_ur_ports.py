@@ -9,9 +9,9 @@ import struct
 import time
 
 import pytest
+from lsds_mocks.mock_process import MockProcess
 
 from lsds.errors import ConnectFailed
-from lsds_mocks.mock_process import MockProcess
 from tests.wire.ur.arms import Dashboard, Primary
 from tests.wire.ur.rtde_client import Client
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 import pytest
-
 from lsds_mocks.mock_process import MockProcess
+
 from tests.wire.ur.arms import fresh_host
 
 rtde_control = pytest.importorskip("rtde_control")

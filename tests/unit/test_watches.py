@@ -7,7 +7,8 @@ import pytest
 
 from lsds.contracts import ArmState, Contact, GripperState, Pose, Twist
 from lsds.errors import SafetyStop
-from lsds.vigilance import AHEAD_NS, FollowWatch, Freshness, GraspWatch, RepeatedImage
+from lsds.tactile.gate import RepeatedImage
+from lsds.watches import AHEAD_NS, ArrivalWatch, FollowWatch, Freshness
 
 MS = 1_000_000
 
@@ -51,8 +52,8 @@ def gripper(t_ms, aperture, target, *, moving=False, contact=Contact.NONE):
 
 
 def test_a_grasp_has_arrived_when_the_gripper_says_so():
-    watch = GraspWatch(0.0002)
-    assert watch.wants_sending(None, 0)
+    watch = ArrivalWatch(0.0002)
+    assert not watch.arrived(gripper(10, 0.05, 0.05), 10 * MS), "nothing was sent"
     watch.sent(0.02, 0)
     assert not watch.arrived(None, 100 * MS)
     # Resting open before the command has arrived is no arrival, however long.
@@ -64,18 +65,26 @@ def test_a_grasp_has_arrived_when_the_gripper_says_so():
 
 def test_resting_on_an_object_needs_the_contact_flag():
     for contact, arrives in ((Contact.NONE, False), (Contact.CLOSING, True)):
-        watch = GraspWatch(0.0002)
+        watch = ArrivalWatch(0.0002)
         watch.sent(0.02, 0)
         states = [watch.arrived(gripper(t, 0.0243, 0.02, contact=contact), t * MS) for t in range(10, 400, 10)]
         assert any(states) is arrives
 
 
-def test_a_lost_command_is_sent_again():
-    watch = GraspWatch(0.0002)
+def test_a_command_that_is_not_echoed_is_lost_and_one_that_was_echoed_never_is():
+    watch = ArrivalWatch(0.0002)
     watch.sent(0.02, 0)
-    assert not watch.wants_sending(gripper(400, 0.05, 0.05), 400 * MS)
-    assert watch.wants_sending(gripper(600, 0.05, 0.05), 600 * MS)
-    assert not watch.wants_sending(gripper(600, 0.05, 0.02), 600 * MS)
+    assert not watch.lost(gripper(400, 0.05, 0.05), 400 * MS)
+    assert watch.lost(gripper(600, 0.05, 0.05), 600 * MS)
+    assert watch.lost(None, 600 * MS)
+    assert not watch.lost(gripper(600, 0.05, 0.02), 600 * MS)
+    # A correction has closed the grip further: going back to what was sent would open it.
+    assert not watch.lost(gripper(900, 0.018, 0.018), 2000 * MS)
+    watch.sent(0.03, 2000 * MS)
+    assert watch.lost(gripper(2600, 0.018, 0.018), 2600 * MS), "a new command is heard anew"
+
+
+UP, TURN = Twist((0.0, 0.0, 0.038)), Twist(angular_rad_s=(0.0, 0.5, 0.0))
 
 
 def arm(t_ms, speed, *, stopped=False):
@@ -85,10 +94,19 @@ def arm(t_ms, speed, *, stopped=False):
 def test_an_arm_that_does_not_follow_is_noticed_and_one_that_does_is_not():
     watch = FollowWatch()
     for t in range(0, 5000, 10):
-        watch.check(arm(t, 0.03), 0.038, t * MS)
+        watch.check(arm(t, 0.03), UP, t * MS)
     for t in range(5000, 6000, 10):
-        watch.check(arm(t, 0.0), 0.038, t * MS)
+        watch.check(arm(t, 0.0), UP, t * MS)
     with pytest.raises(SafetyStop, match=r"moving 0\.000 m/s"):
-        watch.check(arm(6010, 0.0), 0.038, 6010 * MS)
+        watch.check(arm(6010, 0.0), UP, 6010 * MS)
     with pytest.raises(SafetyStop, match="protective stop"):
-        FollowWatch().check(arm(0, 0.0, stopped=True), 0.0, 0)
+        FollowWatch().check(arm(0, 0.0, stopped=True), Twist(), 0)
+
+
+def test_an_arm_that_shall_only_turn_and_does_not_is_noticed():
+    watch = FollowWatch()
+    turning = ArmState(0, 0, Pose((0, 0, 0)), TURN)
+    watch.check(turning, TURN, 0)
+    watch.check(arm(10, 0.0), TURN, 10 * MS)
+    with pytest.raises(SafetyStop, match=r"moving 0\.000 rad/s"):
+        watch.check(arm(1020, 0.0), TURN, 1020 * MS)

@@ -16,7 +16,7 @@ from tactile.scenes import affine, make_reference, observation, positions_m
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.tactile.contact_markers import markers_in_contact
+from lsds.tactile.contact_markers import ContactMarkers
 from lsds.tactile.slip_residual import confidence, slip_residual
 
 CONTEXT = BuildContext(VirtualClock(), 0)
@@ -195,10 +195,12 @@ def test_only_markers_in_contact_have_a_say():
     inside = (REFERENCE.xy_px[:, 0] >= 96) & (REFERENCE.xy_px[:, 0] < 224)
     free = np.where(inside[:, None], 0.0, slip_along(SHEAR_Y, 3, 1e-2))
     seen = observation(free, displacement_m=SHEAR_Y, depth_m=depth, reference=REFERENCE)
-    assert np.array_equal(markers_in_contact(seen, 6), inside)
+    markers = ContactMarkers(REFERENCE)
+    assert np.array_equal(markers.in_contact(seen.field.valid, seen.contact, 6), inside)
     assert residual().update(seen).slip is False
     untouched = observation(free, displacement_m=SHEAR_Y, depth_m=np.zeros((30, 40), np.float32), reference=REFERENCE)
-    assert markers_in_contact(untouched, 6).all(), "too small a contact is no reason to look at nothing"
+    touching = markers.in_contact(untouched.field.valid, untouched.contact, 6)
+    assert touching.all(), "too small a contact is no reason to look at nothing"
 
 
 # -- field -------------------------------------------------------------------------------------------------
