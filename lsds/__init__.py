@@ -1,3 +1,97 @@
-"""Feel slip through a camera-based tactile fingertip and close the gripper just enough."""
+"""Feel slip through a camera-based tactile fingertip and close the gripper just enough.
+
+    import lsds
+
+    lsds.run(overrides=["task.lift_s=1"]).summary        # a job, from bring-up to its figures
+    with lsds.bring_up("rig.toml") as engine:            # or step by step
+        for cycle in engine: ...
+    lsds.track("clip.avi").summary()                     # a recording
+
+Everything is imported when it is first used; see docs/library.md.
+"""
+
+from __future__ import annotations
 
 __version__ = "0.1.0"
+
+# Not imported: `typing` alone takes longer than all of this.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from lsds.config import RigConfig, load_config
+    from lsds.contracts import Cycle, FingerCycle, Grip, Job, Observation, Setting, Situation, Twist, Wanted
+    from lsds.engine import Engine
+    from lsds.errors import LsdsError, SafetyStop
+    from lsds.front import bring_up
+    from lsds.jobs import HoldJob, WatchJob
+    from lsds.plugins import PluginHost
+    from lsds.rig import Rig
+    from lsds.session.run import Session, run
+    from lsds.tracking import TrackResult, track
+
+_HOMES = {
+    "lsds.config": ("RigConfig", "load_config"),
+    "lsds.contracts": (
+        "Cycle",
+        "FingerCycle",
+        "Grip",
+        "Job",
+        "Observation",
+        "Setting",
+        "Situation",
+        "Twist",
+        "Wanted",
+    ),
+    "lsds.engine": ("Engine",),
+    "lsds.errors": ("LsdsError", "SafetyStop"),
+    "lsds.front": ("bring_up",),
+    "lsds.jobs": ("HoldJob", "WatchJob"),
+    "lsds.plugins": ("PluginHost",),
+    "lsds.rig": ("Rig",),
+    "lsds.session.run": ("Session", "run"),
+    "lsds.tracking": ("TrackResult", "track"),
+}
+"""Where each public name lives: PEP 562 imports it on first use."""
+
+__all__ = [
+    "Cycle",
+    "Engine",
+    "FingerCycle",
+    "Grip",
+    "HoldJob",
+    "Job",
+    "LsdsError",
+    "Observation",
+    "PluginHost",
+    "Rig",
+    "RigConfig",
+    "SafetyStop",
+    "Session",
+    "Setting",
+    "Situation",
+    "TrackResult",
+    "Twist",
+    "Wanted",
+    "WatchJob",
+    "__version__",
+    "bring_up",
+    "load_config",
+    "run",
+    "track",
+]
+
+
+def __getattr__(name: str) -> Any:
+    import importlib
+
+    for module, names in _HOMES.items():
+        if name in names:
+            value = getattr(importlib.import_module(module), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module 'lsds' has no attribute '{name}'; it has {', '.join(__all__)}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -5,6 +5,11 @@ from __future__ import annotations
 import threading
 from typing import Protocol
 
+from lsds.errors import DataError
+
+#: How often a stage is looked at, s.
+_LOOK_S = 0.01
+
 
 class Runs(Protocol):
     """What can run in the background: an engine."""
@@ -52,6 +57,15 @@ class Background:
         self._thread.join(timeout_s)
         self.check()
         return not self._thread.is_alive()
+
+    def wait_for(self, stage: str, timeout_s: float = 30.0) -> None:
+        """Wait until the job is at a stage. Raises what ended the run, DataError where it is not there in time."""
+        for _ in range(max(1, round(timeout_s / _LOOK_S))):
+            if self.stage == stage:
+                return
+            if self.wait(_LOOK_S):
+                break
+        raise DataError(f"the job did not reach '{stage}' within {timeout_s:g} s; it is at '{self.stage}'")
 
     def end(self) -> None:
         """End the run and wait for that."""

@@ -94,6 +94,11 @@ class Engine:
     # -- what can be asked of it --------------------------------------------------------------------------
 
     @property
+    def rig(self) -> Rig:
+        """The rig that it runs."""
+        return self._rig
+
+    @property
     def job(self) -> Job:
         """What the run is for."""
         return self._job
@@ -330,6 +335,7 @@ class Engine:
         try:
             setting = Setting(
                 self._clock.now(),
+                self._rig.config.task,
                 None if self._rig.gripper is None else self._rig.gripper.spec,
                 None if self._rig.arm is None else self._rig.arm.spec,
                 self._rig.own_cell,

@@ -85,7 +85,7 @@ class Rig:
         _require_one_cell(chosen.get("cell"), devices)
         self.virtual = _is_virtual(config, devices)
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
-        self.context = BuildContext(self.clock, config.seed, config.task)
+        self.context = BuildContext(self.clock, config.seed)
         if not any(b.spec.over_wire for b in chosen.values()) and not any(b.spec.in_cell for b in devices):
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.clock import VirtualClock
-from lsds.config import BackendSection
+from lsds.config import BackendSection, RigConfig, load_config
+from lsds.config.toml import value_text
 from lsds.contracts import TrackFlag
 from lsds.engine import Engine
 from lsds.errors import DataError, LsdsError
@@ -20,11 +21,11 @@ from lsds.rig import Rig
 from lsds.tactile.feature_sets import FEATURES, feature_indices
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from lsds.config import RigConfig
     from lsds.contracts import Cycle, Frame, MarkerReference, MarkerTracks
     from lsds.line import FingerLine
 
@@ -109,6 +110,30 @@ class TrackResult:
     def _largest_px(self) -> float | None:
         norms = [float(np.nanmax(np.hypot(d[:, 0], d[:, 1]))) for d in self.displacement_m if np.isfinite(d).any()]
         return max(norms) / self.metres_per_px if norms else None
+
+
+def track(
+    source: str | Path,
+    config: RigConfig | str | Path | None = None,
+    overrides: Sequence[str] = (),
+    *,
+    progress: Callable[[int, int], object] | None = None,
+) -> TrackResult:
+    """Track a recording: a video file, a folder of images, or a pattern such as "clip/*.png".
+
+    `config` is a configuration or its file; `overrides` change its keys ("tracker.backend=centroid"). Raises
+    ConfigError, PluginError; what is wrong with the recording is in the result's `error`.
+    """
+    host = PluginHost()
+    video = f"sensor.video.path={value_text(str(source))}"
+    if isinstance(config, RigConfig):
+        path = {"backend": "video", "video": {**config.sensor.tables.get("video", {}), "path": str(source)}}
+        chosen = config.model_copy(update={"sensor": BackendSection.model_validate(path), "sensors": {}})
+    else:
+        # Recordings begin untouched for one frame only; a config or an override may know better.
+        defaults = ["tactile.reference_frames=1"] if config is None else []
+        chosen = load_config(config, [*defaults, *overrides, "sensor.backend=video", video], host=host)
+    return track_recording(chosen, host, progress)
 
 
 def track_recording(

@@ -11,11 +11,9 @@ import numpy as np
 
 from lsds.cli.threads import processes
 from lsds.config import load_config
-from lsds.config.toml import value_text
 from lsds.errors import DataError, LsdsError
-from lsds.plugins import PluginHost
 from lsds.processes import DIED, spread
-from lsds.tracking import TrackResult, track_recording
+from lsds.tracking import TrackResult, track
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg")
 #: A reference with this many dots shows a whole pad; fewer are zoomed or cropped.
@@ -39,23 +37,13 @@ def find_videos(sources: Sequence[str]) -> list[str]:
 
 
 def track_one(source: str, config_file: Path | None, overrides: Sequence[str], bar: Any = None) -> TrackResult:
-    """Track one recording. Raises ConfigError, PluginError; what is wrong with the recording is in the result."""
-    host = PluginHost()
-    # Recordings begin untouched for one frame only; a config or an override may know better.
-    defaults = ["tactile.reference_frames=1"] if config_file is None else []
-    chosen = [
-        *defaults,
-        *overrides,
-        "sensor.backend=video",
-        f"sensor.video.path={value_text(source)}",
-    ]
-    config = load_config(config_file, chosen, host=host)
+    """Track one recording, with a progress bar. Raises ConfigError, PluginError."""
 
     def advance(done: int, claimed: int) -> None:
         bar.length = max(claimed, done)
         bar.update(1)
 
-    return track_recording(config, host, None if bar is None else advance)
+    return track(source, config_file, overrides, progress=None if bar is None else advance)
 
 
 def track_many(

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
-    from lsds.task import TaskOptions
 
 T = TypeVar("T")
 
@@ -48,13 +47,11 @@ class BuildContext:
     """What a factory is given beside its own options.
 
     `seed` is the run's; derive streams from it with `rng_seed`, so that adding a device does not change another's
-    noise. `task` is the config's `[task]` table, for jobs. `shared` hands out one object per key for the whole rig: it
-    is how mocks meet in one plant.
+    noise. `shared` hands out one object per key for the whole rig: it is how mocks meet in one plant.
     """
 
     clock: Clock
     seed: int = 0
-    task: TaskOptions | None = None
     _shared: dict[str, Any] = field(default_factory=dict)
 
     def shared(self, key: str, make: Callable[[], T]) -> T:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from lsds.contracts.cycle import Cycle
     from lsds.contracts.devices import Cell
     from lsds.contracts.values import ArmSpec, ArmState, GripperSpec, GripperState, PoseSample, Twist
+    from lsds.task import TaskOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +45,13 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a job finds when it begins, at `t_ns`: what gripper and arm can do (None for none), and the cell.
+    """What a job finds when it begins, at `t_ns`: the `[task]` table, what gripper and arm can do (None for none).
 
     `cell` is the simulated cell that the sensors live in, None for a real one; a job may ask it for the truth.
     """
 
     t_ns: int
+    task: TaskOptions
     gripper: GripperSpec | None = None
     arm: ArmSpec | None = None
     cell: Cell | None = None

@@ -9,17 +9,11 @@ This is the way lsds sits inside a robot program of one's own: the program moves
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Wanted
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.jobs.grasp import Grasp
-from lsds.task import TaskOptions
-
-if TYPE_CHECKING:
-    from lsds.contracts import GripperSpec
 
 
 class HoldOptions(BaseModel):
@@ -35,17 +29,17 @@ class HoldJob:
 
     def __init__(self, options: HoldOptions | None = None, context: BuildContext | None = None) -> None:
         self._release_m = (options or HoldOptions()).release_m
-        self._task = (context.task if context is not None else None) or TaskOptions()
+        self._let_go = False
+        self.held = False
 
     def begin(self, setting: Setting) -> None:
         """Begin with the untouched gel. Raises ConfigError without a gripper."""
         if setting.gripper is None:
             raise ConfigError("the rig", [ConfigIssue("gripper.backend", "job 'hold' needs a gripper", "choose one")])
-        self._gripper: GripperSpec = setting.gripper
-        self._grasp = Grasp(self._task, setting.t_ns)
+        self._task, self._gripper = setting.task, setting.gripper
+        self._grasp = Grasp(setting.task, setting.t_ns)
         self._opening: Grip | None = None
-        self._let_go = False
-        self.held = False
+        self._let_go = self.held = False
 
     def let_go(self) -> None:
         """Open the fingers and end the job; from any thread. Before anything is held it ends the job as it is."""

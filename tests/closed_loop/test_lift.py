@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from lsds_plugins.jobs.lift import LiftJob
 from pydantic import ValidationError
 
-from lsds.clock import VirtualClock
-from lsds.contracts import BuildContext, Setting, Situation
+from lsds.contracts import Setting, Situation
 from lsds.errors import SafetyStop
 from lsds.task import TaskOptions
 
@@ -18,8 +17,8 @@ ORDER = ["reference", "grasp", "settle", "lift", "hold", "done"]
 
 
 def lift(start_ns=0, **options):
-    job = LiftJob(None, BuildContext(VirtualClock(), 0, TaskOptions(**options)))
-    job.begin(Setting(start_ns))
+    job = LiftJob()
+    job.begin(Setting(start_ns, TaskOptions(**options)))
     return job
 
 
@@ -90,7 +89,7 @@ def test_beginning_again_forgets_the_run_before():
     job = lift(settle_s=0.0, lift_s=0.0, hold_s=0.0)
     stages = [job.step(at(t_ms, arrived=True)).stage for t_ms in range(0, 50, 10)]
     assert stages[-1] == "done"
-    job.begin(Setting(10**9))
+    job.begin(Setting(10**9, TaskOptions()))
     assert job.step(Situation(10**9)).stage == "reference"
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.jobs.grasp import Grasp
-from lsds.task import TaskOptions
 
 
 class LiftJob:
@@ -14,16 +13,15 @@ class LiftJob:
     In a simulated cell it ends where the object has dropped. `[task]` holds its options.
     """
 
-    def __init__(self, options: None = None, context: BuildContext | None = None) -> None:
-        task = (context.task if context is not None else None) or TaskOptions()
-        self._task = task
-        #: Each timed stage with its duration (s), in order.
-        self._stages = (("settle", task.settle_s), ("lift", task.lift_s), ("hold", task.hold_s))
+    def __init__(self, options: None = None, context: BuildContext | None = None) -> None: ...
 
     def begin(self, setting: Setting) -> None:
         """Begin with the untouched gel."""
+        self._task = task = setting.task
         self._cell = setting.cell
-        self._grasp: Grasp | None = Grasp(self._task, setting.t_ns)
+        #: Each timed stage with its duration (s), in order.
+        self._stages = (("settle", task.settle_s), ("lift", task.lift_s), ("hold", task.hold_s))
+        self._grasp: Grasp | None = Grasp(task, setting.t_ns)
         self._at = 0
         self._since_ns = setting.t_ns
 

@@ -29,6 +29,6 @@ def run_trial(trial: Trial, config_file: str | None, overrides: Sequence[str]) -
     config = load_config(config_file, [*own, *overrides])
     with Rig(config) as rig:
         rig.arm_devices()
-        job = TrialJob(trial, config.task, measured=rig.pose_source is not None)
+        job = TrialJob(trial, measured=rig.pose_source is not None)
         Engine(rig, job).run()
         return job.columns()

@@ -12,7 +12,6 @@ from lsds.contracts import BuildContext, Grip, Setting, Situation, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.models.signals import signals_of
 from lsds.session.truth_log import TruthLog
-from lsds.task import TaskOptions
 from lsds_research.collecting.labels import SlipLabels
 from lsds_research.collecting.trials import SLOW_M_S, Job, Trial, trials
 from lsds_research.datasets import from_rows
@@ -53,9 +52,8 @@ class TrialJob:
     `measured`: labels come from a pose source; without one the simulated cell's truth stands in.
     """
 
-    def __init__(self, trial: Trial, task: TaskOptions, *, measured: bool) -> None:
+    def __init__(self, trial: Trial, *, measured: bool) -> None:
         self._trial = trial
-        self._task = task
         self._measured = measured
 
     def begin(self, setting: Setting) -> None:
@@ -63,6 +61,7 @@ class TrialJob:
         if setting.gripper is None or setting.arm is None:
             issue = ConfigIssue("gripper.backend, arm.backend", "a trial needs a gripper and an arm", "choose both")
             raise ConfigError("the rig", [issue])
+        self._task = setting.task
         self._stroke_m = setting.gripper.stroke_m
         self._truth = TruthLog(setting.cell, TRUTH_HZ)
         self._labels = SlipLabels(self._truth, measured=self._measured, end_m=self._trial.end_m)
@@ -156,4 +155,4 @@ def trial_job(options: TrialOptions, context: BuildContext) -> TrialJob:
             "job.trial.number", f"{options.protocol} has {len(planned)} recordings", "choose a lower one"
         )
         raise ConfigError("the job", [issue])
-    return TrialJob(planned[options.number], context.task or TaskOptions(), measured=False)
+    return TrialJob(planned[options.number], measured=False)

@@ -1,0 +1,31 @@
+"""The front door's one-liners, for notebooks and programs: `lsds.bring_up`, next to `lsds.run` and `lsds.track`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from lsds.config import RigConfig, load_config
+from lsds.contracts import Job
+from lsds.engine import Engine
+from lsds.rig import Rig
+
+
+@contextmanager
+def bring_up(
+    config: RigConfig | str | Path | None = None, overrides: Sequence[str] = (), *, job: Job | None = None
+) -> Iterator[Engine]:
+    """Connect and arm a rig, and give the engine that runs it; at the end stop and close everything.
+
+        with lsds.bring_up("rig.toml") as engine:
+            for cycle in engine:
+                print(cycle.stage, cycle.estimate.speed_m_s)
+
+    `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys. `job` takes
+    the place of the one that the config names. The engine's rig is `engine.rig`.
+    """
+    chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
+    with Rig(chosen) as rig:
+        rig.arm_devices()
+        yield Engine(rig, job)
