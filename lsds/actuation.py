@@ -18,11 +18,13 @@ if TYPE_CHECKING:
 
 
 class Actuation:
-    """Sends what is wanted: `held_m` is the aperture last really sent, NaN before the first."""
+    """Sends what is wanted. `held_m` is the aperture last really sent, NaN before the first; `opened` whether the last
+    wish of a job was wider than what was held."""
 
     def __init__(self, gripper: Gripper | None, arm: Arm | None, config: RigConfig, clock: Clock) -> None:
         self.guard = Guard(config.safety)
         self.held_m = math.nan
+        self.opened = False
         self._gripper = gripper
         self._arm = arm
         self._clock = clock
@@ -41,8 +43,10 @@ class Actuation:
             return
         if wanted == self._wanted and not self._arrival.lost(state, now_ns):
             return
+        held = self.held_m
         sent = self._send(wanted, allow_opening=True)
         if sent is not None:
+            self.opened = sent > held  # Not where nothing was held: NaN compares false.
             self._wanted = wanted
             self._correction = (wanted.speed_m_s, wanted.force_n)
             self._arrival.sent(sent, now_ns)

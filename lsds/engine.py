@@ -20,7 +20,7 @@ from lsds.actuation import Actuation
 from lsds.background import Background
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import Cycle, GripInput, Job, Setting, Situation, Twist, Wanted
-from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, StaleData, raised_by
+from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, PluginError, StaleData, raised_by
 from lsds.fusion import fused_detection, fused_estimate
 from lsds.histogram import LogHistogram
 from lsds.line import FingerLine
@@ -112,6 +112,11 @@ class Engine:
     def done(self) -> bool:
         """Whether the job has said that it is done."""
         return self._wanted.done
+
+    @property
+    def released(self) -> bool:
+        """Whether the job has let go: the last grip that it wanted was an opening."""
+        return self._act.opened
 
     @property
     def grips(self) -> bool:
@@ -307,7 +312,10 @@ class Engine:
             arm=self._arm_state,
             pose=self._pose,
         )
-        self._wanted = wanted = _call(self._job_name, self._job.step, situation)
+        wanted = _call(self._job_name, self._job.step, situation)
+        if not isinstance(wanted, Wanted):
+            raise PluginError(f"{self._job_name}: step() returned {type(wanted).__name__}, not Wanted")
+        self._wanted = wanted
         if wanted.corrects and self.acting_since_ns is None:
             self.acting_since_ns = now_ns
         if wanted.done:

@@ -26,7 +26,7 @@ class FingerLine:
 
     def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
         self.finger = finger
-        self.gate = FrameGate(finger.label, config.safety, start_ns, live=live)
+        self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
         self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile)
         self.newest: FingerCycle | None = None
         self._reference = ReferenceCollector(config.tactile.reference_frames)

@@ -118,12 +118,15 @@ def _outcome(
 ) -> str:
     """Tell whether the object is in the grip at the end; an object left standing on the table is not.
 
-    Without a truth, contact at the end has to show it; with no gripper there is nothing to tell: the job has "ended".
+    An object that the job has let go of on purpose is "released". Without a truth, contact at the end has to show it;
+    with no gripper there is nothing to say: the job has "ended".
     """
     if fault is not None:
         return "fault"
     if not truths and every_truth and every_truth[-1].dropped:
         return "dropped"
+    if engine.done and engine.released and not (truths and truths[-1].dropped):
+        return "released"
     if truths:
         last = truths[-1]
         lifted = any(sample.rising for sample in acting)

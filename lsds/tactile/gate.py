@@ -47,7 +47,10 @@ class FrameGate:
     A recording (`live` false) is admitted frame by frame by its images alone: it has no clock to be late by.
     """
 
-    def __init__(self, source: str, safety: SafetyOptions, start_ns: int, *, live: bool = True) -> None:
+    def __init__(
+        self, source: str, spec: SensorSpec, safety: SafetyOptions, start_ns: int, *, live: bool = True
+    ) -> None:
+        self._spec = spec
         self._live = live
         self._fresh = Freshness(
             source,
@@ -74,6 +77,12 @@ class FrameGate:
         if not self._live or not self._repeated.seen(frame.image) or not depends:
             self._changing.good(now_ns)
             return True
+        try:
+            # Black is black again and again: that is no mere repetition, and does not have its patience.
+            check_image(frame, self._spec)
+        except DataError as error:
+            self.refuse(str(error), now_ns, frame.seq)
+            return False
         self._fresh.good(now_ns)
         self._changing.require(now_ns)
         return False

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Twist, Wanted
-from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.errors import ConfigError, ConfigIssue, DataError, SafetyStop
 from lsds.models.signals import signals_of
 from lsds.session.truth_log import TruthLog
 from lsds_research.collecting.labels import SlipLabels
@@ -38,12 +38,16 @@ class TrialOptions(BaseModel):
 
 
 class _Phase(NamedTuple):
-    """For `duration_s` the arm follows `twist`; the fingers go to `grip` at its beginning, None leaves them."""
+    """For `duration_s` the arm follows `twist`; the fingers go to `grip` at its beginning, None leaves them.
+
+    `grasps`: the fingers have to arrive before it ends. `poses_count`: there is something to slip.
+    """
 
     duration_s: float
     grip: Grip | None
     twist: Twist
-    poses_count: bool
+    poses_count: bool = True
+    grasps: bool = False
 
 
 class TrialJob:
@@ -88,7 +92,7 @@ class TrialJob:
                 return Wanted("reference", twist=Twist(), acceleration_m_s2=self._task.lift_acceleration_m_s2)
             self._at, self._since_ns, self._seen = 0, now.t_ns, now.cycle
         phase = self._phases[self._at]
-        if now.t_ns - self._since_ns >= nanoseconds(phase.duration_s):
+        if self._is_over(phase, now):
             self._at, self._since_ns = self._at + 1, now.t_ns
             if self._at == len(self._phases):
                 return Wanted("done", done=True)
@@ -103,6 +107,17 @@ class TrialJob:
             twist=phase.twist,
             acceleration_m_s2=self._task.lift_acceleration_m_s2,
         )
+
+    def _is_over(self, phase: _Phase, now: Situation) -> bool:
+        """Raises SafetyStop where the fingers do not arrive: nothing is lifted that was not grasped."""
+        elapsed = now.t_ns - self._since_ns
+        if elapsed < nanoseconds(phase.duration_s):
+            return False
+        if phase.grasps and not now.arrived:
+            if elapsed > nanoseconds(phase.duration_s + self._task.timeout_s):
+                raise SafetyStop(f"{self._trial.recording}: nothing was grasped: the gripper did not arrive")
+            return False
+        return True
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return the recording's columns, after the run. Raises DataError where no frame could be used."""
@@ -125,14 +140,14 @@ class TrialJob:
         thickness = self._trial.grip_aperture_m + APPROACH_M
         still = Twist()
         phases = [
-            _Phase(1.0, self._grip(thickness, FAST_M_S), still, False),
-            _Phase(APPROACH_M / SLOW_M_S + 0.2, self._grip(self._trial.grip_aperture_m, SLOW_M_S), still, True),
+            _Phase(1.0, self._grip(thickness, FAST_M_S), still, poses_count=False, grasps=True),
+            _Phase(APPROACH_M / SLOW_M_S + 0.2, self._grip(self._trial.grip_aperture_m, SLOW_M_S), still, grasps=True),
         ]
         for move in self._trial.moves:
             grip = None if move.aperture_m is None else self._grip(move.aperture_m, move.closing_m_s)
             twist = Twist((0.0, 0.0, move.velocity_m_s), (0.0, move.turn_rad_s, 0.0))
-            phases.append(_Phase(move.duration_s, grip, twist, True))
-        return [*phases, _Phase(0.1, None, still, True)]
+            phases.append(_Phase(move.duration_s, grip, twist))
+        return [*phases, _Phase(0.1, None, still)]
 
     def _grip(self, aperture_m: float, speed_m_s: float) -> Grip:
         return Grip(min(max(aperture_m, 0.0), self._stroke_m), speed_m_s, self._task.grip_force_n)
