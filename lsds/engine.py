@@ -59,7 +59,8 @@ class Engine:
         config = rig.config
         self._rig = rig
         self._job = job if job is not None else rig.job
-        self._job_name = f"job '{config.section('job').backend}'" if job is None else f"job {type(job).__name__}"
+        self.job_name = config.section("job").backend if job is None else type(job).__name__
+        self._job_label = f"job '{self.job_name}'"
         self._controller_name = f"controller '{config.section('controller').backend}'"
         self.observers: Observers[Cycle] = observers if observers is not None else Observers(threaded=False)
         self._clock = rig.clock
@@ -312,9 +313,9 @@ class Engine:
             arm=self._arm_state,
             pose=self._pose,
         )
-        wanted = _call(self._job_name, self._job.step, situation)
+        wanted = _call(self._job_label, self._job.step, situation)
         if not isinstance(wanted, Wanted):
-            raise PluginError(f"{self._job_name}: step() returned {type(wanted).__name__}, not Wanted")
+            raise PluginError(f"{self._job_label}: step() returned {type(wanted).__name__}, not Wanted")
         self._wanted = wanted
         if wanted.corrects and self.acting_since_ns is None:
             self.acting_since_ns = now_ns
@@ -348,7 +349,7 @@ class Engine:
                 None if self._rig.arm is None else self._rig.arm.spec,
                 self._rig.own_cell,
             )
-            _call(self._job_name, self._job.begin, setting)
+            _call(self._job_label, self._job.begin, setting)
             with quiet_process():
                 if self._recorded:
                     self._frames = self._all_recorded()

@@ -56,6 +56,7 @@ def summarise(
     moving = [sample for sample in acting if sample.true_speed_m_s > AT_REST_M_S]
     slip = _slip(truths)
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
+    backends["job"] = engine.job_name
     scheduled = engine.scheduler.statistics()
     return {
         "outcome": _outcome(engine, acting, truths, every_truth, fault),

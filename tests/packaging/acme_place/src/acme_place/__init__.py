@@ -1,0 +1,1 @@
+"""A job of somebody else: lift, place, let go."""

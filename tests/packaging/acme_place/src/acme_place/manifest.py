@@ -1,0 +1,12 @@
+"""What this plugin offers."""
+
+from lsds.contracts import BackendSpec
+from lsds.plugins import hookimpl
+
+
+@hookimpl
+def lsds_backends():
+    """Return the one job."""
+    return [
+        BackendSpec("job", "place", "acme_place.job:PlaceJob", "acme_place.job:PlaceOptions", summary="put it back")
+    ]
