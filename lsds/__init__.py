@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lsds.plugins import PluginHost
     from lsds.rig import Rig
     from lsds.session.run import Session, run
-    from lsds.tracking import TrackResult, track
+    from lsds.tracking import TrackResult, track, watch
 
 _HOMES = {
     "lsds.config": ("RigConfig", "load_config"),
@@ -50,7 +50,7 @@ _HOMES = {
     "lsds.plugins": ("PluginHost",),
     "lsds.rig": ("Rig",),
     "lsds.session.run": ("Session", "run"),
-    "lsds.tracking": ("TrackResult", "track"),
+    "lsds.tracking": ("TrackResult", "track", "watch"),
 }
 """Where each public name lives: PEP 562 imports it on first use."""
 
@@ -79,6 +79,7 @@ __all__ = [
     "load_config",
     "run",
     "track",
+    "watch",
 ]
 
 

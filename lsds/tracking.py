@@ -121,19 +121,37 @@ def track(
 ) -> TrackResult:
     """Track a recording: a video file, a folder of images, or a pattern such as "clip/*.png".
 
-    `config` is a configuration or its file; `overrides` change its keys ("tracker.backend=centroid"). Raises
+    `config` is a configuration or its file; `overrides` change a file's keys ("tracker.backend=centroid"). Raises
     ConfigError, PluginError; what is wrong with the recording is in the result's `error`.
     """
     host = PluginHost()
-    video = f"sensor.video.path={value_text(str(source))}"
+    return track_recording(_of_recording(source, config, overrides, host), host, progress)
+
+
+def watch(
+    source: str | Path, config: RigConfig | str | Path | None = None, overrides: Sequence[str] = ()
+) -> Iterator[Cycle]:
+    """Yield a cycle for each usable frame of a recording, with all that was made of it; arguments as for `track`.
+
+    Raises ConfigError, PluginError, and DataError for a recording that cannot be read.
+    """
+    host = PluginHost()
+    chosen = _of_recording(source, config, overrides, host)
+    yield from Engine(Rig(only_watching(chosen), host, clock=VirtualClock()))
+
+
+def _of_recording(
+    source: str | Path, config: RigConfig | str | Path | None, overrides: Sequence[str], host: PluginHost
+) -> RigConfig:
+    """Return the configuration with the recording for its only sensor."""
     if isinstance(config, RigConfig):
-        path = {"backend": "video", "video": {**config.sensor.tables.get("video", {}), "path": str(source)}}
-        chosen = config.model_copy(update={"sensor": BackendSection.model_validate(path), "sensors": {}})
-    else:
-        # Recordings begin untouched for one frame only; a config or an override may know better.
-        defaults = ["tactile.reference_frames=1"] if config is None else []
-        chosen = load_config(config, [*defaults, *overrides, "sensor.backend=video", video], host=host)
-    return track_recording(chosen, host, progress)
+        options = {**config.section("sensor").tables.get("video", {}), "path": str(source)}
+        video = BackendSection.model_validate({"backend": "video", "video": options})
+        return config.model_copy(update={"sensor": video, "sensors": {}})
+    # Recordings begin untouched for one frame only; a config or an override may know better.
+    defaults = ["tactile.reference_frames=1"] if config is None else []
+    path = f"sensor.video.path={value_text(str(source))}"
+    return load_config(config, [*defaults, *overrides, "sensor.backend=video", path], host=host, without=("sensors",))
 
 
 def track_recording(

@@ -19,16 +19,22 @@ from lsds.plugins.options import issues_of
 
 
 def load_config(
-    path: str | Path | None = None, overrides: Iterable[str] = (), *, host: PluginHost | None = None
+    path: str | Path | None = None,
+    overrides: Iterable[str] = (),
+    *,
+    host: PluginHost | None = None,
+    without: Iterable[str] = (),
 ) -> RigConfig:
     """Return the configuration in a TOML file (None for the defaults), changed by "a.b=value" overrides.
 
-    `host` tells what backends there are (by default, what is installed); the config's `plugins.block` is applied to
-    it. Raises ConfigError with all issues: unreadable file, TOML syntax, unknown keys, wrong values, unknown backends,
-    wrong options of any backend that has a table.
+    `host` knows what backends there are (by default, what is installed); the config's `plugins.block` is applied to
+    it. `without` names sections of the file to pass over. Raises ConfigError with all issues: unreadable file, TOML
+    syntax, unknown keys, wrong values, unknown backends, wrong options of any backend that has a table.
     """
     source = str(path) if path is not None else "defaults"
     data = _read(Path(path)) if path is not None else {}
+    for section in without:
+        data.pop(section, None)
     overrides = tuple(overrides)
     issues = apply_overrides(data, overrides)
     return check_config(data, source + (" with --set" if overrides else ""), host or PluginHost(), issues)

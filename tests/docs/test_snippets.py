@@ -128,6 +128,15 @@ def test_every_example_rig_loads(rig):
     check_config(tomllib.loads(rig.read_text(encoding="utf-8")), rig.name, PluginHost())
 
 
+@pytest.mark.usefixtures("installed_host")
+def test_the_page_about_the_library_shows_code_that_works(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    snippets = [text for _, text in blocks(ROOT / "docs" / "library.md", "python")]
+    assert len(snippets) == 3
+    for text in snippets:
+        exec(compile(text, "library.md", "exec"), {"__name__": "library"})
+
+
 def test_the_page_about_the_wire_shows_code_that_works(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     snippets = [text for _, text in blocks(ROOT / "docs" / "wire.md", "python")]

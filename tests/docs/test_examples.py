@@ -1,0 +1,55 @@
+"""The examples run as they stand, in a process of their own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+def run(script, folder, *arguments):
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "examples" / script), *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.usefixtures("installed_host")
+def test_a_job_in_ten_lines(tmp_path):
+    assert "held after" in run("job.py", tmp_path)
+    assert (tmp_path / "job.png").stat().st_size > 10_000
+
+
+@pytest.mark.usefixtures("installed_host")
+def test_a_reflex_next_to_an_arm_program(tmp_path):
+    said = run("reflex.py", tmp_path)
+    assert "slip, the grip closes to" in said
+    assert said.rstrip().endswith("let go")
+
+
+def test_an_own_detector_on_a_recording(tmp_path):
+    import numpy as np
+
+    from tests.tactile.render import pad_positions, render
+    from tests.video_files import write_video
+
+    dots = pad_positions()
+    frames = [render(dots + np.array([0.4 * i, 0.0]), seed=i) for i in range(6)]
+    write_video(tmp_path / "clip.avi", frames)
+    assert run("own_detector.py", tmp_path, "clip.avi").startswith("5 frames: own rule")
+
+
+def test_no_example_is_left_out():
+    assert {path.name for path in EXAMPLES} == {"job.py", "reflex.py", "own_detector.py"}
