@@ -8,12 +8,10 @@ many places; a line is fitted; neighbours are intersected.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numba import njit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,9 +24,7 @@ _MODULES = 12.0
 """Half a module of the smallest markers, by which neither the pattern inside nor the paper's rim is reached."""
 _FLOOR = 0.1
 _ROUNDS = 2
-_SHORTEST_PX, _LEAST_PLACES = 8, 4
-_PARALLEL = 0.1
-"""Sine of the angle between neighbours below which they do not meet."""
+_BEFORE = np.array([3, 0, 1, 2])
 
 
 def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -47,126 +43,49 @@ def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> ND
     return found if moved < max(1.5, side / _MODULES) else corners
 
 
-def prepare() -> None:
-    """Load what is compiled, or compile it: not in the first picture's time."""
-    refined_corners(np.zeros((32, 32), np.uint8), np.array([[8.0, 8.0], [24.0, 8.0], [24.0, 24.0], [8.0, 24.0]]))
-
-
 def _once(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    outward, half, count = _sides(corners)
-    if count == 0:
+    ahead = np.roll(corners, -1, axis=0)
+    lengths = np.linalg.norm(ahead - corners, axis=1)
+    if lengths.min() < 8:
         return None
-    columns, rows = _places(corners, outward, half, count)
-    profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR)
-    found = np.empty((4, 2))
-    return found if _located(profiles, corners, outward, half, found) else None
+    along = (ahead - corners) / lengths[:, None]
+    outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    outward *= np.sign(np.einsum("ij,ij->i", outward, corners - corners.mean(axis=0)))[:, None]
+    half = min(_WIDEST_PX, float(lengths.mean()) / _MODULES)
+    across = np.arange(-half, half + _STEP_PX / 2, _STEP_PX)
+    shares = np.linspace(_ENDS, 1 - _ENDS, max(8, int(lengths.mean() * (1 - 2 * _ENDS))))
+    feet = corners[:, None, :] + shares[None, :, None] * (ahead - corners)[:, None, :]
+    x, y = (feet[..., None, i] + across * outward[:, None, None, i] for i in (0, 1))
+    columns, rows = (xy.astype(np.float32).reshape(-1, len(across)) for xy in (x, y))
+    profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).reshape(4, len(shares), -1).astype(np.float32)
+    # From ink to paper it gets lighter outward; anything else is another edge.
+    rise = np.maximum(profiles[..., 1:] - profiles[..., :-1], 0)
+    rise[rise < _FLOOR * rise.max(axis=2, keepdims=True)] = 0
+    weight = rise.sum(axis=2)
+    middle = across[:-1] + _STEP_PX / 2
+    edge = (rise * middle).sum(axis=2) / np.maximum(weight, 1e-6)
+    usable = (weight > 0.5 * np.median(weight)).astype(np.float64)
+    if usable.sum(axis=1).min() < 4:
+        return None
+    return _crossings(*_lines(feet + edge[..., None] * outward[:, None, :], usable))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _sides(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, int]:
-    """Return the unit normals (4, 2) of the sides, outward; how far to look to each side of them (px); and at how many
-    places along each, 0 where one is too short."""
-    outward = np.empty((4, 2))
-    whole, shortest = 0.0, math.inf
-    middle_x, middle_y = corners[:, 0].mean(), corners[:, 1].mean()
-    for i in range(4):
-        dx, dy = corners[(i + 1) % 4, 0] - corners[i, 0], corners[(i + 1) % 4, 1] - corners[i, 1]
-        length = math.sqrt(dx * dx + dy * dy)
-        whole, shortest = whole + length, min(shortest, length)
-        if length > 0.0:
-            side = dy * (corners[i, 0] - middle_x) - dx * (corners[i, 1] - middle_y)
-            outward[i, 0] = np.sign(side) * dy / length
-            outward[i, 1] = -np.sign(side) * dx / length
-    mean = whole / 4
-    count = max(8, int(mean * (1 - 2 * _ENDS))) if shortest >= _SHORTEST_PX else 0
-    return outward, min(_WIDEST_PX, mean / _MODULES), count
+def _lines(points: NDArray[np.float64], usable: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (points on them, unit normals), each (4, 2), of the lines with the least squared distances to those of
+    points (4, n, 2) whose `usable` (4, n) is one, not zero."""
+    mean = np.einsum("sn,sni->si", usable, points) / usable.sum(axis=1)[:, None]
+    apart = (points - mean[:, None, :]) * usable[..., None]
+    (xx, xy), (_, yy) = np.einsum("sni,snj->ijs", apart, apart)
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    return mean, np.stack([-np.sin(angle), np.cos(angle)], axis=1)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _foot(corners: NDArray[np.float64], side: int, k: int, count: int) -> tuple[float, float]:
-    """Return the place number `k` of `count` on a side, between its ends."""
-    share = _ENDS + (1 - 2 * _ENDS) * k / (count - 1)
-    x, y = corners[side, 0], corners[side, 1]
-    return x + share * (corners[(side + 1) % 4, 0] - x), y + share * (corners[(side + 1) % 4, 1] - y)
-
-
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _places(
-    corners: NDArray[np.float64], outward: NDArray[np.float64], half: float, count: int
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return columns and rows (4 count, across), side by side, where the picture is looked up."""
-    across = math.ceil((2 * half + _STEP_PX / 2) / _STEP_PX)
-    columns = np.empty((4 * count, across), np.float32)
-    rows = np.empty((4 * count, across), np.float32)
-    for side in range(4):
-        for k in range(count):
-            x, y = _foot(corners, side, k, count)
-            for j in range(across):
-                away = -half + j * _STEP_PX
-                columns[side * count + k, j] = x + away * outward[side, 0]
-                rows[side * count + k, j] = y + away * outward[side, 1]
-    return columns, rows
-
-
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _located(
-    profiles: NDArray[np.uint8],
-    corners: NDArray[np.float64],
-    outward: NDArray[np.float64],
-    half: float,
-    found: NDArray[np.float64],
-) -> bool:
-    """Write the corners (4, 2) from what the picture shows across the sides; tell whether there are any."""
-    count = len(profiles) // 4
-    edge, weight = _edges(profiles, half)
-    usable = weight > 0.5 * np.median(weight)
-    point, normal = np.zeros((4, 2)), np.zeros((4, 2))
-    for side in range(4):
-        taken, xx, xy, yy = 0, 0.0, 0.0, 0.0
-        at = np.empty((count, 2))
-        for k in range(count):
-            number = side * count + k
-            if not usable[number]:
-                continue
-            x, y = _foot(corners, side, k, count)
-            at[taken, 0], at[taken, 1] = x + edge[number] * outward[side, 0], y + edge[number] * outward[side, 1]
-            point[side] += at[taken]
-            taken += 1
-        if taken < _LEAST_PLACES:
-            return False
-        point[side] /= taken
-        # The line with the least squared distances to these points.
-        for k in range(taken):
-            x, y = at[k, 0] - point[side, 0], at[k, 1] - point[side, 1]
-            xx, xy, yy = xx + x * x, xy + x * y, yy + y * y
-        angle = 0.5 * math.atan2(2 * xy, xx - yy)
-        normal[side, 0], normal[side, 1] = -math.sin(angle), math.cos(angle)
-    for side in range(4):
-        before = (side + 3) % 4
-        (a, b), (c, d) = normal[before], normal[side]
-        determinant = a * d - b * c
-        if abs(determinant) < _PARALLEL:
-            return False
-        e = point[before, 0] * a + point[before, 1] * b
-        f = point[side, 0] * c + point[side, 1] * d
-        found[side, 0], found[side, 1] = (e * d - b * f) / determinant, (a * f - e * c) / determinant
-    return True
-
-
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _edges(profiles: NDArray[np.uint8], half: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far out (n,) the centroid of the rise from ink to paper lies (px), and how much it rises (n,)."""
-    count, across = profiles.shape
-    edge, weight = np.zeros(count), np.zeros(count)
-    rise = np.empty(across - 1)
-    for i in range(count):
-        for j in range(across - 1):
-            # From ink to paper it gets lighter outward; anything else is another edge.
-            rise[j] = max(0.0, float(profiles[i, j + 1]) - float(profiles[i, j]))
-        least = _FLOOR * rise.max()
-        for j in range(across - 1):
-            if rise[j] >= least:
-                weight[i] += rise[j]
-                edge[i] += rise[j] * (-half + (j + 0.5) * _STEP_PX)
-        edge[i] /= max(weight[i], 1e-6)
-    return edge, weight
+def _crossings(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return where each line meets the one before it; None where two that follow each other are all but parallel."""
+    distances = np.einsum("si,si->s", points, normals)
+    (a, b), (c, d) = normals[_BEFORE].T, normals.T
+    determinant = a * d - b * c
+    if np.abs(determinant).min() < 0.1:
+        return None
+    e, f = distances[_BEFORE], distances
+    return np.asarray(np.stack([e * d - b * f, a * f - e * c], axis=1) / determinant[:, None])

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.vision.edges import prepare, refined_corners
+from lsds.vision.edges import refined_corners
 from lsds.vision.rotation import angle_between
 
 if TYPE_CHECKING:
@@ -136,7 +136,6 @@ class FiducialFinder:
             self._body_of |= dict.fromkeys((int(i) for i in made.getIds().reshape(-1)), name)
         self._last: dict[str, tuple[int, NDArray[np.float64]]] = {}
         self.counts = Counts()
-        prepare()
 
     def find(self, image: NDArray[np.uint8], t_ns: int) -> dict[str, Found]:
         """Return the bodies seen in a uint8 picture, RGB (h, w, 3) or grey (h, w), taken at `t_ns`.
