@@ -8,31 +8,30 @@ job, the states of gripper and arm, the watchdog, observers. No job, study or co
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from lsds.actuation import Actuation
 from lsds.background import Background
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import Cycle, GripInput, Job, Setting, Situation, Twist, Wanted
-from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, PluginError, StaleData, raised_by
+from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginError, raised_by
 from lsds.fusion import fused_detection, fused_estimate
 from lsds.histogram import LogHistogram
 from lsds.line import FingerLine
 from lsds.observers import Observers
 from lsds.quiet import quiet_process
+from lsds.recorded import all_frames
 from lsds.safety import Guard, Watchdog
 from lsds.scheduler import Phase, Scheduler
+from lsds.states import States
 from lsds.tactile.perception import Perception
-from lsds.watches import FollowWatch, Freshness
 
 if TYPE_CHECKING:
-    from lsds.contracts import ArmState, FingerCycle, Frame, GripperState, PoseSample
+    from lsds.contracts import FingerCycle, Frame
     from lsds.rig import Rig
 
 A = TypeVar("A")
@@ -66,7 +65,6 @@ class Engine:
         self._clock = rig.clock
         self._safety = config.safety
         start = rig.clock.now()
-        stale = nanoseconds(config.safety.stale_after_s)
         self._recorded = rig.is_recording
         self.lines = tuple(FingerLine(finger, config, start, live=not self._recorded) for finger in rig.fingers)
         for line in self.lines:
@@ -74,12 +72,7 @@ class Engine:
         self._act = Actuation(rig.gripper, rig.arm, config, rig.clock)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
-        self._gripper_fresh = Freshness("gripper", start, stale, remedy="check the gripper and its cable")
-        self._arm_fresh = Freshness("arm", start, stale, remedy="check the arm's connection")
-        self._follow = FollowWatch()
-        self._gripper_state: GripperState | None = None
-        self._arm_state: ArmState | None = None
-        self._pose: PoseSample | None = None
+        self._states = States(rig, start)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._watchdog: Watchdog | None = None
@@ -209,7 +202,7 @@ class Engine:
         known = self._known(seen)
         detection, estimate = fused_detection(known), fused_estimate(known)
         acting = self._wanted.corrects
-        state = self._gripper_state
+        state = self._states.gripper
         measured = math.nan if state is None else state.aperture_m
         command = None
         if acting and self._controls and state is not None:
@@ -229,7 +222,7 @@ class Engine:
             command,
             self._act.held_m,
             measured,
-            self._pose,
+            self._states.pose,
         )
         self.observers.publish(cycle)
         if self._yielding is not None:
@@ -250,54 +243,20 @@ class Engine:
     # -- what surrounds it --------------------------------------------------------------------------------
 
     def _add_tasks(self) -> None:
-        rig, schedule = self._rig, self._rig.config.schedule
+        rig, schedule, states = self._rig, self._rig.config.schedule, self._states
         add = self.scheduler.add
         if rig.gripper is not None:
-            add("gripper", self._read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
+            add("gripper", states.read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
         if rig.arm is not None:
             add("arm", self._read_arm, _period(schedule.gripper_rate_hz), phase=Phase.READ)
         if rig.pose_source is not None:
-            add("pose", self._read_pose, _period(schedule.pose_rate_hz), phase=Phase.READ)
+            add("pose", states.read_pose, _period(schedule.pose_rate_hz), phase=Phase.READ)
         rate = max(finger.sensor.spec.rate_hz for finger in rig.fingers)
         add("sensor", self._poll, _period(rate * POLLS_PER_FRAME), phase=Phase.TRACK)
         add("job", self._do_job, _period(schedule.arm_rate_hz), phase=Phase.COMMAND)
 
-    def _read_gripper(self, now_ns: int) -> None:
-        gripper, fresh = self._rig.gripper, self._gripper_fresh
-        if gripper is None:
-            return
-        try:
-            state = gripper.read()
-        except StaleData as error:
-            fresh.bad(str(error))
-        else:
-            if fresh.stamped(state.t_ns, now_ns):
-                self._gripper_state = state
-                fresh.good(now_ns)
-        fresh.require(now_ns)
-
     def _read_arm(self, now_ns: int) -> None:
-        arm, fresh = self._rig.arm, self._arm_fresh
-        if arm is None:
-            return
-        try:
-            state = arm.read()
-        except StaleData as error:
-            fresh.bad(str(error))
-        else:
-            if fresh.stamped(state.t_ns, now_ns):
-                self._arm_state = state
-                fresh.good(now_ns)
-                self._follow.check(state, self._wanted.twist or Twist(), now_ns)
-        fresh.require(now_ns)
-
-    def _read_pose(self, now_ns: int) -> None:
-        """Take the newest poses; they are for jobs and observers, so that going without stops nothing."""
-        if self._rig.pose_source is not None:
-            try:
-                self._pose = self._rig.pose_source.read()
-            except StaleData:
-                self._pose = None
+        self._states.read_arm(now_ns, self._wanted.twist or Twist())
 
     def _do_job(self, now_ns: int) -> None:
         """Ask the job what it wants, and send that."""
@@ -307,11 +266,11 @@ class Engine:
         situation = Situation(
             now_ns,
             referenced=all(line.referenced for line in self.lines),
-            arrived=self._act.arrived(self._gripper_state, now_ns),
+            arrived=self._act.arrived(self._states.gripper, now_ns),
             cycle=self._newest,
-            gripper=self._gripper_state,
-            arm=self._arm_state,
-            pose=self._pose,
+            gripper=self._states.gripper,
+            arm=self._states.arm,
+            pose=self._states.pose,
         )
         wanted = _call(self._job_label, self._job.step, situation)
         if not isinstance(wanted, Wanted):
@@ -322,7 +281,7 @@ class Engine:
         if wanted.done:
             self.stop()
             return
-        self._act.grip(wanted.grip, self._gripper_state, now_ns)
+        self._act.grip(wanted.grip, self._states.gripper, now_ns)
         if wanted.twist is not None:
             self._act.move(wanted.twist, wanted.acceleration_m_s2)
 
@@ -352,7 +311,7 @@ class Engine:
             _call(self._job_label, self._job.begin, setting)
             with quiet_process():
                 if self._recorded:
-                    self._frames = self._all_recorded()
+                    self._frames = all_frames(self.lines, self._clock.now())
                 if self._rig.virtual:
                     yield
                     return
@@ -365,27 +324,6 @@ class Engine:
             self._rig.stop()
 
     # -- a recording, frame by frame ----------------------------------------------------------------------
-
-    def _all_recorded(self) -> Iterator[tuple[Frame, FingerLine]]:
-        """Every frame of every finger's recording, in order of time: no clock can make one be missed."""
-        start = self._clock.now()
-
-        def frames(line: FingerLine) -> Iterator[tuple[int, int, Frame, FingerLine]]:
-            sensor: Any = line.finger.sensor
-            recording = sensor.frames(start)
-            for number in itertools.count():
-                try:
-                    frame = next(recording, None)
-                except LsdsError:
-                    raise
-                except Exception as error:
-                    raise DataError(f"frame {number}: {type(error).__name__}: {error}") from error
-                if frame is None:
-                    return
-                yield frame.t_ns, number, frame, line
-
-        for _, _, frame, line in heapq.merge(*map(frames, self.lines), key=lambda item: item[0]):
-            yield frame, line
 
     def _next_recorded(self) -> bool:
         item = next(self._frames, None)

@@ -1,0 +1,39 @@
+"""Recordings, frame by frame: every frame of every finger in order of time, so that no clock can make one be missed."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from typing import TYPE_CHECKING, Any
+
+from lsds.errors import DataError, LsdsError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from lsds.contracts import Frame
+    from lsds.line import FingerLine
+
+
+def all_frames(lines: Sequence[FingerLine], start_ns: int) -> Iterator[tuple[Frame, FingerLine]]:
+    """Yield each frame with the line that it belongs to; the first frames are stamped `start_ns`.
+
+    Raises DataError where a recording breaks off; what a decoder trips over names the frame that it was to give.
+    """
+    recordings = [_frames(line, start_ns) for line in lines]
+    yield from heapq.merge(*recordings, key=lambda item: item[0].t_ns)
+
+
+def _frames(line: FingerLine, start_ns: int) -> Iterator[tuple[Frame, FingerLine]]:
+    sensor: Any = line.finger.sensor
+    recording = sensor.frames(start_ns)
+    for number in itertools.count():
+        try:
+            frame = next(recording, None)
+        except LsdsError:
+            raise
+        except Exception as error:
+            raise DataError(f"frame {number}: {type(error).__name__}: {error}") from error
+        if frame is None:
+            return
+        yield frame, line

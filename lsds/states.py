@@ -1,0 +1,69 @@
+"""The newest states of gripper, arm and pose source, and how fresh they are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds
+from lsds.errors import StaleData
+from lsds.watches import FollowWatch, Freshness
+
+if TYPE_CHECKING:
+    from lsds.contracts import ArmState, GripperState, PoseSample, Twist
+    from lsds.rig import Rig
+
+
+class States:
+    """What was read last of each device, None before the first. A gripper or an arm that goes quiet stops the cell."""
+
+    def __init__(self, rig: Rig, start_ns: int) -> None:
+        self.gripper: GripperState | None = None
+        self.arm: ArmState | None = None
+        self.pose: PoseSample | None = None
+        self._rig = rig
+        stale = nanoseconds(rig.config.safety.stale_after_s)
+        self._gripper_fresh = Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable")
+        self._arm_fresh = Freshness("arm", start_ns, stale, remedy="check the arm's connection")
+        self._follow = FollowWatch()
+
+    def read_gripper(self, now_ns: int) -> None:
+        """Read the gripper. Raises SafetyStop where it was silent for too long."""
+        gripper, fresh = self._rig.gripper, self._gripper_fresh
+        if gripper is None:
+            return
+        try:
+            state = gripper.read()
+        except StaleData as error:
+            fresh.bad(str(error))
+        else:
+            if fresh.stamped(state.t_ns, now_ns):
+                self.gripper = state
+                fresh.good(now_ns)
+        fresh.require(now_ns)
+
+    def read_arm(self, now_ns: int, wanted: Twist) -> None:
+        """Read the arm, and hold it against the velocity that is wanted of it.
+
+        Raises SafetyStop where it was silent, or has not followed, for too long.
+        """
+        arm, fresh = self._rig.arm, self._arm_fresh
+        if arm is None:
+            return
+        try:
+            state = arm.read()
+        except StaleData as error:
+            fresh.bad(str(error))
+        else:
+            if fresh.stamped(state.t_ns, now_ns):
+                self.arm = state
+                fresh.good(now_ns)
+                self._follow.check(state, wanted, now_ns)
+        fresh.require(now_ns)
+
+    def read_pose(self, now_ns: int) -> None:
+        """Take the newest poses; they are for jobs and observers, so that going without stops nothing."""
+        if self._rig.pose_source is not None:
+            try:
+                self.pose = self._rig.pose_source.read()
+            except StaleData:
+                self.pose = None
