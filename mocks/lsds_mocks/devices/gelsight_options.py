@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds_mocks.optics import specimen
-from lsds_mocks.optics.renderer import Look
+from lsds_mocks.optics.renderer import Finger, Look
 
 
 class GelSightOptions(BaseModel):
@@ -15,6 +15,9 @@ class GelSightOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
+    finger: Finger = Field(
+        default="left", description="finger that carries the sensor; right sees the same gel mirrored left to right"
+    )
     optics: Literal["markers", "linear", "full"] = Field(
         default="linear", description="colour: dots alone; linear in the surface's slope; its normals (slopes over 0.4)"
     )

@@ -76,7 +76,6 @@ class FieldGel:
         self.place = ORIGIN
         self._follows = follows
         self._view = FieldView(self.operator, shape)
-        self._now_view: FieldView | None = None
         self._footprint = Footprint(shape, self.grid)
         self._patch = AnyPatch(self.operator, solver)
         self._indentation = 0.0
@@ -307,11 +306,8 @@ class FieldGel:
         self._fresh = True
 
     def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return displacements (M, 2) of points (M, 2) as the gel stands; keeps matrices for one set of points."""
-        view = self._view if self._view.knows(xy_m) else self._now_view
-        if view is None:
-            view = self._now_view = FieldView(self.operator, self.shape)
-        return view.displacement(self._patch.cells, self._traction, xy_m)
+        """Return displacements (M, 2) of points (M, 2) as the gel stands."""
+        return self._view.displacement(self._patch.cells, self._traction, xy_m)
 
     @property
     def sliding(self) -> NDArray[np.bool_]:

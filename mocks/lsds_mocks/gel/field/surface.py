@@ -39,7 +39,7 @@ class FreeSurface:
         self, state: GelState, grid: CellGrid, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
     ) -> NDArray[np.float32]:
         """Return metres (H, W), negative where the gel bulges, of a state on `grid`."""
-        if self._axes is None or self._axes[0] is not x_m or self._axes[1] is not y_m:
+        if self._axes is None or not all(map(np.array_equal, self._axes, (x_m, y_m))):
             self._axes = (x_m, y_m)
             self._across = _between(self._grid.x_m, x_m).T.astype(np.float32).copy()
             self._down = _between(self._grid.y_m, y_m).astype(np.float32)

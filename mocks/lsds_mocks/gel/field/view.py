@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -21,24 +22,18 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.gel.state import GelState
 
+_SETS = 4
+"""Sets of points whose matrices are kept: two fingers, the dots of an audit, one to spare."""
+
 
 class FieldView:
-    """Looks at states of one operator's grid; keeps what it worked out for each cell."""
+    """Looks at states of one operator's grid; keeps what it worked out for each cell and set of points."""
 
     def __init__(self, operator: Operator, shape: Shape) -> None:
         self._operator = operator
         self._shape = shape
-        self._xy: NDArray[np.float64] | None = None
-        self._out = np.zeros(0, np.float32)
-        self._slot = np.zeros(0, np.int64)
-        self._rows = np.zeros((0, 3, 0), np.float32)
-        self._used = 0
-        self._from_hats = np.zeros((3, 0, 0), np.float32)
+        self._seen: deque[_PointMatrices] = deque(maxlen=_SETS)
         self._free = FreeSurface(operator.grid.material, operator.kernel)
-
-    def knows(self, xy_m: NDArray[np.float64]) -> bool:
-        """Tell whether these are the points that it keeps matrices for."""
-        return self._xy is xy_m
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (M, 2) metres for points (M, 2) of the undeformed surface."""
@@ -48,35 +43,11 @@ class FieldView:
         self, cells: NDArray[np.int32], traction: NDArray[np.float32], xy_m: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return (M, 2) metres for points (M, 2), under traction (3, N) in pascal on cells (N,)."""
-        if self._xy is not xy_m:
-            self._xy = xy_m
-            self._out = np.zeros(2 * len(xy_m), np.float32)
-            self._slot = np.full(self._operator.grid.size, -1, np.int64)
-            self._rows = np.zeros((64, 3, 2 * len(xy_m)), np.float32)
-            self._used = 0
-            self._from_hats = _point_correction(self._operator, xy_m.tobytes())
-        self._learn(cells)
-        displace(self._out, self._rows, self._slot[cells], traction)
-        return np.asarray(self._out.reshape(2, -1).T, np.float64)
-
-    def _learn(self, cells: NDArray[np.int32]) -> None:
-        new = cells[self._slot[cells] < 0]
-        if not len(new) or self._xy is None:
-            return
-        known, self._used = self._used, self._used + len(new)
-        if self._used > len(self._rows):
-            more = np.zeros((self._used * 5 // 4, *self._rows.shape[1:]), np.float32)
-            more[:known] = self._rows[:known]
-            self._rows = more
-        operator = self._operator
-        grid, hats = operator.grid, operator.grid.hats
-        x, y = _in_hats(operator, self._xy)
-        rows, columns = (new // grid.columns).astype(np.int32), (new % grid.columns).astype(np.int32)
-        point_rows(
-            self._rows[known : self._used], x, y, rows, columns, operator.points, self._from_hats,
-            grid.fine, POINT_FINE, hats.rows, hats.columns,
-        )  # fmt: skip
-        self._slot[new] = np.arange(known, self._used)
+        matrices = next((known for known in self._seen if known.xy_m is xy_m), None)
+        if matrices is None:
+            matrices = _PointMatrices(self._operator, xy_m)
+            self._seen.append(matrices)
+        return matrices.displacement(cells, traction)
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (H, W) metres below the flat surface: the object's own surface where it is deepest, else the gel's."""
@@ -97,6 +68,43 @@ class FieldView:
         across = _overlap(grid.x_m, grid.dx_m, width_m)[touching % grid.columns]
         along = _overlap(grid.y_m, grid.dy_m, height_m)[touching // grid.columns]
         return float(across @ along) / (width_m * height_m)
+
+
+class _PointMatrices:
+    """What traction on each cell does to one set of points (M, 2), worked out when a cell is first asked for."""
+
+    def __init__(self, operator: Operator, xy_m: NDArray[np.float64]) -> None:
+        self.xy_m = xy_m
+        self._operator = operator
+        self._out = np.zeros(2 * len(xy_m), np.float32)
+        self._slot = np.full(operator.grid.size, -1, np.int64)
+        self._rows = np.zeros((64, 3, 2 * len(xy_m)), np.float32)
+        self._used = 0
+        self._from_hats = _point_correction(operator, xy_m.tobytes())
+
+    def displacement(self, cells: NDArray[np.int32], traction: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return (M, 2) metres under traction (3, N) in pascal on cells (N,)."""
+        self._learn(cells)
+        displace(self._out, self._rows, self._slot[cells], traction)
+        return np.asarray(self._out.reshape(2, -1).T, np.float64)
+
+    def _learn(self, cells: NDArray[np.int32]) -> None:
+        new = cells[self._slot[cells] < 0]
+        if not len(new):
+            return
+        known, self._used = self._used, self._used + len(new)
+        if self._used > len(self._rows):
+            more = np.zeros((self._used * 5 // 4, *self._rows.shape[1:]), np.float32)
+            more[:known] = self._rows[:known]
+            self._rows = more
+        operator = self._operator
+        grid, hats = operator.grid, operator.grid.hats
+        x, y = _in_hats(operator, self.xy_m)
+        rows, columns = (new // grid.columns).astype(np.int32), (new % grid.columns).astype(np.int32)
+        to_fill = self._rows[known : self._used]
+        size = (grid.fine, POINT_FINE, hats.rows, hats.columns)
+        point_rows(to_fill, x, y, rows, columns, operator.points, self._from_hats, *size)
+        self._slot[new] = np.arange(known, self._used)
 
 
 def _in_hats(operator: Operator, xy_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

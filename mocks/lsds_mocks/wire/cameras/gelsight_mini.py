@@ -11,7 +11,7 @@ from pydantic import Field
 from lsds.clock import NS_PER_S
 from lsds_mocks.devices.gelsight_options import GelSightOptions
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
-from lsds_mocks.optics.renderer import Renderer
+from lsds_mocks.optics.renderer import Finger, Renderer
 from lsds_mocks.wire.cameras.links import Happening, gel_link
 from lsds_mocks.wire.mjpeg.camera import CameraMock
 from lsds_mocks.wire.mjpeg.options import CameraOptions
@@ -34,6 +34,7 @@ class GelSightMiniOptions(CameraOptions):
     height: int = Field(default=480, ge=HEIGHT_PX, le=4096, description="height in px; larger ones have the border")
     scene: Happening = Field(default="rest", description="what happens to the gel: rest, slide (a pipe), hold")
     speed_mm_s: float = Field(default=10.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
+    finger: Finger = Field(default="left", description="finger that carries it: left, or right, which sees it mirrored")
     optics: Literal["markers", "linear", "full"] = Field(default="linear", description="how colour is worked out")
     gel: int | None = Field(default=None, ge=0, description="number of a gel with its own dots, brightness and wear")
     pad: Literal["7x9", "8x10", "5x7", "none"] = Field(default="7x9", description="printed dots, rows x columns")
@@ -45,9 +46,10 @@ class GelView:
     """Renders the gel and puts it into a picture of the sensor's size."""
 
     def __init__(self, options: GelSightMiniOptions, link: GelLink, context: BuildContext) -> None:
-        own = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
-        look = GelSightOptions(**own).look()
-        self._renderer = Renderer(look, context.rng_seed("gelsight gel"))
+        shown = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
+        look = GelSightOptions(**shown).look()
+        own = "" if options.finger == "left" else f" {options.finger}"
+        self._renderer = Renderer(look, context.rng_seed(f"gelsight gel{own}"), options.finger)
         self._renderer.prepare()
         self._link = link
         self._size = (options.width, options.height)
