@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from lsds_mocks.gel.field.correction import pad_correction, read
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
-from lsds_mocks.gel.field.operator import operator
-from lsds_mocks.gel.field.symbol import layer_symbol
+from lsds_mocks.gel.field.operator import layer_symbol, operator
 from lsds_mocks.gel.material import GelMaterial
 from lsds_research.pad import make_pad
 

@@ -10,11 +10,19 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from lsds_mocks.gel.field import correction
-from lsds_mocks.gel.field.correction import CorrectionFile, interpolation, pack, pad_correction, read, unpack, write
+from lsds_mocks.gel.field.correction import (
+    CorrectionFile,
+    interpolation,
+    pack,
+    pad_correction,
+    read,
+    reading,
+    unpack,
+    write,
+)
+from lsds_mocks.gel.field.dense import Patch
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
 from lsds_mocks.gel.field.operator import operator
-from lsds_mocks.gel.field.patch import Patch
-from lsds_mocks.gel.field.points import reading
 from lsds_mocks.gel.material import GelMaterial
 from mocks.gel.pad_loads import LOADS, errors, product_um
 

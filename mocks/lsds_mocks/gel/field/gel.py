@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds_mocks.gel.field.choice import AnyPatch, Solver
-from lsds_mocks.gel.field.effort import Effort
+from lsds_mocks.gel.field.choice import AnyPatch, Effort, Solver
 from lsds_mocks.gel.field.footprint import Footprint
-from lsds_mocks.gel.field.increment import Increment
+from lsds_mocks.gel.field.increment import Increment, add_up, carry, notice_sliding, settle
 from lsds_mocks.gel.field.operator import Kernel, operator
-from lsds_mocks.gel.field.steps import add_up, carry, notice_sliding, settle
-from lsds_mocks.gel.field.view import FieldView
+from lsds_mocks.gel.field.surface import FieldView
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.placement import ORIGIN, Placement
 from lsds_mocks.gel.protocol import NO_REACTION, Reaction
@@ -384,13 +382,13 @@ class FieldGel:
         self._find_surface(self.place)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view.marker_displacement(state, xy_m)
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view.depth(state, x_m, y_m)
 
     def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view.contact_fraction(state, width_m, height_m)
