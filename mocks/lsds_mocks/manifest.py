@@ -24,8 +24,8 @@ def lsds_backends() -> list[BackendSpec]:
         BackendSpec(
             "cell",
             "wire",
-            "lsds_mocks.cell.wire:WireCell",
-            "lsds_mocks.cell.wire:WireCellOptions",
+            "lsds_mocks.cell.processes:ProcessCell",
+            "lsds_mocks.cell.processes:ProcessCellOptions",
             summary="the same cell in processes of its own: devices are reached over their own protocols",
             over_wire=True,
         ),

@@ -36,10 +36,6 @@ def test_names():
         ("gripper", "mock-hand-e"),
         ("arm", "mock-ur5e"),
         ("pose_source", "mock-truth-camera"),
-        ("study", "gel"),
-        ("study", "dynamics"),
-        ("study", "optics"),
-        ("study", "realism"),
     }
     assert {name for kind, name in named if kind == "wire_mock"} >= {"hand-e", "robotiq-2f-85", "robotiq-2f-140"}
 

@@ -48,7 +48,7 @@ def test_chart_gel(tmp_path):
     assert done.exit_code == 0
     assert plot.stat().st_size > 10_000
     rows = {row["model"]: row for row in json.loads(result.read_text())["rows"]}
-    assert {"affine", "winkler", "half-space 0.48", "layer 0.48", "pad 0.96", "pad 0.48"} <= set(rows)
+    assert {"winkler", "half-space 0.48", "layer 0.48", "pad 0.96", "pad 0.48"} <= set(rows)
     assert rows["pad 0.48"]["rms_um"] < rows["pad 0.96"]["rms_um"] < rows["winkler"]["rms_um"]
     assert rows["pad 0.48"]["rms_um"] < 3
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from lsds.contracts.study import Value
 
 STYLES = {
-    "affine": ("v", "tab:gray"),
     "winkler": ("^", "tab:brown"),
     "half-space": ("s", "tab:red"),
     "layer": ("D", "tab:orange"),

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from lsds_mocks.gel.affine import AffineGel
 from lsds_mocks.gel.auto.audit import DOTS_M
 from lsds_mocks.gel.auto.gel import AutoGel
-from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.field.gel import FieldGel
+from lsds_mocks.gel.winkler import WinklerGel
 
 from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
@@ -114,8 +113,7 @@ def _field(scene: Scene, fine: int, kernel: Kernel) -> FieldGel:
 def models(scene: Scene) -> list[Model]:
     """Return the whole ladder: name, grid (mm), and what makes a new one."""
     found: list[Model] = [
-        ("affine", None, lambda: AffineGel(scene.shape, scene.material)),
-        ("winkler", None, lambda: BrushGel(scene.shape, scene.material, design_m=scene.indentation_m)),
+        ("winkler", None, lambda: WinklerGel(scene.shape, scene.material, design_m=scene.indentation_m)),
     ]
     grids: tuple[tuple[Kernel, int], ...] = (("half-space", 2), ("layer", 2), ("pad", 1), ("pad", 2), ("pad", 4))
     for kernel, fine in grids:
@@ -137,7 +135,6 @@ def _row(
     rms, worst = rms_m(trace, truth["dots_m"])
     normal, pull = truth["forces"][:, 3], truth["forces"][:, :2]
     most = float(np.abs(pull).max())
-    known = float(np.abs(trace.forces[:, 3]).max()) > 0
     return {
         "scene": scene.name,
         "model": name,
@@ -146,13 +143,9 @@ def _row(
         "us_p99": float(np.quantile(us, 0.99)),
         "rms_um": rms * 1e6,
         "worst_um": worst * 1e6,
-        "normal_percent": 100 * float(np.abs(trace.forces[:, 3] / normal - 1).max()) if known else None,
-        "tangential_percent": (
-            100 * float(np.abs(trace.forces[:, :2] - pull).max()) / most if known and most > 1e-3 else None
-        ),
-        "stick_percent": (
-            100 * float(np.abs(trace.stuck_m2 - truth["stuck_m2"])[1:].max()) / truth["contact_m2"] if known else None
-        ),
+        "normal_percent": 100 * float(np.abs(trace.forces[:, 3] / normal - 1).max()),
+        "tangential_percent": (100 * float(np.abs(trace.forces[:, :2] - pull).max()) / most if most > 1e-3 else None),
+        "stick_percent": 100 * float(np.abs(trace.stuck_m2 - truth["stuck_m2"])[1:].max()) / truth["contact_m2"],
         "truth": truth["of"],
     }
 

@@ -1,4 +1,4 @@
-"""Gel tier 'brush': independent bristles over the contact patch, each with its own Coulomb limit.
+"""Gel model `winkler`: independent bristles over the contact patch, each with its own Coulomb limit.
 
 A bristle's root rests in the gel's base and its tip rides on the object until the force exceeds friction times the
 bristle's share of the normal force; then the tip is drawn back onto that limit (elastic predictor, plastic corrector,
@@ -47,7 +47,7 @@ def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, coun
     return np.ascontiguousarray(points[:, inside])
 
 
-class BrushGel:
+class WinklerGel:
     """A `GelModel` of bristles; `design_m` is the deepest indentation that the grid of points covers."""
 
     def __init__(
