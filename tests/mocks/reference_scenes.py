@@ -1,4 +1,4 @@
-"""Run the gel `winkler` through the reference scenes; `python tests/mocks/reference_scenes.py DIR [--fit]` prints the errors.
+"""Errors of the gel `winkler` on the reference scenes: `python tests/mocks/reference_scenes.py DIR [--fit]`.
 
 DIR holds the finite-pad reference solution (`sphere.npz`, `pipe.npz`, `block.npz`, `torsion.npz`).
 """

@@ -1,7 +1,7 @@
 """The I/O thread: asks for the status at a rate, sends the newest command, opens the port anew where it was lost.
 
-The thread alone touches the transport. Callers leave one order at a time, which a newer one replaces, and take the newest
-status; neither waits for a request.
+The thread alone touches the transport. Callers leave one order at a time, which a newer one replaces, and take the
+newest status; neither waits for a request.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ class Pump:
             self._wake.notify_all()
 
     def halt(self, timeout_s: float) -> bool:
-        """End motion as soon as the transport can carry it, before and instead of any order; tell whether that was done.
+        """End motion as soon as the transport can carry it, instead of any order; return whether that was done.
 
         What could not be told in time is told as soon as the gripper answers again.
         """

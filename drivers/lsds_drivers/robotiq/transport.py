@@ -10,7 +10,7 @@ from lsds_drivers.robotiq.registers import Motion, Status
 class Transport(Protocol):
     """One request at a time, each in bounded time.
 
-    Raises ConnectFailed where the way itself is gone (the transport is closed then), DeviceTimeout where no answer came,
+    Raises ConnectFailed where the connection itself is gone (it is closed then), DeviceTimeout where no answer came,
     ProtocolFault where the answer cannot be right.
     """
 

@@ -1,4 +1,4 @@
-"""The wires against scripted servers: answers that come late, twice, or are of another request."""
+"""The transports against scripted servers: answers that come late, twice, or are of another request."""
 
 from __future__ import annotations
 

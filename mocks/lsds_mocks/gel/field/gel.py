@@ -296,9 +296,15 @@ class FieldGel:
             self._patch.respond(self._traction, self._w)
             self._last = Increment()
         settle(
-            self._anchor, self._carried, self._slid, self._traction, self._w, self._old_traction, self._old_w,
+            self._anchor,
+            self._carried,
+            self._slid,
+            self._traction,
+            self._w,
+            self._old_traction,
+            self._old_w,
             self._slip,
-        )  # fmt: skip
+        )
         self._pressed = self._indentation
         self._since = Increment()
         self._fresh = True

@@ -110,9 +110,14 @@ def _draw(path: Path, rows: list[dict[str, Value]], steps: list[float]) -> None:
             known = [(s * 1e3, max(abs(float(e)), 1e-2)) for s, e in zip(steps, errors, strict=True) if e is not None]
             wild = [s * 1e3 for s, e in zip(steps, errors, strict=True) if e is None]
             line = ax.plot(
-                [x for x, _ in known], [y for _, y in known], "o-" if ours else "s--", lw=2.5 if ours else 1,
-                ms=6 if ours else 4, label=str(row["scheme"]), color=f"C{index}",
-            )[0]  # fmt: skip
+                [x for x, _ in known],
+                [y for _, y in known],
+                "o-" if ours else "s--",
+                lw=2.5 if ours else 1,
+                ms=6 if ours else 4,
+                label=str(row["scheme"]),
+                color=f"C{index}",
+            )[0]
             if wild:
                 ax.plot(wild, [WILD_M * 1e3] * len(wild), "x", color=line.get_color(), ms=8)
         ax.set_xscale("log")
