@@ -7,7 +7,8 @@ import time
 
 import pytest
 from lsds_mocks.link.packets import pack_gel, unpack_gel
-from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteGel, RemoteScene, RemoteTruth
+from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteScene, RemoteTruth
+from lsds_mocks.link.remote_gel import RemoteGel
 
 from lsds.clock import WallClock
 from lsds.errors import ConnectFailed, DeviceError

@@ -10,6 +10,7 @@ from lsds.contracts import Frame, SensorSpec
 from lsds.errors import StaleData
 from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_mocks.cell.build import shared_cell
+from lsds_mocks.devices.look import look_of
 from lsds_mocks.devices.shutter import Shutter, Snapshot
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX, shape_of
 from lsds_mocks.optics.renderer import Renderer
@@ -48,7 +49,7 @@ class MockGelSightMini(MotionlessLife):
         own = "" if options.finger == "left" else f" {options.finger}"
         self._seed = context.rng_seed(f"gelsight timing{own}")
         self._guard = LifecycleGuard(NAME)
-        self._renderer = Renderer(options.look(), context.rng_seed(f"gelsight gel{own}"), options.finger)
+        self._renderer = Renderer(look_of(options), context.rng_seed(f"gelsight gel{own}"), options.finger)
         self._shutter: Shutter | None = None
         self._shown: tuple[Snapshot, Frame] | None = None
         self._image: tuple[tuple[int, int], NDArray[np.uint8]] | None = None

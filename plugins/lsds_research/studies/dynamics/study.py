@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts.study import StudyResult, Value
@@ -99,6 +97,10 @@ def _energy(s: Setting, at: Motion) -> float:
 
 def _draw(path: Path, rows: list[dict[str, Value]], steps: list[float]) -> None:
     """Write the stability map as PNG: error over step, a panel a stiffness; crosses where a scheme ran away."""
+    # Only who draws needs matplotlib.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(1, len(STIFFNESS_N_MM), sharey=True)
