@@ -21,7 +21,7 @@ CLOCK = WallClock()
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     path = str(tmp_path_factory.mktemp("plant") / "plant.sock")
-    with MockProcess("plant", {"socket": path}) as process:
+    with MockProcess("plant", {"socket": path, "fidelity": "winkler"}) as process:
         yield path
         assert process.complaints == ""
 
