@@ -199,7 +199,7 @@ def test_before_it_is_armed_it_may_be_not_activated(tmp_path):
 
 @pytest.mark.parametrize(("driver", "opening"), [("hand-e", True), ("hand-e-urcap", False)])
 def test_automatic_release(tmp_path, driver, opening):
-    with serving(tmp_path, activated=True, activation_s=0.1, aperture_mm=25) as mock:
+    with serving(tmp_path, activated=True, activation_s=0.2, aperture_mm=25) as mock:
         gripper = build(driver, options_for(driver, mock))
         gripper.connect()
         gripper.arm()

@@ -74,7 +74,7 @@ CASES = [pytest.param(driver, fault, id=f"{driver}-{fault}") for driver, faults 
 
 @pytest.fixture(scope="module")
 def mock(tmp_path_factory):
-    with serving(tmp_path_factory.mktemp("hand"), activated=True, activation_s=0.1) as mock:
+    with serving(tmp_path_factory.mktemp("hand"), activated=True, activation_s=0.2) as mock:
         yield mock
         assert mock.complaints == ""
 

@@ -323,7 +323,7 @@ FAULTS = {
 }
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="class")
 def lasting(mock):
     """One driver that goes through all faults, one after another; nothing is left of it at the end."""
     with connected(mock) as arm:
@@ -331,23 +331,24 @@ def lasting(mock):
         yield arm
 
 
-@pytest.mark.parametrize("kind", FAULTS)
-def test_under_a_fault_no_call_hangs_and_it_comes_back(mock, lasting, kind):
-    arm = lasting
-    fault = {"for_s": 0.3, **FAULTS[kind]}
-    if kind not in ("freeze", "disconnect"):
-        fault["face"] = "rtde"
-    mock.inject(kind, **fault)
-    ends = CLOCK.now() + 450_000_000
-    while CLOCK.now() < ends:
-        attempt(arm.command, up(within_s=0.05))
-        attempt(arm.read)
-        CLOCK.sleep_until(CLOCK.now() + 8_000_000)
-    attempt(arm.stop)
-    attempt(arm.stop)
-    assert until(lambda: truly_at_rest(mock), 5), "it runs on"
-    assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 12), "it does not come back"
-    assert until(lambda: obeys(arm), 20), "it does not obey any more"
+class TestUnderFaults:
+    @pytest.mark.parametrize("kind", FAULTS)
+    def test_no_call_hangs_and_it_comes_back(self, mock, lasting, kind):
+        arm = lasting
+        fault = {"for_s": 0.3, **FAULTS[kind]}
+        if kind not in ("freeze", "disconnect"):
+            fault["face"] = "rtde"
+        mock.inject(kind, **fault)
+        ends = CLOCK.now() + 450_000_000
+        while CLOCK.now() < ends:
+            attempt(arm.command, up(within_s=0.05))
+            attempt(arm.read)
+            CLOCK.sleep_until(CLOCK.now() + 8_000_000)
+        attempt(arm.stop)
+        attempt(arm.stop)
+        assert until(lambda: truly_at_rest(mock), 5), "it runs on"
+        assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 12), "it does not come back"
+        assert until(lambda: obeys(arm), 20), "it does not obey any more"
 
 
 def test_stop_and_close_from_other_threads_while_it_moves(mock):
