@@ -19,6 +19,7 @@ SIMULATED = [
     if backend.spec.kind in KINDS and backend.spec.virtual_time and backend.spec.name not in NEEDS_DATA
 ]
 CASES = [case for backend in SIMULATED for case in cases(Bench(backend.spec.kind, backend.spec.name, host=HOST))]
+RIGHT_FINGER = cases(Bench("sensor", "mock-gelsight-mini", {"finger": "right"}, host=HOST))
 
 
 def test_simulated_devices_are_found():
@@ -30,4 +31,9 @@ def test_simulated_devices_are_found():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
 def test_conformance(case):
+    case()
+
+
+@pytest.mark.parametrize("case", RIGHT_FINGER, ids=lambda case: case.id)
+def test_the_right_finger(case):
     case()

@@ -1,4 +1,4 @@
-"""Run the brush through the reference scenes; `python tests/mocks/reference_scenes.py DIR [--fit]` prints the errors.
+"""Errors of the gel `winkler` on the reference scenes: `python tests/mocks/reference_scenes.py DIR [--fit]`.
 
 DIR holds the finite-pad reference solution (`sphere.npz`, `pipe.npz`, `block.npz`, `torsion.npz`).
 """
@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.kernel import basis
 from lsds_mocks.gel.markers import tip_weights
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
+from lsds_mocks.gel.winkler import WinklerGel
 
 FRICTION = 0.6
 SCENES = {
@@ -27,7 +27,7 @@ SCENES = {
 def run(name, frames=14):
     """Return the gel and its states, frame 0 after pressing."""
     shape, depth, motion = SCENES[name]
-    gel = BrushGel(shape, GelMaterial(), design_m=depth)
+    gel = WinklerGel(shape, GelMaterial(), design_m=depth)
     gel.press(depth)
     gel.set_friction(np.full(gel.points_m.shape[1], FRICTION))
     states, reactions = [gel.state()], []
@@ -45,7 +45,7 @@ def load(directory, name):
 
 
 def rows(directory, name):
-    """Return the kernel's parts applied to the brush's forces, (frames * 2 M, 12), and the reference, flattened."""
+    """Return the kernel's parts applied to the bristles' forces, (frames * 2 M, 12), and the reference, flattened."""
     gel, states, _ = run(name)
     reference = load(directory, name)
     xy = reference["marker_xy_mm"] * 1e-3

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.shapes import Cylinder
+from lsds_mocks.gel.winkler import WinklerGel
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
 
 MASS, MU = 0.3, 0.5
@@ -20,7 +20,7 @@ def depth_at(force_n):
 
 def drop(dt_s, force_of, steps, velocity=0.0, height=0.5):
     """Let go of an object high above the table with a given grip force over time; yield body, gel, force, limit."""
-    gel = BrushGel(Cylinder(12.5e-3, 20.16e-3))
+    gel = WinklerGel(Cylinder(12.5e-3, 20.16e-3))
     body = ObjectMotion(height, velocity, supported=False)
     for k in range(steps):
         normal = force_of(k * dt_s)
@@ -64,7 +64,7 @@ def test_a_grip_that_holds_at_one_step_holds_at_all(dt_s):
 @pytest.mark.parametrize(("dt_ms", "tolerance"), [(0.5, 0.005), (2, 0.01), (8, 0.04), (40, 0.2)])
 def test_sliding_under_too_weak_a_grip_converges_to_the_exact_fall(dt_ms, tolerance):
     dt_s, time = dt_ms * 1e-3, 0.2
-    normal = BrushGel(Cylinder(12.5e-3, 20.16e-3)).press(depth_at(1.5))
+    normal = WinklerGel(Cylinder(12.5e-3, 20.16e-3)).press(depth_at(1.5))
     *_, (body, _, force, _) = drop(dt_s, lambda _: 1.5, round(time / dt_s), velocity=-0.3)
     acceleration = GRAVITY_M_S2 - 2 * MU * normal / MASS
     exact = 0.3 * time + 0.5 * acceleration * time**2

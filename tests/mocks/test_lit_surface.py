@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_mocks.devices.look import look_of
 from lsds_mocks.optics import specimen
 from lsds_mocks.optics.background import AMBIENT, GRID_RGB, background
 from lsds_mocks.optics.dots import DotPainter
@@ -153,13 +154,13 @@ def test_numbered_gels_lie_in_the_measured_ranges_and_fill_them():
 
 
 def test_what_is_set_counts_before_what_the_numbered_gel_says():
-    look, set_look = GelSightOptions(gel=7).look(), GelSightOptions(gel=7, dot_diameter_px=9.0, wear=0.0).look()
+    look, set_look = look_of(GelSightOptions(gel=7)), look_of(GelSightOptions(gel=7, dot_diameter_px=9.0, wear=0.0))
     assert look.dot_diameter_px == specimen.draw(7).dot_diameter_px
     assert look.pitch == specimen.draw(7).pitch
     assert set_look.dot_diameter_px == 9.0
     assert set_look.wear == 0.0
     assert set_look.brightness == look.brightness
-    assert GelSightOptions().look().dot_diameter_px == 13.0
+    assert look_of(GelSightOptions()).dot_diameter_px == 13.0
     with pytest.raises(ValidationError):
         GelSightOptions(gel=-1)
 

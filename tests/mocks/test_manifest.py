@@ -1,6 +1,9 @@
+import json
+import os
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 from lsds_mocks.manifest import lsds_backends
 
@@ -19,6 +22,7 @@ def test_every_backend_builds_with_its_default_options():
         # What is reached over a wire runs on real time: its clients do.
         assert spec.virtual_time != (spec.kind in ("wire_mock", "study") or spec.over_wire)
         assert spec.summary
+        assert bool(spec.extra) == bool(spec.requires)
         assert not spec.hardware_verified
         options = load(spec.options)
         assert options.model_config["extra"] == "forbid"
@@ -36,10 +40,6 @@ def test_names():
         ("gripper", "mock-hand-e"),
         ("arm", "mock-ur5e"),
         ("pose_source", "mock-truth-camera"),
-        ("study", "gel"),
-        ("study", "dynamics"),
-        ("study", "optics"),
-        ("study", "realism"),
     }
     assert {name for kind, name in named if kind == "wire_mock"} >= {"hand-e", "robotiq-2f-85", "robotiq-2f-140"}
 
@@ -50,3 +50,40 @@ def test_the_manifest_imports_nothing_heavy():
         "print([n for n in ('numpy', 'cv2', 'pydantic', 'lsds_mocks.cell') if n in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+WITHOUT_NUMBA = """
+import importlib, json, sys
+sys.modules["numba"] = None  # as if it were not installed
+from lsds.clock import VirtualClock
+from lsds.contracts import BuildContext
+from lsds.errors import PluginLoadError
+from lsds_mocks.manifest import lsds_backends
+from installed import installed_host
+host, told = installed_host(), {}
+for spec in lsds_backends():
+    for target in (spec.options, None if spec.requires else spec.factory):
+        if target:
+            importlib.import_module(target.split(":")[0])
+    if spec.requires:
+        try:
+            host.build(spec.kind, spec.name, {}, BuildContext(VirtualClock(), 0))
+        except PluginLoadError as error:
+            told[f"{spec.kind} {spec.name}"] = str(error)
+print(json.dumps(told))
+"""
+
+
+def test_without_numba_what_needs_it_says_how_to_get_it_and_the_rest_can_be_used():
+    folders = [str(Path(__file__).resolve().parents[1]), *sys.path]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
+    run = subprocess.run(
+        [sys.executable, "-c", WITHOUT_NUMBA], env=environment, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    told = json.loads(run.stdout)
+    assert told.keys() == {f"{spec.kind} {spec.name}" for spec in lsds_backends() if "numba" in spec.requires}
+    assert "cell simulated" in told
+    assert all("needs numba" in text and "lsds[sim]" in text and "\n" not in text for text in told.values())
+    free = {spec.name for spec in lsds_backends() if not spec.requires}
+    assert free == {"hand-e", "robotiq-2f-85", "robotiq-2f-140", "ur5e"}

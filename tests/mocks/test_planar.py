@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.placement import Placement
 from lsds_mocks.gel.shapes import Cylinder, Sphere
+from lsds_mocks.gel.winkler import WinklerGel
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
 from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
 
@@ -40,7 +40,7 @@ def hang(gel, *, centre=(0.0, 0.0), depth=0.5e-3, friction=1.0, dt_s=2e-3, steps
 
 
 def gels():
-    return [BrushGel(Sphere(12e-3)), FieldGel(Sphere(12e-3), fine=1)]
+    return [WinklerGel(Sphere(12e-3)), FieldGel(Sphere(12e-3), fine=1)]
 
 
 @pytest.mark.parametrize("gel", gels(), ids=["winkler", "pad"])
@@ -66,8 +66,8 @@ def test_a_centre_of_mass_to_the_right_turns_it_clockwise(gel):
 
 
 def test_with_the_centre_between_the_pads_it_is_the_vertical_case():
-    planar = list(hang(BrushGel(Sphere(12e-3)), friction=0.5, depth=0.3e-3, steps=100))
-    gel, body = BrushGel(Sphere(12e-3)), ObjectMotion(0.5, 0.0, supported=False)
+    planar = list(hang(WinklerGel(Sphere(12e-3)), friction=0.5, depth=0.3e-3, steps=100))
+    gel, body = WinklerGel(Sphere(12e-3)), ObjectMotion(0.5, 0.0, supported=False)
     normal = gel.press(0.3e-3)
     gel.set_friction(np.full(gel.points_m.shape[1], 0.5))
     for _ in range(100):
@@ -93,7 +93,7 @@ def test_let_go_it_falls_freely_without_turning(gel):
     depth=st.floats(0.1e-3, 0.8e-3),
 )
 def test_energy_is_never_created(dt_s, friction, centre, depth):
-    gel, body = BrushGel(Sphere(12e-3)), Body(MASS, INERTIA, centre)
+    gel, body = WinklerGel(Sphere(12e-3)), Body(MASS, INERTIA, centre)
     before = None
     for motion, _ in hang(
         gel, centre=centre, depth=depth, friction=friction, dt_s=dt_s, steps=max(10, int(0.2 / dt_s))

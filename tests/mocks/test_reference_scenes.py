@@ -1,4 +1,4 @@
-"""The brush against the finite-pad reference solution, where its files are at hand."""
+"""The gel `winkler` against the finite-pad reference solution, where its files are at hand."""
 
 import os
 

@@ -7,7 +7,8 @@ import time
 
 import pytest
 from lsds_mocks.link.packets import pack_gel, unpack_gel
-from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteGel, RemoteScene, RemoteTruth
+from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteScene, RemoteTruth
+from lsds_mocks.link.remote_gel import RemoteGel
 from lsds_mocks.mock_process import MockProcess
 
 from lsds.clock import WallClock
@@ -20,7 +21,7 @@ CLOCK = WallClock()
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     path = str(tmp_path_factory.mktemp("plant") / "plant.sock")
-    with MockProcess("plant", {"socket": path}) as process:
+    with MockProcess("plant", {"socket": path, "fidelity": "winkler"}) as process:
         yield path
         assert process.complaints == ""
 

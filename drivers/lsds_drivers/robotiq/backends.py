@@ -1,12 +1,12 @@
-"""The drivers as a config names them: each a gripper on a wire."""
+"""The drivers as a config names them: each a gripper over a transport."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from lsds_drivers.robotiq.gripper import RobotiqGripper
-from lsds_drivers.robotiq.modbus import ModbusWire
-from lsds_drivers.robotiq.urcap import UrcapWire
+from lsds_drivers.robotiq.modbus import ModbusTransport
+from lsds_drivers.robotiq.urcap import UrcapTransport
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -26,10 +26,10 @@ def two_finger(options: TwoFingerOptions, context: BuildContext) -> RobotiqGripp
 def hand_e_urcap(options: UrcapOptions, context: BuildContext) -> RobotiqGripper:
     """Return the driver of a Hand-E behind Robotiq's URCap."""
     name = "hand-e-urcap"
-    wire = UrcapWire(name, options.host, options.port, options.answer_timeout_ms * 1e-3, context.clock)
-    return RobotiqGripper(name, options, wire, context.clock)
+    transport = UrcapTransport(name, options.host, options.port, options.answer_timeout_ms * 1e-3, context.clock)
+    return RobotiqGripper(name, options, transport, context.clock)
 
 
 def _on_modbus(name: str, options: HandEOptions, context: BuildContext) -> RobotiqGripper:
-    wire = ModbusWire(name, options.port, options.slave, options.baud, options.answer_timeout_ms * 1e-3)
-    return RobotiqGripper(name, options, wire, context.clock)
+    transport = ModbusTransport(name, options.port, options.slave, options.baud, options.answer_timeout_ms * 1e-3)
+    return RobotiqGripper(name, options, transport, context.clock)

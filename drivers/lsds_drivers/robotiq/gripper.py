@@ -1,4 +1,4 @@
-"""The gripper itself: life, reading and commanding, over whichever wire. See `lsds.contracts.Gripper`."""
+"""The gripper itself: life, reading and commanding, over whichever transport. See `lsds.contracts.Gripper`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from lsds_drivers.robotiq.registers import (
 if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_drivers.robotiq.options import GripperOptions
-    from lsds_drivers.robotiq.wire import Wire
+    from lsds_drivers.robotiq.transport import Transport
 
 STOP_S = 0.8
 """How long `stop` waits to be carried out; the gripper is still told later where that is not enough."""
@@ -44,7 +44,7 @@ class RobotiqGripper:
     Reading and commanding take no time: a thread of its own talks to the gripper.
     """
 
-    def __init__(self, device: str, options: GripperOptions, wire: Wire, clock: Clock) -> None:
+    def __init__(self, device: str, options: GripperOptions, transport: Transport, clock: Clock) -> None:
         self.device = device
         self._options = options
         self._figures = options.figures()
@@ -54,7 +54,7 @@ class RobotiqGripper:
         self._arming = self._calibrated = False
         self._pump = Pump(
             device,
-            wire,
+            transport,
             clock,
             poll_hz=options.poll_hz,
             open_s=options.answer_timeout_ms * 1e-3,

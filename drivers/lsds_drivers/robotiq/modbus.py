@@ -21,8 +21,8 @@ QUIET_S = 0.02
 """Silence after which no answer is on its way any more: a USB adapter may hold one back for 16 ms."""
 
 
-class ModbusWire:
-    """A `Wire` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
+class ModbusTransport:
+    """A `Transport` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
 
     RTU answers do not say which request they belong to. So that one which comes after its time is not taken for the
     next one's, the line has to fall silent after anything went wrong, and status is then asked for by function 3 where

@@ -1,7 +1,7 @@
 """The I/O thread: asks for the status at a rate, sends the newest command, opens the port anew where it was lost.
 
-The thread alone touches the wire. Callers leave one order at a time, which a newer one replaces, and take the newest
-status; neither waits for a request.
+The thread alone touches the transport. Callers leave one order at a time, which a newer one replaces, and take the
+newest status; neither waits for a request.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from lsds.clock import Clock, nanoseconds, seconds
 from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout, ProtocolFault
 from lsds_drivers.robotiq.fault_codes import RELEASING, blocks
 from lsds_drivers.robotiq.registers import ACTIVATE, Activation, Motion, Status
-from lsds_drivers.robotiq.wire import Wire
+from lsds_drivers.robotiq.transport import Transport
 
 SPACING_NS = 5_000_000
 """The registers are refreshed at 200 Hz: no more requests than that."""
@@ -57,11 +57,13 @@ class Counts:
 
 
 class Pump:
-    """Owns a wire from `start` to `end`."""
+    """Owns a transport from `start` to `end`."""
 
-    def __init__(self, device: str, wire: Wire, clock: Clock, *, poll_hz: float, open_s: float, silence_s: float):
+    def __init__(
+        self, device: str, transport: Transport, clock: Clock, *, poll_hz: float, open_s: float, silence_s: float
+    ):
         self._device = device
-        self._wire = wire
+        self._transport = transport
         self._clock = clock
         self._period_ns = nanoseconds(1 / poll_hz)
         self._open_s = open_s
@@ -100,11 +102,11 @@ class Pump:
         return self._halts_wanted
 
     def open(self, timeout_s: float) -> None:
-        """Open the wire, get a first status, start the thread. Raises ConnectFailed, everything closed again."""
+        """Open the transport, get a first status, start the thread. Raises ConnectFailed, everything closed again."""
         try:
             self._first_status(self._clock.now() + nanoseconds(timeout_s))
         except BaseException:
-            self._wire.close()
+            self._transport.close()
             raise
         self._thread = threading.Thread(target=self._run, name=f"lsds {self._device}", daemon=True)
         self._thread.start()
@@ -118,7 +120,7 @@ class Pump:
             self._wake.notify_all()
 
     def halt(self, timeout_s: float) -> bool:
-        """End motion as soon as the wire can carry it, before and instead of any order; tell whether that was done.
+        """End motion as soon as the transport can carry it, instead of any order; return whether that was done.
 
         What could not be told in time is told as soon as the gripper answers again.
         """
@@ -157,22 +159,22 @@ class Pump:
             return self._last_sent is order
 
     def end(self, timeout_s: float) -> None:
-        """End the thread, which closes the wire; wait for it."""
+        """End the thread, which closes the transport; wait for it."""
         with self._wake:
             self._ending = True
             self._wake.notify_all()
         if self._thread is not None:
             self._thread.join(timeout_s)
         else:
-            self._wire.close()
+            self._transport.close()
 
     def _first_status(self, deadline_ns: int) -> None:
         """Open and poll until there is a status; raise ConnectFailed where there is none by then."""
         opened = False
         while True:
             try:
-                if not self._wire.is_open:
-                    self._wire.open(max(0.01, seconds(deadline_ns - self._clock.now())))
+                if not self._transport.is_open:
+                    self._transport.open(max(0.01, seconds(deadline_ns - self._clock.now())))
                     opened = True
                 self._poll()
                 return
@@ -194,15 +196,15 @@ class Pump:
         try:
             while not self._ending:
                 try:
-                    if not self._wire.is_open:
-                        self._wire.open(self._open_s)
+                    if not self._transport.is_open:
+                        self._transport.open(self._open_s)
                         self.counts.reconnects += 1
                         self._good_ns = self._clock.now()
                     self._turn()
                     pause = BACK_OFF_NS[0]
                 except ConnectFailed as error:
                     self._failed(error)
-                    self._wire.close()
+                    self._transport.close()
                     self._pause(pause)
                     pause = min(2 * pause, BACK_OFF_NS[1])
                 except DeviceError as error:
@@ -210,9 +212,9 @@ class Pump:
                 # A library's mistake over some odd answer must not leave the gripper without its thread.
                 except Exception as error:
                     self._failed(ProtocolFault(self._device, f"{type(error).__name__}: {error}"))
-                    self._wire.close()
+                    self._transport.close()
         finally:
-            self._wire.close()
+            self._transport.close()
             with self._wake:
                 self._ending = True
                 self._wake.notify_all()
@@ -291,12 +293,12 @@ class Pump:
 
     def _write(self, action: int, motion: Motion | None) -> None:
         self._begin()
-        self._wire.write(action, motion)
+        self._transport.write(action, motion)
         self._good()
 
     def _poll(self) -> None:
         began = self._polled_ns = self._begin()
-        status = self._wire.read()
+        status = self._transport.read()
         now = self._clock.now()
         with self._wake:
             last = self._newest
@@ -327,8 +329,8 @@ class Pump:
             self._doubtful = True
             self._wake.notify_all()
         # A socket whose other end has vanished, or an adapter that was pulled and put back, keeps silent for ever.
-        if self._wire.is_open and self._clock.now() - self._good_ns > self._silence_ns:
-            self._wire.close()
+        if self._transport.is_open and self._clock.now() - self._good_ns > self._silence_ns:
+            self._transport.close()
 
     def _pause(self, pause_ns: int) -> None:
         with self._wake:

@@ -26,8 +26,8 @@ _ACK = b"ack"
 _LONGEST_ANSWER = 1024
 
 
-class UrcapWire:
-    """A `Wire` of GET and SET lines. Whatever goes wrong closes it: a fresh connection has no late answers in it."""
+class UrcapTransport:
+    """A `Transport` of GET and SET lines. Any failure closes it: a fresh connection has no late answers in it."""
 
     def __init__(self, device: str, host: str, port: int, timeout_s: float, clock: Clock) -> None:
         self._device = device

@@ -82,9 +82,15 @@ def unpack_command(data: bytes) -> Command:
 def pack_state(state: State) -> bytes:
     """Return the packet."""
     return _STATE.pack(
-        Kind.STATE, state.t_ns, state.seq, *state.pose, *state.speed,
-        state.robot_mode, state.safety_bits, state.runtime_state,
-    )  # fmt: skip
+        Kind.STATE,
+        state.t_ns,
+        state.seq,
+        *state.pose,
+        *state.speed,
+        state.robot_mode,
+        state.safety_bits,
+        state.runtime_state,
+    )
 
 
 def unpack_state(data: bytes) -> State:

@@ -11,9 +11,9 @@ import numpy as np
 
 from lsds_mocks.cell.cell import SimulatedCell
 from lsds_mocks.cell.options import CellOptions
-from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL
 from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.winkler import WinklerGel
 from lsds_mocks.objects.build import build_shape
 from lsds_mocks.objects.catalogue import ObjectSpec
 from lsds_mocks.objects.height_map import height_map
@@ -46,7 +46,7 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
     """Make the gel of the tier asked for."""
     if options.fidelity == "winkler":
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
-        return BrushGel(shape, material, kernel=kernel)
+        return WinklerGel(shape, material, kernel=kernel)
     # What the solver leaves is a force from nowhere: damped by backward Euler, fed into ringing by the midpoint rule.
     settled = 0.02 if options.integrator == "backward-euler" else 0.004
     # The compiled solver and its tables: only for those who want it.

@@ -149,6 +149,13 @@ class SimulatedCell:
     def _moment(self) -> Moment:
         drive, arm, turn = self.plant.fingers, self.plant.arm, self.plant.turn
         return Moment(
-            self._t_ns, drive.aperture_m, drive.target_m, drive.moving, drive.stalled, arm.position_m,
-            arm.velocity_m_s, turn.position_m, turn.velocity_m_s,
-        )  # fmt: skip
+            self._t_ns,
+            drive.aperture_m,
+            drive.target_m,
+            drive.moving,
+            drive.stalled,
+            arm.position_m,
+            arm.velocity_m_s,
+            turn.position_m,
+            turn.velocity_m_s,
+        )

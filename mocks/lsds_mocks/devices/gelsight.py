@@ -10,6 +10,7 @@ from lsds.contracts import Frame, SensorSpec
 from lsds.errors import StaleData
 from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_mocks.cell.build import shared_cell
+from lsds_mocks.devices.look import look_of
 from lsds_mocks.devices.shutter import Shutter, Snapshot
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX, shape_of
 from lsds_mocks.optics.renderer import Renderer
@@ -27,8 +28,8 @@ NAME = "mock-gelsight-mini"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkerTruth:
-    """Exact dot centres at an instant: `xy_px` and undeformed `rest_px` (N, 2) in pixels, row by row of the pad;
-    `contact_fraction` is the part of the image that the object touches."""
+    """Exact dot centres at an instant: `xy_px` and undeformed `rest_px` (N, 2) in pixels of the sensor's own image, row
+    by row of the pad; `contact_fraction` is the part of the image that the object touches."""
 
     t_ns: int
     seq: int
@@ -38,15 +39,17 @@ class MarkerTruth:
 
 
 class MockGelSightMini(MotionlessLife):
-    """A `TactileSensor` in the simulated cell."""
+    """A `TactileSensor` on either finger of the simulated cell; `lsds_mocks.optics.renderer` says what each sees."""
 
     def __init__(self, options: GelSightOptions, context: BuildContext) -> None:
         self.options = options
         self.cell = shared_cell(context)
         self._clock = context.clock
-        self._seed = context.rng_seed("gelsight timing")
+        # The left finger's streams have no suffix: a rig with one sensor keeps its random numbers.
+        own = "" if options.finger == "left" else f" {options.finger}"
+        self._seed = context.rng_seed(f"gelsight timing{own}")
         self._guard = LifecycleGuard(NAME)
-        self._renderer = Renderer(options.look(), context.rng_seed("gelsight gel"))
+        self._renderer = Renderer(look_of(options), context.rng_seed(f"gelsight gel{own}"), options.finger)
         self._shutter: Shutter | None = None
         self._shown: tuple[Snapshot, Frame] | None = None
         self._image: tuple[tuple[int, int], NDArray[np.uint8]] | None = None

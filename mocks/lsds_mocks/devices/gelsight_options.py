@@ -6,15 +6,15 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lsds_mocks.optics import specimen
-from lsds_mocks.optics.renderer import Look
-
 
 class GelSightOptions(BaseModel):
     """Options of `[sensor.mock-gelsight-mini]`. Ranges in the descriptions are what public recordings show."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
+    finger: Literal["left", "right"] = Field(
+        default="left", description="finger that carries the sensor; right sees the same gel mirrored left to right"
+    )
     optics: Literal["markers", "linear", "full"] = Field(
         default="linear", description="colour: dots alone; linear in the surface's slope; its normals (slopes over 0.4)"
     )
@@ -49,29 +49,3 @@ class GelSightOptions(BaseModel):
     duplicate_probability: float = Field(default=0.0, ge=0, le=1, description="frames that repeat the one before")
     freeze_at_s: float | None = Field(default=None, ge=0, description="fault: the image stands still from then on")
     silent_at_s: float | None = Field(default=None, ge=0, description="fault: no frame arrives from then on")
-
-    def look(self) -> Look:
-        """Return the optical part. What is set counts before what the numbered gel says."""
-        gel = None if self.gel is None else specimen.draw(self.gel)
-
-        def of_gel(name: str) -> float:
-            own = getattr(self, name)
-            return float(own if gel is None or name in self.model_fields_set else getattr(gel, name))
-
-        return Look(
-            pad=None if self.pad == "none" else self.pad,
-            mm_per_px=self.mm_per_px,
-            dot_diameter_px=of_gel("dot_diameter_px"),
-            dot_core=of_gel("dot_core"),
-            dot_blur_px=of_gel("dot_blur_px"),
-            variation=self.gel_variation,
-            noise=self.noise,
-            drift=self.drift,
-            swing_levels=self.swing_levels,
-            start_up=self.dim_start,
-            tier=self.optics,
-            pitch=(1.0, 1.0) if gel is None else gel.pitch,
-            brightness=of_gel("brightness"),
-            wear=of_gel("wear"),
-            lift_levels=self.contact_lift_levels,
-        )

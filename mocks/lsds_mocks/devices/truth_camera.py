@@ -10,7 +10,6 @@ from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.contracts import PoseSample
@@ -24,23 +23,10 @@ from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
     from lsds_mocks.cell.cell import SimulatedCell
+    from lsds_mocks.devices.truth_camera_options import TruthCameraOptions
     from lsds_mocks.gel.state import GelState
 
 NAME = "mock-truth-camera"
-
-
-class TruthCameraOptions(BaseModel):
-    """Options of `[pose_source.mock-truth-camera]`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    width: int = Field(default=640, ge=160, le=3840, description="width in px")
-    height: int = Field(default=480, ge=120, le=2160, description="height in px")
-    rate_hz: float = Field(default=60.0, gt=0.5, le=240, description="pictures a second")
-    exposure_ms: float = Field(default=4.0, ge=0, le=16, description="shutter time, over which motion blurs")
-    latency_ms: float = Field(default=20.0, ge=10, le=500, description="from the middle of exposure to a readable pose")
-    noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 1.6 grey levels")
-    stale_after_ms: float = Field(default=500.0, gt=0, description="older samples are reported as StaleData")
 
 
 class _Exposure(NamedTuple):

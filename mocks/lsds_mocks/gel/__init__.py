@@ -1,1 +1,1 @@
-"""Models of the gel pad behind one seam, `GelModel`; `brush` is the first tier."""
+"""Models of the gel pad behind one interface, `GelModel`."""

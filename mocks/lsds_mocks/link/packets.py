@@ -89,10 +89,21 @@ def unpack_scene(data: bytes) -> tuple[int, Scene | None]:
 def pack_truth(t: CellTruth) -> bytes:
     """Return the packet."""
     return _TRUTH.pack(
-        Kind.TRUTH, t.t_ns, *t.slip_velocity_m_s, *t.relative_velocity_m_s, t.slip_angular_rad_s, t.slip_distance_m,
-        t.stick_ratio, t.normal_force_n, t.tangential_force_n, t.required_normal_force_n, t.aperture_m,
-        t.object_height_m, t.supported, t.dropped,
-    )  # fmt: skip
+        Kind.TRUTH,
+        t.t_ns,
+        *t.slip_velocity_m_s,
+        *t.relative_velocity_m_s,
+        t.slip_angular_rad_s,
+        t.slip_distance_m,
+        t.stick_ratio,
+        t.normal_force_n,
+        t.tangential_force_n,
+        t.required_normal_force_n,
+        t.aperture_m,
+        t.object_height_m,
+        t.supported,
+        t.dropped,
+    )
 
 
 def unpack_truth(data: bytes) -> CellTruth:
@@ -109,9 +120,17 @@ def pack_gel(t_ns: int, state: GelState | None) -> bytes:
     reach = state.reach_m
     low, high = (0.0, 0.0) if reach is None else reach
     head = _GEL.pack(
-        Kind.GEL, t_ns, points, reach is not None, state.indentation_m, state.normal_force_n, low, high, state.fine,
+        Kind.GEL,
+        t_ns,
+        points,
+        reach is not None,
+        state.indentation_m,
+        state.normal_force_n,
+        low,
+        high,
+        state.fine,
         *state.placement,
-    )  # fmt: skip
+    )
     arrays = (state.deflection_m, state.shear_n, state.pressure_n)
     cells = state.cells if len(state.cells) else np.zeros(points)
     numbers = b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays)

@@ -14,8 +14,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field
-
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds_mocks.cell.build import make_cell
 from lsds_mocks.cell.options import CellOptions
@@ -41,6 +39,7 @@ if TYPE_CHECKING:
     from lsds.contracts import BuildContext
     from lsds_mocks.cell.cell import SimulatedCell
     from lsds_mocks.gel.state import GelState
+    from lsds_mocks.link.plant_options import PlantOptions
     from lsds_mocks.plant.plant import Plant
 
 NAME = "plant"
@@ -51,13 +50,6 @@ LATEST_NS = 200_000_000
 LATE_NS = 20_000_000
 KEPT = 512
 NEVER_NS = 2**62
-
-
-class PlantOptions(CellOptions):
-    """Options of `lsds mock plant`."""
-
-    socket: str = Field(default="plant.sock", description="path of the socket at which wire faces find it")
-    aperture_mm: float = Field(default=50.0, ge=0, le=50, description="where the fingers begin")
 
 
 class _Client:

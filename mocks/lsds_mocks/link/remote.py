@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, TypeVar
 from lsds.clock import seconds
 from lsds.contracts import CellTruth
 from lsds.errors import ConnectFailed, StaleData
-from lsds_mocks.cell.build import build_plant
-from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.link.packets import (
     ASK,
     DRIVE,
@@ -22,7 +20,6 @@ from lsds_mocks.link.packets import (
     Kind,
     Want,
     unpack_fingers,
-    unpack_gel,
     unpack_load,
     unpack_scene,
     unpack_truth,
@@ -30,8 +27,7 @@ from lsds_mocks.link.packets import (
 from lsds_mocks.link.protocols import Fingers, Load, Scene
 
 if TYPE_CHECKING:
-    from lsds_mocks.gel.protocol import GelModel
-    from lsds_mocks.gel.state import GelState
+    pass
 
 T = TypeVar("T")
 
@@ -142,24 +138,6 @@ class RemoteArm:
         if packet is not None:
             self._last = unpack_load(packet)
         return self._last
-
-    def close(self) -> None:
-        """Close."""
-        self._plant.close()
-
-
-class RemoteGel:
-    """A `GelLink`; `gel` is a model of its own, made from the plant's options, to render the states with."""
-
-    def __init__(self, address: str) -> None:
-        self._plant = PlantSocket(address, Want.NOTHING)
-        self._plant.send(bytes([Kind.ASK_OPTIONS]))
-        options = CellOptions.model_validate_json(self._plant.first()[1:])
-        self.gel: GelModel = build_plant(options, [0]).gel
-
-    def at(self, t_ns: int) -> GelState | None:
-        """Ask for the gel at an instant; wait until the physics has passed it."""
-        return self._plant.ask(Kind.ASK_GEL, t_ns, unpack_gel)
 
     def close(self) -> None:
         """Close."""

@@ -14,10 +14,28 @@ from typing import Literal
 ShapeName = Literal["cylinder", "sphere", "box", "edge"]
 TextureName = Literal["smooth", "bumps", "pores", "weave"]
 ObjectName = Literal[
-    "pvc-pipe", "book", "scissors", "plank", "sponge", "duster", "can", "bottle", "ball", "marble", "marker-pen",
-    "screwdriver", "battery", "glue-stick", "cardboard-box", "tape-roll", "ruler", "phone", "steel-block", "candle",
+    "pvc-pipe",
+    "book",
+    "scissors",
+    "plank",
+    "sponge",
+    "duster",
+    "can",
+    "bottle",
+    "ball",
+    "marble",
+    "marker-pen",
+    "screwdriver",
+    "battery",
+    "glue-stick",
+    "cardboard-box",
+    "tape-roll",
+    "ruler",
+    "phone",
+    "steel-block",
+    "candle",
     "wooden-dowel",
-]  # fmt: skip
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,38 +65,81 @@ CATALOGUE: dict[ObjectName, ObjectSpec] = {
     "pvc-pipe": ObjectSpec("cylinder", 25, 150, 0.30, 0.55, 0.45),
     # The five unseen objects.
     "book": ObjectSpec(
-        "box", 22, 200, 0.35, 0.75, 0.65, stiffness_n_mm=15, width_mm=140, texture="weave", texture_size_mm=0.8,
+        "box",
+        22,
+        200,
+        0.35,
+        0.75,
+        0.65,
+        stiffness_n_mm=15,
+        width_mm=140,
+        texture="weave",
+        texture_size_mm=0.8,
         texture_depth_mm=0.03,
     ),
     "scissors": ObjectSpec("edge", 8, 170, 0.09, 0.45, 0.38, edge_mm=1.0, turned_deg=8),
-    "plank": ObjectSpec("box", 18, 250, 0.25, 0.60, 0.50, width_mm=70, texture="bumps", texture_size_mm=2.0,
-                        texture_depth_mm=0.01),
+    "plank": ObjectSpec(
+        "box", 18, 250, 0.25, 0.60, 0.50, width_mm=70, texture="bumps", texture_size_mm=2.0, texture_depth_mm=0.01
+    ),
     "sponge": ObjectSpec(
-        "box", 40, 110, 0.02, 0.95, 0.85, stiffness_n_mm=0.8, width_mm=70, texture="pores", texture_size_mm=1.6,
-        texture_depth_mm=0.8, texture_amplitude=0.15,
+        "box",
+        40,
+        110,
+        0.02,
+        0.95,
+        0.85,
+        stiffness_n_mm=0.8,
+        width_mm=70,
+        texture="pores",
+        texture_size_mm=1.6,
+        texture_depth_mm=0.8,
+        texture_amplitude=0.15,
     ),
     "duster": ObjectSpec(
-        "box", 38, 130, 0.08, 0.70, 0.60, stiffness_n_mm=4, width_mm=55, texture="bumps", texture_size_mm=1.5,
-        texture_depth_mm=0.25, texture_amplitude=0.15,
+        "box",
+        38,
+        130,
+        0.08,
+        0.70,
+        0.60,
+        stiffness_n_mm=4,
+        width_mm=55,
+        texture="bumps",
+        texture_size_mm=1.5,
+        texture_depth_mm=0.25,
+        texture_amplitude=0.15,
     ),
     # Fifteen everyday objects.
     "can": ObjectSpec("cylinder", 45, 120, 0.35, 0.50, 0.42, stiffness_n_mm=80),
     "bottle": ObjectSpec("cylinder", 44, 200, 0.40, 0.60, 0.50, stiffness_n_mm=20),
-    "ball": ObjectSpec("sphere", 40, 40, 0.06, 0.80, 0.70, stiffness_n_mm=60, texture="bumps", texture_size_mm=2.0,
-                       texture_depth_mm=0.1),
+    "ball": ObjectSpec(
+        "sphere",
+        40,
+        40,
+        0.06,
+        0.80,
+        0.70,
+        stiffness_n_mm=60,
+        texture="bumps",
+        texture_size_mm=2.0,
+        texture_depth_mm=0.1,
+    ),
     "marble": ObjectSpec("sphere", 24, 24, 0.02, 0.40, 0.35),
     "marker-pen": ObjectSpec("cylinder", 18, 140, 0.03, 0.50, 0.42),
-    "screwdriver": ObjectSpec("cylinder", 30, 100, 0.12, 0.90, 0.80, texture="bumps", texture_size_mm=3.0,
-                              texture_depth_mm=0.2),
+    "screwdriver": ObjectSpec(
+        "cylinder", 30, 100, 0.12, 0.90, 0.80, texture="bumps", texture_size_mm=3.0, texture_depth_mm=0.2
+    ),
     "battery": ObjectSpec("cylinder", 34, 61, 0.14, 0.45, 0.38),
     "glue-stick": ObjectSpec("cylinder", 21, 90, 0.03, 0.55, 0.47),
-    "cardboard-box": ObjectSpec("box", 40, 150, 0.20, 0.65, 0.55, stiffness_n_mm=12, width_mm=90,
-                                texture_amplitude=0.12),
+    "cardboard-box": ObjectSpec(
+        "box", 40, 150, 0.20, 0.65, 0.55, stiffness_n_mm=12, width_mm=90, texture_amplitude=0.12
+    ),
     "tape-roll": ObjectSpec("cylinder", 45, 50, 0.08, 0.60, 0.52),
     "ruler": ObjectSpec("box", 4, 300, 0.03, 0.50, 0.43, width_mm=30, edge_mm=0.5),
     "phone": ObjectSpec("box", 9, 150, 0.18, 0.65, 0.57, width_mm=72, edge_mm=3.0),
     "steel-block": ObjectSpec("box", 20, 60, 0.45, 0.40, 0.34, width_mm=12, edge_mm=0.5),
     "candle": ObjectSpec("cylinder", 22, 200, 0.07, 0.35, 0.30),
-    "wooden-dowel": ObjectSpec("cylinder", 12, 250, 0.04, 0.60, 0.50, texture="bumps", texture_size_mm=1.0,
-                               texture_depth_mm=0.02),
-}  # fmt: skip
+    "wooden-dowel": ObjectSpec(
+        "cylinder", 12, 250, 0.04, 0.60, 0.50, texture="bumps", texture_size_mm=1.0, texture_depth_mm=0.02
+    ),
+}

@@ -36,10 +36,15 @@ class Relief(Surface):
         # OpenCV takes images of two axes only, and wraps an image around once.
         at_x, at_y = _wrapped(x.ravel(), self.pitch_m, columns), _wrapped(y.ravel(), self.pitch_m, rows)
         pieces = [
-            cv2.remap(self.depth_m, at_x[:, i : i + _REMAP], at_y[:, i : i + _REMAP], cv2.INTER_LINEAR,
-                      borderMode=cv2.BORDER_WRAP)
+            cv2.remap(
+                self.depth_m,
+                at_x[:, i : i + _REMAP],
+                at_y[:, i : i + _REMAP],
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_WRAP,
+            )
             for i in range(0, at_x.shape[1], _REMAP)
-        ]  # fmt: skip
+        ]
         relief = np.concatenate(pieces, axis=1).reshape(x.shape)
         return np.asarray(self.base.gap(x_m, y_m) + relief)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import cv2
 import numpy as np
@@ -48,16 +48,26 @@ class Look:
     lift_levels: float = 0.0
 
 
-class Renderer:
-    """Renders gel states. Same state, time and number: same image, bit by bit."""
+Finger = Literal["left", "right"]
 
-    def __init__(self, look: Look, seed: list[int]) -> None:
+
+class Renderer:
+    """Renders gel states as one of the two fingers sees them. Same state, time and number: same image, bit by bit.
+
+    A gel's state is in the left sensor's frame (x right, y down in its image). The fingers face each other, and one
+    gel model stands for both: the right sensor sees the state mirrored about the pad's vertical middle, a displacement
+    (ux, uy) at (x, y) as (-ux, uy) at (-x, y). Its lamps and its own dots are not mirrored.
+    """
+
+    def __init__(self, look: Look, seed: list[int], finger: Finger = "left") -> None:
+        self._mirrors = finger == "right"
+        self._to_gel = np.array([-1.0 if self._mirrors else 1.0, 1.0])
         print_rng, tint_rng, noise_rng, light_rng, wear_rng = np.random.default_rng(seed).spawn(5)
         self.metres_per_px = scale_of(look.pad, look.mm_per_px) if look.pad else look.mm_per_px * 1e-3
         self.rest_px = np.zeros((0, 2))
         if look.pad:
             self.rest_px = dot_positions(look.pad, look.variation, print_rng, look.pitch)
-        self._rest_m = (self.rest_px - CENTRE_PX) * self.metres_per_px
+        self._rest_m = (self.rest_px - CENTRE_PX) * self.metres_per_px * self._to_gel
         self._dots = self._painter(look, ink(len(self.rest_px), look.wear, wear_rng))
         light = background(look.variation, tint_rng, look.brightness)
         dust(light, look.wear, wear_rng)
@@ -81,7 +91,15 @@ class Renderer:
         """Return exact dot centres (N, 2) in pixels."""
         if not len(self.rest_px):
             return self.rest_px.copy()
-        return np.asarray(self.rest_px + gel.marker_displacement(state, self._rest_m) / self.metres_per_px)
+        moved_m = gel.marker_displacement(state, self._rest_m) * self._to_gel
+        return np.asarray(self.rest_px + moved_m / self.metres_per_px)
+
+    def _depth(
+        self, gel: GelModel, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        depth = gel.depth(state, x_m, y_m)
+        # The image's columns lie evenly about its middle, so that reversing them is mirroring.
+        return np.ascontiguousarray(depth[:, ::-1]) if self._mirrors else depth
 
     def render(
         self, gel: GelModel, state: GelState, xy_px: NDArray[np.float64], t_s: float, seq: int
@@ -89,7 +107,7 @@ class Renderer:
         """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
         # Gels on cells deform with shear, too; the surface of the others follows from how deep the object stands.
         key = None if state.fine else (state.indentation_m, state.reach_m)
-        lit = self._shader.shade(key, lambda x, y: gel.depth(state, x, y), state.indentation_m > 0)
+        lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0)
         gain = self._light.common(t_s)
         if self._dots is None:
             image = cv2.convertScaleAbs(lit, alpha=gain)

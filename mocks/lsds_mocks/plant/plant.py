@@ -131,15 +131,28 @@ class Plant:
         limit = self.normal_n * 2 * self.friction.static
         if not isinstance(self.body, PlanarMotion):
             return step_object(
-                self.body, self.gel, carrier_velocity_m_s=carrier_velocity_m_s, mass_kg=own.mass_kg, dt_s=dt_s,
-                fingers=FINGERS, limit_n=limit, theta=own.theta,
-            )  # fmt: skip
+                self.body,
+                self.gel,
+                carrier_velocity_m_s=carrier_velocity_m_s,
+                mass_kg=own.mass_kg,
+                dt_s=dt_s,
+                fingers=FINGERS,
+                limit_n=limit,
+                theta=own.theta,
+            )
         inertia = own.mass_kg * (own.length_m**2 + own.width_m**2) / 12
         body = Body(own.mass_kg, inertia, (own.centre_x_m, own.grip_height_m - own.length_m / 2))
         return step_planar(
-            self.body, self.gel, body, carrier_velocity_m_s=carrier_velocity_m_s,
-            carrier_rate_rad_s=self.turn.velocity_m_s, dt_s=dt_s, fingers=FINGERS, limit_n=limit, theta=own.theta,
-        )  # fmt: skip
+            self.body,
+            self.gel,
+            body,
+            carrier_velocity_m_s=carrier_velocity_m_s,
+            carrier_rate_rad_s=self.turn.velocity_m_s,
+            dt_s=dt_s,
+            fingers=FINGERS,
+            limit_n=limit,
+            theta=own.theta,
+        )
 
     def _press(self) -> bool:
         """Close the gel on the object where fingers, object's end or force have moved; tell whether they have."""

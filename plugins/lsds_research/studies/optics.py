@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Literal
 import cv2
 import numpy as np
 from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_mocks.devices.look import look_of
 from lsds_mocks.gel.auto.gel import AutoGel
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.optics.background import background
 from lsds_mocks.optics.renderer import Renderer
 from lsds_mocks.optics.shading import Shader, Tier
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import perf_ns
@@ -107,7 +106,7 @@ def _frames(
     gel: GelModel, scene: Scene, tier: Tier
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Callable[..., NDArray[np.float32]]]:
     """Return times (frames,) in microseconds of mechanics and of the image, and the surface at the end."""
-    renderer = Renderer(GelSightOptions(optics=tier).look(), [0])
+    renderer = Renderer(look_of(GelSightOptions(optics=tier)), [0])
     for step in range(1, scene.presses + 1):
         gel.press(step / scene.presses * scene.indentation_m)
         gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
@@ -145,6 +144,10 @@ def _errors(depth: Callable[..., NDArray[np.float32]], tier: Tier) -> dict[str, 
 
 def _draw(path: Path, rows: list[dict[str, Value]]) -> None:
     """Write the chart as PNG: error over time, a colour a scene, a sign a tier."""
+    # Only who draws needs matplotlib.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(9, 4.8), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from lsds_mocks.gel.field.operator import operator
-from lsds_mocks.gel.field.view import FieldView
+from lsds_mocks.gel.field.surface import FieldView
 from lsds_mocks.gel.material import GelMaterial
 
 WIDTH_MM, HEIGHT_MM, THICKNESS_MM = 24.96, 20.16, 4.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lsds_mocks.gel.field.effort import SWEEPS
+from lsds_mocks.gel.field.choice import SWEEPS
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from lsds_mocks.gel.field.correction import pad_correction, read
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
-from lsds_mocks.gel.field.operator import operator
-from lsds_mocks.gel.field.symbol import layer_symbol
+from lsds_mocks.gel.field.operator import layer_symbol, operator
 from lsds_mocks.gel.material import GelMaterial
 from lsds_research.pad import make_pad
 
@@ -20,12 +19,20 @@ from lsds_research.pad.fem.mesh import COARSE, FINE, half_pad
 from lsds_research.pad.fem.pad_hats import pad_classes
 from lsds_research.pad.fem.solid import Line, stiffness
 
-TINY = GelMaterial(width_m=6e-3, height_m=5e-3)
+TINY = GelMaterial(width_m=4.8e-3, height_m=4e-3)
 
 
 def run(tmp_path, *arguments):
-    size = ["--width-mm", "6", "--height-mm", "5", "--coarse"]
+    size = ["--width-mm", "4.8", "--height-mm", "4", "--coarse"]
     return make_pad.main([*size, "--out", str(tmp_path / "pad.npz"), *arguments])
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory):
+    """A tiny pad's file for two ratios, as the command makes it."""
+    folder = tmp_path_factory.mktemp("made")
+    assert run(folder, "--poisson", "0.48", "--poisson", "0.4") == 0
+    return folder / "pad.npz"
 
 
 # -- elements --------------------------------------------------------------------------------------------
@@ -136,15 +143,13 @@ def test_without_pardiso_the_answer_is_the_same(monkeypatch):
 # -- the command -----------------------------------------------------------------------------------------
 
 
-def test_a_tiny_pad_is_made_and_used(tmp_path, capsys):
-    assert run(tmp_path, "--poisson", "0.48", "--poisson", "0.4") == 0
-    assert "wrote" in capsys.readouterr().err
-    content = read(str(tmp_path / "pad.npz"))
+def test_a_tiny_pad_is_made_and_used(made):
+    content = read(str(made))
     assert list(content.poisson) == [0.4, 0.48]
     assert content.provenance["layers, surface to base"] == list(COARSE.layers)
-    pad = GelMaterial(width_m=6e-3, height_m=5e-3, poisson=0.45, correction=str(tmp_path / "pad.npz"))
+    pad = GelMaterial(width_m=4.8e-3, height_m=4e-3, poisson=0.45, correction=str(made))
     # Pressed everywhere, it is softer than a piece of a layer, and stiffer than a bar whose base may spread.
-    down, across = (np.array([0.5, *[1.0] * (count - 1), 0.5]) / count for count in (5, 6))
+    down, across = (np.array([0.5, *[1.0] * (count - 1), 0.5]) / count for count in (4, 5))
     weight = np.outer(down, across).ravel()
     softer = weight @ pad_correction(pad)[2, :, 2] @ weight * pad.width_m * pad.height_m
     layer = operator(pad, 1, "layer").cells[2, 2].sum()
@@ -152,13 +157,15 @@ def test_a_tiny_pad_is_made_and_used(tmp_path, capsys):
     assert 2 * layer < layer + softer < 0.9 * bar
 
 
-def test_a_file_is_replaced_only_by_force(tmp_path, capsys):
+def test_a_file_is_replaced_only_by_force(made, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(assemble, "make", lambda *arguments: read(str(made)))
     (tmp_path / "pad.npz").write_bytes(b"old")
     assert run(tmp_path, "--poisson", "0.4") == 2
     assert "--force" in capsys.readouterr().err
     assert (tmp_path / "pad.npz").read_bytes() == b"old"
-    assert run(tmp_path, "--poisson", "0.4", "--force") == 0
-    assert list(read(str(tmp_path / "pad.npz")).poisson) == [0.4]
+    assert run(tmp_path, "--poisson", "0.4", "--poisson", "0.48", "--force") == 0
+    assert "wrote" in capsys.readouterr().err
+    assert list(read(str(tmp_path / "pad.npz")).poisson) == [0.4, 0.48]
 
 
 @pytest.mark.parametrize(
@@ -211,7 +218,7 @@ def test_help_shows_examples_and_what_is_shipped(capsys):
     assert "0.499" in said
 
 
-def test_a_cell_takes_a_pad_of_other_proportions_with_its_file_and_names_what_is_missing(tmp_path):
+def test_a_cell_takes_a_pad_of_other_proportions_with_its_file_and_names_what_is_missing(made):
     from lsds_mocks.cell.build import build_cell
     from lsds_mocks.cell.options import CellOptions
 
@@ -219,9 +226,8 @@ def test_a_cell_takes_a_pad_of_other_proportions_with_its_file_and_names_what_is
     from lsds.contracts import BuildContext
     from lsds.errors import DataError
 
-    own = {"fidelity": "pad", "grid": 1, "pad_width_mm": 6.0, "pad_height_mm": 5.0}
+    own = {"fidelity": "pad", "grid": 1, "pad_width_mm": 4.8, "pad_height_mm": 4.0}
     with pytest.raises(DataError, match="pad_correction"):
         build_cell(CellOptions(**own), BuildContext(VirtualClock(), 0))
-    assert run(tmp_path, "--poisson", "0.48") == 0
-    cell = build_cell(CellOptions(**own, pad_correction=str(tmp_path / "pad.npz")), BuildContext(VirtualClock(), 0))
+    cell = build_cell(CellOptions(**own, pad_correction=str(made)), BuildContext(VirtualClock(), 0))
     assert cell.plant.gel.press(0.1e-3) > 0.05

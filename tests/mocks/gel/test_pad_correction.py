@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from importlib import resources
 
 import numpy as np
@@ -10,11 +11,19 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from lsds_mocks.gel.field import correction
-from lsds_mocks.gel.field.correction import CorrectionFile, interpolation, pack, pad_correction, read, unpack, write
+from lsds_mocks.gel.field.correction import (
+    CorrectionFile,
+    interpolation,
+    pack,
+    pad_correction,
+    read,
+    reading,
+    unpack,
+    write,
+)
+from lsds_mocks.gel.field.dense import Patch
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
 from lsds_mocks.gel.field.operator import operator
-from lsds_mocks.gel.field.patch import Patch
-from lsds_mocks.gel.field.points import reading
 from lsds_mocks.gel.material import GelMaterial
 from mocks.gel.pad_loads import LOADS, errors, product_um
 
@@ -48,16 +57,16 @@ def small_file(columns=5, rows=4, ratios=(0.4, 0.48), seed=0):
 # -- classes and files -----------------------------------------------------------------------------------
 
 
-@settings(max_examples=30)
-@given(columns=st.integers(2, 6), rows=st.integers(2, 6), seed=st.integers(0, 2**31))
+@settings(max_examples=15)
+@given(columns=st.integers(2, 4), rows=st.integers(2, 4), seed=st.integers(0, 2**31))
 def test_a_symmetric_matrix_survives_packing(columns, rows, seed):
     hats = HatGrid(columns, rows, 8, 8, 0.24, 0.25)
     matrix = symmetric(hats, seed)
     assert unpack(hats, pack(hats, matrix)).reshape(matrix.shape) == pytest.approx(matrix, abs=1e-12)
 
 
-@settings(max_examples=20)
-@given(columns=st.integers(2, 6), rows=st.integers(2, 6), seed=st.integers(0, 2**31))
+@settings(max_examples=15)
+@given(columns=st.integers(2, 4), rows=st.integers(2, 4), seed=st.integers(0, 2**31))
 def test_what_the_mirrors_forbid_is_dropped_by_packing(columns, rows, seed):
     hats = HatGrid(columns, rows, 8, 8, 0.24, 0.25)
     size = 3 * hats.nodes
@@ -176,9 +185,16 @@ def test_the_shipped_correction_only_makes_the_pad_softer(poisson):
     matrix = pad_correction(GelMaterial(poisson=poisson)).astype(float)
     matrix = matrix.reshape(2 * (matrix.shape[0] * matrix.shape[1],))
     assert np.abs(matrix - matrix.T).max() < 1e-6 * np.abs(matrix).max()
+    # Its eigenvalues are those of its four classes of parity, each a quarter of its size.
+    triangles = pack(hat_grid(GelMaterial()), matrix)
+    size = math.isqrt(2 * triangles.shape[1])
+    values = []
+    for triangle in triangles:
+        upper = np.zeros((size, size))
+        upper[np.triu_indices(size)] = triangle
+        values.append(np.linalg.eigvalsh(upper, UPLO="U"))
     # Half precision leaves 0.05 % of an entry.
-    values = np.linalg.eigvalsh(matrix)
-    assert values[0] > -1e-3 * values[-1]
+    assert np.min(values) > -1e-3 * np.max(values)
 
 
 @settings(max_examples=25)

@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsds_mocks.gel.field import choice
 from lsds_mocks.gel.field.box import Box
-from lsds_mocks.gel.field.choice import AnyPatch
-from lsds_mocks.gel.field.effort import SWEEPS
+from lsds_mocks.gel.field.choice import SWEEPS, AnyPatch
+from lsds_mocks.gel.field.dense import Patch
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.operator import operator
-from lsds_mocks.gel.field.patch import Patch
 from lsds_mocks.gel.field.spectral import SpectralPatch
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box as Block

@@ -31,8 +31,9 @@ class DatedGel:
     """The gel's picture with its time in bars along the upper edge."""
 
     def __init__(self, width, height):
-        from lsds_mocks.wire.cameras.gelsight_mini import GelSightMiniOptions, GelView
+        from lsds_mocks.wire.cameras.gelsight_mini import GelView
         from lsds_mocks.wire.cameras.links import gel_link
+        from lsds_mocks.wire.cameras.options import GelSightMiniOptions
 
         from lsds.contracts import BuildContext
 

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from lsds_mocks.scene.lens import camera_model
 from lsds_mocks.scene.stage import MARKERS, VIEWPOINT
-from lsds_mocks.wire.cameras.gelsight_mini import GelSightMiniOptions
 from lsds_mocks.wire.cameras.gelsight_mini import build as build_gelsight
-from lsds_mocks.wire.cameras.truth_camera import TruthCamera, TruthCameraOptions
+from lsds_mocks.wire.cameras.options import GelSightMiniOptions, TruthCameraOptions
+from lsds_mocks.wire.cameras.truth_camera import TruthCamera
 from lsds_mocks.wire.mjpeg.camera import CameraMock
 from lsds_mocks.wire.mjpeg.options import CameraOptions
 

@@ -197,10 +197,9 @@ def test_before_it_is_armed_it_may_be_not_activated(tmp_path):
         gripper.close()
 
 
-@pytest.mark.parametrize("driver", ["hand-e", "hand-e-urcap"])
-@pytest.mark.parametrize("opening", [True, False])
+@pytest.mark.parametrize(("driver", "opening"), [("hand-e", True), ("hand-e-urcap", False)])
 def test_automatic_release(tmp_path, driver, opening):
-    with serving(tmp_path, activated=True, activation_s=0.4, aperture_mm=25) as mock:
+    with serving(tmp_path, activated=True, activation_s=0.2, aperture_mm=25) as mock:
         gripper = build(driver, options_for(driver, mock))
         gripper.connect()
         gripper.arm()

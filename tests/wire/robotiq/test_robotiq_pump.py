@@ -18,7 +18,7 @@ from tests.wire.waiting import until
 REST = Status(True, True, Activation.ACTIVE, Detection.ARRIVED, 0, 0, 138, 138, 0)
 
 
-class FakeWire:
+class FakeTransport:
     """A gripper that echoes; `trouble` is raised by every request while it is there."""
 
     def __init__(self):
@@ -67,7 +67,7 @@ SILENCE = DeviceTimeout("fake", "no answer", remedy="plug it in")
 
 @pytest.fixture
 def wire():
-    return FakeWire()
+    return FakeTransport()
 
 
 @pytest.fixture

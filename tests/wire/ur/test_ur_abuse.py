@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.environment import Environment
-from lsds_mocks.wire.ur.functions import waiting
+from lsds_mocks.wire.ur.functions import Library, waiting
 from lsds_mocks.wire.ur.messages import RuntimeExceptionMessage
 from lsds_mocks.wire.ur.modes import SafetyMode
 from lsds_mocks.wire.ur.options import UrOptions
@@ -39,7 +39,7 @@ EVERY_OUTPUT = [
 
 def run(body, cycles=100):
     """A program's end, with NaN in input register 0 and infinity in 1; everything is packed for clients each cycle."""
-    controller = Controller(UrOptions(), Environment())
+    controller = Controller(UrOptions(), Environment(), Library)
     controller.inputs.doubles[:2] = [math.nan, math.inf]
     controller.start(compile_script(f"def p():\n{body}\nend\n", waiting()))
     pack = packer(EVERY_OUTPUT, b"U\x01")

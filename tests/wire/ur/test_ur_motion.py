@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsds_mocks.wire.ur.controller import STEP_S, Controller
 from lsds_mocks.wire.ur.environment import Environment
-from lsds_mocks.wire.ur.functions import waiting
+from lsds_mocks.wire.ur.functions import Library, waiting
 from lsds_mocks.wire.ur.kinematics import MODELS, Kinematics
 from lsds_mocks.wire.ur.modes import SafetyMode
 from lsds_mocks.wire.ur.motion.profile import profile, timed_profile
@@ -26,7 +26,7 @@ class Arm:
     """A controller that runs a program to its end and keeps what the joints did."""
 
     def __init__(self, **options):
-        self.controller = Controller(UrOptions(**options), Environment(options.get("floor_m")))
+        self.controller = Controller(UrOptions(**options), Environment(options.get("floor_m")), Library)
 
     def run(self, body, cycles=5000):
         self.controller.start(compile_script(f"def f():\n{body}\nend", waiting()))

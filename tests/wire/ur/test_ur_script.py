@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.environment import Environment
-from lsds_mocks.wire.ur.functions import waiting
+from lsds_mocks.wire.ur.functions import Library, waiting
 from lsds_mocks.wire.ur.messages import KeyMessage, RuntimeExceptionMessage, TextMessage
 from lsds_mocks.wire.ur.options import UrOptions
 from lsds_mocks.wire.ur.script.compiler import compile_script
@@ -18,7 +18,7 @@ from lsds_mocks.wire.ur.script.stream import ScriptStream
 
 
 def run(text, cycles=3000):
-    controller = Controller(UrOptions(), Environment())
+    controller = Controller(UrOptions(), Environment(), Library)
     controller.start(compile_script(text, waiting()))
     for _ in range(cycles):
         controller.cycle()
@@ -194,7 +194,7 @@ def test_programs_tell_that_they_start_and_stop_and_secondary_ones_do_not():
 
 
 def test_a_new_program_takes_the_place_of_the_running_one():
-    controller = Controller(UrOptions(), Environment())
+    controller = Controller(UrOptions(), Environment(), Library)
     for name in ("one", "two"):
         controller.start(compile_script(f"def {name}():\n while True:\n  sync()\n end\nend", waiting()))
         controller.cycle()
@@ -222,7 +222,7 @@ def test_no_text_brings_the_compiler_down(text):
 
 
 def test_secondary_programs_do_not_pile_up():
-    controller = Controller(UrOptions(), Environment())
+    controller = Controller(UrOptions(), Environment(), Library)
     endless = compile_script("sec forever():\n while True:\n  sync()\n end\nend", waiting())
     for _ in range(30):
         controller.start(endless)

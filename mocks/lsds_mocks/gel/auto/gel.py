@@ -380,13 +380,13 @@ class AutoGel:
         return self._main.displacement_now(xy_m)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view(state).marker_displacement(state, xy_m)
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view(state).depth(state, x_m, y_m)
 
     def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view(state).contact_fraction(state, width_m, height_m)

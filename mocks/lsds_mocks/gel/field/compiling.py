@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds_mocks.gel.field.dense import relax
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.operator import Kernel, operator
-from lsds_mocks.gel.field.sweep import relax
 from lsds_mocks.gel.shapes import Box, Sphere
 from lsds_mocks.objects.relief import Relief
 
@@ -25,7 +25,7 @@ def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad
 
     Raises DataError where there is no correction for this pad.
     """
-    if not any(Path(relax.stats.cache_path).glob("sweep.relax-*.nbi")):
+    if not any(Path(relax.stats.cache_path).glob("dense.relax-*.nbi")):
         print("compiling the simulated gel, once on this machine: some 15 s", file=sys.stderr, flush=True)
     for fine in fines:
         operator(material, fine, kernel)

@@ -8,6 +8,8 @@ are as positive as the layer.
 In the file, everything is in units of thickness and Young's modulus, so it serves every pad of the same proportions.
 The pad's two mirror planes split the matrix into four classes of parity, each a quarter of the pad; a class is kept as
 the upper triangle of a symmetric matrix in half precision (0.05 % of each entry), low and high bytes apart, compressed.
+
+It is read at a cell from the four hats around it, and at a point of the surface, such as a dot, from sixteen.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from zipfile import BadZipFile
 
 import numpy as np
+from numba import njit
 
 from lsds.errors import DataError
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
@@ -30,7 +33,9 @@ from lsds_mocks.gel.field.grid import HatGrid, hat_grid
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds_mocks.gel.field.grid import HatGrid
     from lsds_mocks.gel.material import GelMaterial
+
 
 _Real = TypeVar("_Real", np.float32, np.float64)
 
@@ -207,3 +212,49 @@ def interpolation(nodes: NDArray[np.float64], poisson: float) -> NDArray[np.floa
     s, at = (1 - 2 * nodes) / (1 - nodes), (1 - 2 * poisson) / (1 - poisson)
     others = [np.delete(s, i) for i in range(len(s))]
     return np.array([np.prod((at - o) / (own - o)) for own, o in zip(s, others, strict=True)])
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def hats_of(
+    row: float, column: float, rows: int, columns: int, node: NDArray[np.int64], weight: NDArray[np.float64]
+) -> None:
+    """Write the four hats around a place, given in hat intervals from the pad's corner, and their values there."""
+    r, c = min(max(int(row), 0), rows - 1), min(max(int(column), 0), columns - 1)
+    y, x = min(max(row - r, 0.0), 1.0), min(max(column - c, 0.0), 1.0)
+    first = r * (columns + 1) + c
+    node[0], weight[0] = first, (1 - y) * (1 - x)
+    node[1], weight[1] = first + 1, (1 - y) * x
+    node[2], weight[2] = first + columns + 1, y * (1 - x)
+    node[3], weight[3] = first + columns + 2, y * x
+
+
+_WIDTH = 4
+"""Hats along an axis that a point is read from."""
+
+
+def reading(
+    hats: HatGrid, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return numbers and weights (M, 16) of the hats to read points (M,) from, in hat intervals from the corner."""
+    column, across = _along(x, hats.columns)
+    row, down = _along(y, hats.rows)
+    node = row[:, :, None] * (hats.columns + 1) + column[:, None, :]
+    weight = down[:, :, None] * across[:, None, :]
+    return node.reshape(len(x), -1), weight.reshape(len(x), -1).astype(np.float32)
+
+
+def _along(place: NDArray[np.float64], intervals: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return numbers and weights (M, 4) that read a cubic from its best fit by hats, c = f - f'' / 12 at each of them.
+
+    With Lagrange's cubics L_k on four neighbouring hats, f = sum (L_k + L_k'' / 12) c_k. The fit itself is right in the
+    mean over a cell, but not at a point: up to 2 % off for loads at a wall.
+    """
+    first = np.clip(np.floor(place).astype(np.int64) - 1, 0, intervals + 1 - _WIDTH)
+    at = np.clip(place, 0, intervals) - first
+    weight = np.empty((len(place), _WIDTH))
+    for own in range(_WIDTH):
+        polynomial = np.poly(np.delete(np.arange(_WIDTH), own))
+        scale = np.polyval(polynomial, own)
+        bend = np.polyder(polynomial, 2)
+        weight[:, own] = (np.polyval(polynomial, at) + np.polyval(bend, at) / 12) / scale
+    return first[:, None] + np.arange(_WIDTH), weight

@@ -24,9 +24,16 @@ is taken to be there already. Steps end inside the discs, if only by a little; b
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def lay_out(
-    at: NDArray[np.int32], traction: Field, w: Field, target: Field, friction: Field,
-    y: Field, r: Field, targets: Field, frictions: Field,
-) -> None:  # fmt: skip
+    at: NDArray[np.int32],
+    traction: Field,
+    w: Field,
+    target: Field,
+    friction: Field,
+    y: Field,
+    r: Field,
+    targets: Field,
+    frictions: Field,
+) -> None:
     """Write what belongs to the cells `at` (n,) where they lie in a rectangle: traction, residual, target, friction.
 
     Cells that are not looked after have no traction, and the residual that their target asks for.
@@ -46,9 +53,16 @@ def lay_out(
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def take_in(
-    at: NDArray[np.int32], y: Field, r: Field, limit: Field, kt: float, target: Field,
-    traction: Field, w: Field, slid: NDArray[np.bool_],
-) -> None:  # fmt: skip
+    at: NDArray[np.int32],
+    y: Field,
+    r: Field,
+    limit: Field,
+    kt: float,
+    target: Field,
+    traction: Field,
+    w: Field,
+    slid: NDArray[np.bool_],
+) -> None:
     """The other way round: write the traction and displacement of the cells `at`, and which slide or do not touch."""
     rest, bound = np.empty((3, at.size), np.float32), np.empty(at.size, np.float32)
     for a in range(3):

@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds_mocks.gel.field.choice import AnyPatch, Solver
-from lsds_mocks.gel.field.effort import Effort
+from lsds_mocks.gel.field.choice import AnyPatch, Effort, Solver
 from lsds_mocks.gel.field.footprint import Footprint
-from lsds_mocks.gel.field.increment import Increment
+from lsds_mocks.gel.field.increment import Increment, add_up, carry, notice_sliding, settle
 from lsds_mocks.gel.field.operator import Kernel, operator
-from lsds_mocks.gel.field.steps import add_up, carry, notice_sliding, settle
-from lsds_mocks.gel.field.view import FieldView
+from lsds_mocks.gel.field.surface import FieldView
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.placement import ORIGIN, Placement
 from lsds_mocks.gel.protocol import NO_REACTION, Reaction
@@ -76,7 +74,6 @@ class FieldGel:
         self.place = ORIGIN
         self._follows = follows
         self._view = FieldView(self.operator, shape)
-        self._now_view: FieldView | None = None
         self._footprint = Footprint(shape, self.grid)
         self._patch = AnyPatch(self.operator, solver)
         self._indentation = 0.0
@@ -299,19 +296,22 @@ class FieldGel:
             self._patch.respond(self._traction, self._w)
             self._last = Increment()
         settle(
-            self._anchor, self._carried, self._slid, self._traction, self._w, self._old_traction, self._old_w,
+            self._anchor,
+            self._carried,
+            self._slid,
+            self._traction,
+            self._w,
+            self._old_traction,
+            self._old_w,
             self._slip,
-        )  # fmt: skip
+        )
         self._pressed = self._indentation
         self._since = Increment()
         self._fresh = True
 
     def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return displacements (M, 2) of points (M, 2) as the gel stands; keeps matrices for one set of points."""
-        view = self._view if self._view.knows(xy_m) else self._now_view
-        if view is None:
-            view = self._now_view = FieldView(self.operator, self.shape)
-        return view.displacement(self._patch.cells, self._traction, xy_m)
+        """Return displacements (M, 2) of points (M, 2) as the gel stands."""
+        return self._view.displacement(self._patch.cells, self._traction, xy_m)
 
     @property
     def sliding(self) -> NDArray[np.bool_]:
@@ -388,13 +388,13 @@ class FieldGel:
         self._find_surface(self.place)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view.marker_displacement(state, xy_m)
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view.depth(state, x_m, y_m)
 
     def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
-        """See `lsds_mocks.gel.field.view`."""
+        """See `lsds_mocks.gel.field.surface`."""
         return self._view.contact_fraction(state, width_m, height_m)

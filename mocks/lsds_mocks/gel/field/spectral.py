@@ -53,7 +53,7 @@ carries it, each goes a part of the way, this to begin with."""
 
 
 class SpectralPatch:
-    """Numbered cells of a grid, like `lsds_mocks.gel.field.patch.Patch` in all that it does, with the same operator."""
+    """Numbered cells of a grid, like `lsds_mocks.gel.field.dense.Patch` in all that it does, with the same operator."""
 
     def __init__(self, operator: Operator) -> None:
         self.operator = operator

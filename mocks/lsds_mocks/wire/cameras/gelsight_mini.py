@@ -2,52 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from pydantic import Field
 
 from lsds.clock import NS_PER_S
 from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_mocks.devices.look import look_of
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
 from lsds_mocks.optics.renderer import Renderer
-from lsds_mocks.wire.cameras.links import Happening, gel_link
+from lsds_mocks.wire.cameras.links import gel_link
 from lsds_mocks.wire.mjpeg.camera import CameraMock
-from lsds_mocks.wire.mjpeg.options import CameraOptions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import BuildContext
     from lsds_mocks.link.protocols import GelLink
+    from lsds_mocks.wire.cameras.options import GelSightMiniOptions
 
 NAME = "gelsight-mini"
 BORDER = 0.15
 """Share of the sensor's picture on each side that the vendor's software cuts off."""
 
 
-class GelSightMiniOptions(CameraOptions):
-    """Options of `lsds mock gelsight-mini`."""
-
-    width: int = Field(default=640, ge=WIDTH_PX, le=4096, description="width in px; 320 x 240 is sent as rendered")
-    height: int = Field(default=480, ge=HEIGHT_PX, le=4096, description="height in px; larger ones have the border")
-    scene: Happening = Field(default="rest", description="what happens to the gel: rest, slide (a pipe), hold")
-    speed_mm_s: float = Field(default=10.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
-    optics: Literal["markers", "linear", "full"] = Field(default="linear", description="how colour is worked out")
-    gel: int | None = Field(default=None, ge=0, description="number of a gel with its own dots, brightness and wear")
-    pad: Literal["7x9", "8x10", "5x7", "none"] = Field(default="7x9", description="printed dots, rows x columns")
-    noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 2.0/1.1/2.0 in R/G/B")
-    dim_start: bool = Field(default=True, description="first frames of a stream dim and red, settled by the third")
-
-
 class GelView:
     """Renders the gel and puts it into a picture of the sensor's size."""
 
     def __init__(self, options: GelSightMiniOptions, link: GelLink, context: BuildContext) -> None:
-        own = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
-        look = GelSightOptions(**own).look()
-        self._renderer = Renderer(look, context.rng_seed("gelsight gel"))
+        shown = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
+        look = look_of(GelSightOptions(**shown))
+        own = "" if options.finger == "left" else f" {options.finger}"
+        self._renderer = Renderer(look, context.rng_seed(f"gelsight gel{own}"), options.finger)
         self._renderer.prepare()
         self._link = link
         self._size = (options.width, options.height)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from lsds.contracts import BuildContext
 from lsds_mocks.cell.build import build_plant
 from lsds_mocks.cell.options import CellOptions
-from lsds_mocks.link.remote import RemoteGel, RemoteScene
+from lsds_mocks.link.remote import RemoteScene
+from lsds_mocks.link.remote_gel import RemoteGel
 from lsds_mocks.wire.cameras.script import RestingGel, ScriptedCell
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_mocks.link.protocols import GelLink, SceneLink
-
-Happening = Literal["rest", "slide", "hold"]
-"""What happens in a camera's own scene: nothing; a pipe pressed in that slides; one that is held while lifted."""
+    from lsds_mocks.wire.cameras.options import Happening
 
 APERTURE_MM = {"slide": 23.6, "hold": 21.5}
 

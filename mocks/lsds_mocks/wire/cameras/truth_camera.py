@@ -6,15 +6,12 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field
-
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.vision.camera import save_camera
 from lsds_mocks.scene.stage import Stage
-from lsds_mocks.wire.cameras.links import Happening, scene_link
+from lsds_mocks.wire.cameras.links import scene_link
 from lsds_mocks.wire.cameras.realsense import record
 from lsds_mocks.wire.mjpeg.camera import CameraMock
-from lsds_mocks.wire.mjpeg.options import CameraOptions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,25 +19,10 @@ if TYPE_CHECKING:
 
     from lsds.contracts import BuildContext
     from lsds_mocks.link.protocols import SceneLink
+    from lsds_mocks.wire.cameras.options import TruthCameraOptions
 
 NAME = "truth-camera"
 _LEAP_M = 0.005
-
-
-class TruthCameraOptions(CameraOptions):
-    """Options of `lsds mock truth-camera`."""
-
-    port: int = Field(default=8081, ge=0, le=65535, description="TCP port; 0 takes a free one")
-    rate_hz: float = Field(default=60.0, gt=0.5, le=240, description="exposures a second, on absolute deadlines")
-    width: int = Field(default=640, ge=160, le=3840, description="width in px")
-    height: int = Field(default=480, ge=120, le=2160, description="height in px; 1280 x 720 sees less above and below")
-    exposure_ms: float = Field(default=4.0, ge=0, le=16, description="shutter time, over which motion blurs")
-    noise: float = Field(default=1.0, ge=0, le=20, description="camera noise, 1 = sigma 1.6 grey levels")
-    scene: Happening = Field(default="slide", description="what happens: rest, slide (the pipe lags behind), hold")
-    speed_mm_s: float = Field(default=38.0, ge=0, le=100, description="how fast the arm lifts in 'slide' and 'hold'")
-    calibration: str = Field(default="", description="write the camera's calibration to this .yaml or .json file")
-    record: str = Field(default="", description="first write a RealSense recording to this .db3 file")
-    record_s: float = Field(default=5.0, gt=0, le=60, description="length of that recording")
 
 
 class SceneView:

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
-from lsds_mocks.wire.ur import functions
 from lsds_mocks.wire.ur.environment import Environment
 from lsds_mocks.wire.ur.io import Outputs, Registers
 from lsds_mocks.wire.ur.kinematics import MODELS, Kinematics
@@ -48,10 +47,22 @@ HISTORY = 1500
 """Joint positions kept for `get_actual_joint_positions_history`, one a cycle."""
 
 
-class Controller:
-    """State and behaviour of one arm."""
+class Library(Protocol):
+    """The functions that one program can call, by name; `lsds_mocks.wire.ur.functions` has the real ones."""
 
-    def __init__(self, options: UrOptions, environment: Environment) -> None:
+    @property
+    def functions(self) -> Mapping[str, Callable[..., Any]]:
+        """What a script can call."""
+
+    def close(self) -> None:
+        """Give back what the program has opened."""
+
+
+class Controller:
+    """State and behaviour of one arm; `library` makes the functions for each program that it runs."""
+
+    def __init__(self, options: UrOptions, environment: Environment, library: Callable[[Controller], Library]) -> None:
+        self._library = library
         self.options = options
         self.kinematics = Kinematics(MODELS[options.model])
         self.arm = ArmMotion(self.kinematics, list(options.q_rad), tcp_offset=list(options.tcp_offset))
@@ -139,7 +150,7 @@ class Controller:
         """Run a program: a primary one in the place of the present one, a secondary one beside it."""
         if self.power.mode is not RobotMode.RUNNING or self.safety is not SafetyMode.NORMAL:
             return
-        library = functions.Library(self)
+        library = self._library(self)
         program = Program(compiled, library.functions, library.close)
         if compiled.secondary:
             if len(self.secondaries) >= MOST_SECONDARIES:

@@ -42,13 +42,24 @@ _SLOW_SHOULDER = (math.radians(120), math.radians(120), math.pi, math.pi, math.p
 MODELS = {
     model.name: model
     for model in (
-        ArmModel("ur3e", 3, -0.24355, -0.2132, 0.15185, 0.13105, 0.08535, 0.0921, 3, 0.5,
-                 (math.pi, math.pi, math.pi, 2 * math.pi, 2 * math.pi, 2 * math.pi)),
+        ArmModel(
+            "ur3e",
+            3,
+            -0.24355,
+            -0.2132,
+            0.15185,
+            0.13105,
+            0.08535,
+            0.0921,
+            3,
+            0.5,
+            (math.pi, math.pi, math.pi, 2 * math.pi, 2 * math.pi, 2 * math.pi),
+        ),
         ArmModel("ur5e", 1, -0.425, -0.3922, 0.1625, 0.1333, 0.0997, 0.0996, 5, 0.85),
         ArmModel("ur10e", 2, -0.6127, -0.57155, 0.1807, 0.17415, 0.11985, 0.11655, 12.5, 1.3, _SLOW_SHOULDER),
         ArmModel("ur16e", 4, -0.4784, -0.36, 0.1807, 0.17415, 0.11985, 0.11655, 16, 0.9, _SLOW_SHOULDER),
     )
-}  # fmt: skip
+}
 """By name."""
 
 

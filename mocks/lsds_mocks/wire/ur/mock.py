@@ -17,6 +17,7 @@ from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKi
 from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.dashboard import DashboardSession
 from lsds_mocks.wire.ur.environment import Environment
+from lsds_mocks.wire.ur.functions import Library
 from lsds_mocks.wire.ur.net import Network
 from lsds_mocks.wire.ur.pendant import Pendant
 from lsds_mocks.wire.ur.primary import StateFace
@@ -37,8 +38,14 @@ FACES = (
     *("real-time", "real-time-read-only"),
 )
 KNOWS: tuple[FaultKind, ...] = (
-    *MESSAGE_FAULTS, "freeze", "disconnect", "busy", "in-use", "delayed-ack", "protective-stop",
-)  # fmt: skip
+    *MESSAGE_FAULTS,
+    "freeze",
+    "disconnect",
+    "busy",
+    "in-use",
+    "delayed-ack",
+    "protective-stop",
+)
 _PRIORITY = 20
 _SWITCH_S = 100e-6
 _PR_SET_TIMERSLACK = 29
@@ -63,7 +70,7 @@ class MockUr:
         """Bind all ports. Raises ConnectFailed where one is taken."""
         link = RemoteArm(self.options.cell) if self.options.cell else None
         environment = Environment(self.options.floor_m, link, self._clock)
-        controller = self.controller = Controller(self.options, environment)
+        controller = self.controller = Controller(self.options, environment, Library)
         pendant = self._pendant = Pendant(controller, self._uploads)
         network = self._network = Network(self.options.host, self._faults, self._clock)
         self._rtde = RtdeFace(controller, self._faults)

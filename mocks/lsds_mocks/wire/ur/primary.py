@@ -124,7 +124,7 @@ def robot_state(controller: Controller) -> bytes:
         (5, _kinematics(controller.kinematics.model)),
         (6, _configuration(controller.kinematics.model)),
         (7, struct.pack(">7d", *controller.tcp_force, 0.0)),
-    )  # fmt: skip
+    )
     return _package(STATE, b"".join(struct.pack(">IB", len(body) + 5, kind) + body for kind, body in parts))
 
 
@@ -137,8 +137,18 @@ def _mode_data(c: Controller) -> bytes:
     control = CONTROL_FORCE if c.motion.compliance is not None else CONTROL_RUNNING
     return struct.pack(
         ">Q7?BBdddB",
-        _microseconds(c), *flags, stopped, running, paused, int(c.power.mode), control, c.scaling, c.scaling, 1.0, 0,
-    )  # fmt: skip
+        _microseconds(c),
+        *flags,
+        stopped,
+        running,
+        paused,
+        int(c.power.mode),
+        control,
+        c.scaling,
+        c.scaling,
+        1.0,
+        0,
+    )
 
 
 def _joint_data(c: Controller) -> bytes:
@@ -158,9 +168,26 @@ def _masterboard(c: Controller) -> bytes:
     domains = [int(voltage) for voltage in io.analog_is_voltage]
     return struct.pack(
         ">IIBBddbbddffffBBBIBBB",
-        io.digital_in, io.digital, 1, 1, *io.analog_in, *domains, io.shown(0), io.shown(1), 28.0, 48.0, 0.6, 0.0,
-        int(c.safety), 0, 0, 0, 0, 0, 0,
-    )  # fmt: skip
+        io.digital_in,
+        io.digital,
+        1,
+        1,
+        *io.analog_in,
+        *domains,
+        io.shown(0),
+        io.shown(1),
+        28.0,
+        48.0,
+        0.6,
+        0.0,
+        int(c.safety),
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+    )
 
 
 def denavit_hartenberg(model: ArmModel) -> tuple[list[float], list[float], list[float], list[float]]:

@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts.study import StudyResult, Value
@@ -99,6 +97,10 @@ def _energy(s: Setting, at: Motion) -> float:
 
 def _draw(path: Path, rows: list[dict[str, Value]], steps: list[float]) -> None:
     """Write the stability map as PNG: error over step, a panel a stiffness; crosses where a scheme ran away."""
+    # Only who draws needs matplotlib.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(1, len(STIFFNESS_N_MM), sharey=True)
@@ -110,9 +112,14 @@ def _draw(path: Path, rows: list[dict[str, Value]], steps: list[float]) -> None:
             known = [(s * 1e3, max(abs(float(e)), 1e-2)) for s, e in zip(steps, errors, strict=True) if e is not None]
             wild = [s * 1e3 for s, e in zip(steps, errors, strict=True) if e is None]
             line = ax.plot(
-                [x for x, _ in known], [y for _, y in known], "o-" if ours else "s--", lw=2.5 if ours else 1,
-                ms=6 if ours else 4, label=str(row["scheme"]), color=f"C{index}",
-            )[0]  # fmt: skip
+                [x for x, _ in known],
+                [y for _, y in known],
+                "o-" if ours else "s--",
+                lw=2.5 if ours else 1,
+                ms=6 if ours else 4,
+                label=str(row["scheme"]),
+                color=f"C{index}",
+            )[0]
             if wild:
                 ax.plot(wild, [WILD_M * 1e3] * len(wild), "x", color=line.get_color(), ms=8)
         ax.set_xscale("log")

@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,7 +13,6 @@ if TYPE_CHECKING:
     from lsds.contracts.study import Value
 
 STYLES = {
-    "affine": ("v", "tab:gray"),
     "winkler": ("^", "tab:brown"),
     "half-space": ("s", "tab:red"),
     "layer": ("D", "tab:orange"),
@@ -27,6 +24,10 @@ FLOOR_UM = 1.0
 
 def draw(path: Path, rows: list[dict[str, Value]], chosen: list[dict[str, Value]]) -> None:
     """Write the chart as PNG."""
+    # Only who draws needs matplotlib.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     scenes = list(dict.fromkeys(str(row["scene"]) for row in rows))
     panels = len(scenes) + bool(chosen)
     columns = min(4, panels)

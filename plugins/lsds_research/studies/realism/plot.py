@@ -7,9 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, PercentFormatter
 
 from lsds_research.studies.realism.quantities import QUANTITIES, Quantity
 
@@ -24,6 +21,10 @@ SIGNED = ("divergence", "curl")
 
 def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str, int]) -> None:
     """Write the chart as PNG; `clips` tells how many there are of each kind."""
+    # Only who draws needs matplotlib.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(13, 6.6), layout="constrained")
     FigureCanvasAgg(figure)
     for ax, quantity in zip(figure.subplots(2, 4, sharey=True).ravel(), QUANTITIES, strict=True):
@@ -44,6 +45,8 @@ def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str
 
 
 def _panel(ax: Axes, quantity: Quantity, curve: Mapping[str, Any]) -> None:
+    from matplotlib.ticker import FuncFormatter, PercentFormatter
+
     levels = curve["levels"]
     for name, style in STYLES.items():
         ax.plot(curve[name], levels, label=name, **style)  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from lsds_mocks.wire.ur.controller import STEP_S
 from lsds_mocks.wire.ur.io import BITS, CONFIGURABLE_SHIFT, REGISTERS, TOOL_SHIFT
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
@@ -12,8 +13,6 @@ from lsds_mocks.wire.ur.script.values import to_text
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
-
-STEP_S = 0.002
 
 
 class Functions:

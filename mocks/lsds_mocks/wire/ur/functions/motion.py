@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from lsds_mocks.wire.ur.controller import PATH_CHECK
 from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD
 from lsds_mocks.wire.ur.motion.modes import ServoMode, SpeedMode, StopJoints, StopTool, ToolSpeedMode
 from lsds_mocks.wire.ur.motion.motion import Compliance
@@ -18,7 +19,6 @@ from lsds_mocks.wire.ur.targets import numbers, positive, target_of
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
-PATH_CHECK = 204
 _TOOL_CONTACT_N = 5.0
 
 
@@ -40,8 +40,9 @@ class Functions:
             raise ScriptError("movej: target is outside the joints' range")
         if t <= 0:
             a, v = positive(a, "a"), positive(v, "v")
-        yield from self._path(lambda before: JointMove(arm, target, speed=v, acceleration=a, time_s=t, blend_m=r,
-                                                       before=before))  # fmt: skip
+        yield from self._path(
+            lambda before: JointMove(arm, target, speed=v, acceleration=a, time_s=t, blend_m=r, before=before)
+        )
 
     def movel(self, pose: Any, a: float = 1.2, v: float = 0.25, t: float = 0.0, r: float = 0.0) -> Waiting:
         """Move to a pose, or to joint positions, along a straight line of the tool."""
@@ -49,8 +50,9 @@ class Functions:
         target = _pose(arm, pose)
         if t <= 0:
             a, v = positive(a, "a"), positive(v, "v")
-        yield from self._path(lambda before: LineMove(arm, target, speed=v, acceleration=a, time_s=t, blend_m=r,
-                                                      before=before))  # fmt: skip
+        yield from self._path(
+            lambda before: LineMove(arm, target, speed=v, acceleration=a, time_s=t, blend_m=r, before=before)
+        )
 
     def movep(self, pose: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0) -> Waiting:
         """Move along a straight line for a process; here alike to movel with a blend."""
@@ -63,8 +65,11 @@ class Functions:
         arm = self._c.arm
         via, to = _pose(arm, pose_via), _pose(arm, pose_to)
         a, v = positive(a, "a"), positive(v, "v")
-        yield from self._path(lambda before: ArcMove(arm, via, to, speed=v, acceleration=a, blend_m=r, before=before,
-                                                     keep_orientation=int(mode) == 1))  # fmt: skip
+        yield from self._path(
+            lambda before: ArcMove(
+                arm, via, to, speed=v, acceleration=a, blend_m=r, before=before, keep_orientation=int(mode) == 1
+            )
+        )
 
     def optimovej(self, q: Any, a: float = 0.3, v: float = 0.3, r: float = 0.0) -> Waiting:
         """Move in the joints, at fractions of what they can do."""

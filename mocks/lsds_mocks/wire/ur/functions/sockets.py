@@ -8,6 +8,7 @@ import struct
 from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.address import on_loopback
+from lsds_mocks.wire.ur.controller import STEP_S
 from lsds_mocks.wire.ur.script.program import Waiting
 from lsds_mocks.wire.ur.script.values import UrList, to_text
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 CONNECT_S = 2.0
 DEFAULT = "socket_0"
-STEP_S = 0.002
 KEPT_BYTES = 1 << 18
 """What has come and nobody has read; what comes beyond it waits with its sender."""
 
@@ -138,9 +138,13 @@ class Functions:
     ) -> Waiting:
         """Read what has come, between a prefix and a suffix where they are given."""
         end = suffix.encode()
-        data = yield from self._wait(
-            socket_name, timeout, lambda buffer: (buffer.find(end) + len(end)) if end in buffer else 0
-        ) if end else self._wait(socket_name, timeout, len)  # fmt: skip
+        data = (
+            yield from self._wait(
+                socket_name, timeout, lambda buffer: (buffer.find(end) + len(end)) if end in buffer else 0
+            )
+            if end
+            else self._wait(socket_name, timeout, len)
+        )
         text = "" if data is None else data.decode("utf-8", "replace")
         return text.removesuffix(suffix).removeprefix(prefix)
 

@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lsds_mocks.gel.brush import BrushGel
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
+from lsds_mocks.gel.winkler import WinklerGel
 
 MU = 0.6
 PIPE = Cylinder(12.5e-3, 20.16e-3)
 
 
 def pressed(shape=PIPE, depth=0.3e-3, mu=MU, **options):
-    gel = BrushGel(shape, **options)
+    gel = WinklerGel(shape, **options)
     gel.press(depth)
     gel.set_friction(np.full(gel.points_m.shape[1], mu))
     return gel
@@ -32,7 +32,7 @@ def drag(gel, dx=0.0, dy=0.0, dtheta=0.0, steps=1):
     ],
 )
 def test_normal_force_agrees_with_the_finite_pad_reference(shape, depth, force, tolerance):
-    assert BrushGel(shape).normal_force(depth) == pytest.approx(force, rel=tolerance)
+    assert WinklerGel(shape).normal_force(depth) == pytest.approx(force, rel=tolerance)
 
 
 @pytest.mark.parametrize(

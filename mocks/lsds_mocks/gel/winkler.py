@@ -1,4 +1,4 @@
-"""Gel tier 'brush': independent bristles over the contact patch, each with its own Coulomb limit.
+"""Gel model `winkler`: independent bristles over the contact patch, each with its own Coulomb limit.
 
 A bristle's root rests in the gel's base and its tip rides on the object until the force exceeds friction times the
 bristle's share of the normal force; then the tip is drawn back onto that limit (elastic predictor, plastic corrector,
@@ -9,6 +9,7 @@ backward Euler). The pressure falls toward the patch's edge, so the edge slides 
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 SLIDING = 1.0 - 1e-9
 _LEAST_COVERAGE = 0.05
+_FINGERS = 2
 #: A deflection (m) far below any real one: keeps 0 / 0 out of a bristle at rest.
 _TINY_M = 1e-300
 
@@ -45,7 +47,7 @@ def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, coun
     return np.ascontiguousarray(points[:, inside])
 
 
-class BrushGel:
+class WinklerGel:
     """A `GelModel` of bristles; `design_m` is the deepest indentation that the grid of points covers."""
 
     def __init__(
@@ -79,7 +81,7 @@ class BrushGel:
         self._contact = np.zeros(size, bool)
         self._holds = np.zeros(size, bool)
         self._loaded: tuple[float, float, tuple[float, float] | None] = (0.0, 0.0, None)
-        self._field: MarkerField | None = None
+        self._fields: deque[MarkerField] = deque(maxlen=_FINGERS)
 
     @property
     def points_m(self) -> NDArray[np.float64]:
@@ -210,11 +212,13 @@ class BrushGel:
         self._stuck = int(np.count_nonzero(self._contact & ~state.slid))
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See `lsds_mocks.gel.markers`; the matrices are kept for the last set of points."""
-        if self._field is None or self._field.xy_m is not xy_m:
-            self._field = MarkerField(xy_m, self._points, self.kernel)
+        """See `lsds_mocks.gel.markers`; the matrices are kept for the points of both fingers."""
+        field = next((known for known in self._fields if known.xy_m is xy_m), None)
+        if field is None:
+            field = MarkerField(xy_m, self._points, self.kernel)
+            self._fields.append(field)
         force = np.concatenate([state.shear_n.ravel(), state.pressure_n])
-        return self._field.displacement(force, state.deflection_m, self.middle(state))
+        return field.displacement(force, state.deflection_m, self.middle(state))
 
     def middle(self, state: GelState) -> NDArray[np.float64]:
         """Return (N,) how far inside the contact each bristle stands: 1 under first touch, 0 at the rim and beyond."""

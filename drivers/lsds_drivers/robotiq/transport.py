@@ -7,10 +7,10 @@ from typing import Protocol
 from lsds_drivers.robotiq.registers import Motion, Status
 
 
-class Wire(Protocol):
+class Transport(Protocol):
     """One request at a time, each in bounded time.
 
-    Raises ConnectFailed where the way itself is gone (the wire is closed then), DeviceTimeout where no answer came,
+    Raises ConnectFailed where the connection itself is gone (it is closed then), DeviceTimeout where no answer came,
     ProtocolFault where the answer cannot be right.
     """
 

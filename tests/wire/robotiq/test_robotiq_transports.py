@@ -1,4 +1,4 @@
-"""The wires against scripted servers: answers that come late, twice, or are of another request."""
+"""The transports against scripted servers: answers that come late, twice, or are of another request."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import socket
 import threading
 
 import pytest
-from lsds_drivers.robotiq.modbus import ModbusWire
-from lsds_drivers.robotiq.urcap import UrcapWire
+from lsds_drivers.robotiq.modbus import ModbusTransport
+from lsds_drivers.robotiq.urcap import UrcapTransport
 
 from lsds.errors import DeviceError, DeviceFault, DeviceTimeout, ProtocolFault
 from tests.wire.robotiq.rig import CLOCK, framed
@@ -56,7 +56,7 @@ def one_late(connection):
 
 def test_an_answer_that_is_late_once_does_not_make_all_others_late():
     with scripted(one_late) as port:
-        wire = ModbusWire("hand-e", f"tcp://127.0.0.1:{port}", 9, 115200, 0.05)
+        wire = ModbusTransport("hand-e", f"tcp://127.0.0.1:{port}", 9, 115200, 0.05)
         wire.open(1)
         found = []
         for _ in range(8):
@@ -85,7 +85,7 @@ def test_strings_that_came_unasked_are_no_answer():
 
     more, pushed = threading.Event(), threading.Event()
     with scripted(converse) as port:
-        wire = UrcapWire("hand-e-urcap", "127.0.0.1", port, 1.0, CLOCK)
+        wire = UrcapTransport("hand-e-urcap", "127.0.0.1", port, 1.0, CLOCK)
         wire.open(1)
         assert wire.read().position == 10
         more.set()
@@ -114,7 +114,7 @@ def test_strings_that_cannot_be_right(answer, error):
         connection.recv(200)
 
     with scripted(converse) as port:
-        wire = UrcapWire("hand-e-urcap", "127.0.0.1", port, 0.2, CLOCK)
+        wire = UrcapTransport("hand-e-urcap", "127.0.0.1", port, 0.2, CLOCK)
         wire.open(1)
         with pytest.raises(error) as raised:
             wire.read()

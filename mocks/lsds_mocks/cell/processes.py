@@ -29,7 +29,7 @@ def default_socket() -> str:
     return str(Path(tempfile.gettempdir()) / f"lsds-plant-{os.getuid()}.sock")
 
 
-class WireCellOptions(BaseModel):
+class ProcessCellOptions(BaseModel):
     """Options of `[cell.wire]`."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -50,10 +50,10 @@ class WireCellOptions(BaseModel):
         return mocks
 
 
-class WireCell:
+class ProcessCell:
     """A `Cell` whose devices are reached over their own protocols. Real time only: `advance` does nothing."""
 
-    def __init__(self, options: WireCellOptions, context: BuildContext) -> None:
+    def __init__(self, options: ProcessCellOptions, context: BuildContext) -> None:
         self.options = options
         self.socket = options.socket or default_socket()
         _check(options.mocks)

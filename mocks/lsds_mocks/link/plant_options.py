@@ -1,0 +1,14 @@
+"""Options of the plant that wire mocks share."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from lsds_mocks.cell.options import CellOptions
+
+
+class PlantOptions(CellOptions):
+    """Options of `lsds mock plant`."""
+
+    socket: str = Field(default="plant.sock", description="path of the socket at which wire faces find it")
+    aperture_mm: float = Field(default=50.0, ge=0, le=50, description="where the fingers begin")
