@@ -12,7 +12,7 @@ from lsds.contracts.devices import (
     PoseSource,
     TactileSensor,
 )
-from lsds.contracts.study import Study, StudyResult
+from lsds.contracts.study import Study, StudyResult, StudyTable
 from lsds.contracts.values import (
     ArmCommand,
     ArmSpec,
@@ -83,6 +83,7 @@ __all__ = [
     "SlipEstimate",
     "Study",
     "StudyResult",
+    "StudyTable",
     "TactileSensor",
     "TrackFlag",
     "Tracker",

@@ -25,6 +25,7 @@ Kind = Literal[
     "wire_mock",
     "study",
     "learner",
+    "command",
 ]
 CONFIG_KINDS: tuple[Kind, ...] = (
     "sensor",
@@ -39,9 +40,10 @@ CONFIG_KINDS: tuple[Kind, ...] = (
 )
 """Kinds that have a section in a rig's config."""
 
-KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock", "study", "learner")
-"""All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it. A `study` measures speed
-against accuracy; `lsds chart` runs it. A `learner` fits a detector or an estimator; `lsds train` runs it."""
+KINDS: tuple[Kind, ...] = (*CONFIG_KINDS, "wire_mock", "study", "learner", "command")
+"""All kinds. A `wire_mock` is a server that speaks a device's protocol; `lsds mock` runs it. A `study` measures
+something; `lsds study` runs it. A `learner` fits a detector or an estimator; `lsds train` runs it. A `command` is a
+command of `lsds`: its factory names a `click.Command`, which is not called to build one."""
 
 T = TypeVar("T")
 

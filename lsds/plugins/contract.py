@@ -11,6 +11,7 @@ from typing import Any
 
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import Kind
+from lsds.contracts.command import Command
 from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
 from lsds.contracts.learning import Learner
 from lsds.contracts.study import Study
@@ -30,6 +31,7 @@ PROTOCOLS: dict[Kind, type] = {
     "wire_mock": WireMock,
     "study": Study,
     "learner": Learner,
+    "command": Command,
 }
 
 _MISSING = object()

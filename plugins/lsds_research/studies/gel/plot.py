@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+
+from lsds_research.figures import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,8 +31,7 @@ def draw(path: Path, rows: list[dict[str, Value]], chosen: list[dict[str, Value]
     panels = len(scenes) + bool(chosen)
     columns = min(4, panels)
     lines = -(-panels // columns)
-    figure = Figure(figsize=(3.6 * columns, 3.3 * lines + 0.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(3.6 * columns, 3.3 * lines + 0.5)
     axes = list(np.ravel(figure.subplots(lines, columns, squeeze=False)))
     for ax, scene in zip(axes, scenes, strict=False):
         _scene(ax, scene, [row for row in rows if row["scene"] == scene])

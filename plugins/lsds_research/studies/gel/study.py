@@ -102,9 +102,13 @@ class GelStudy:
         trace, _ = timed(lambda: gel, scene, DOTS_M, 1)
         contact = float(np.count_nonzero(gel.state().pressure_n > 0)) * gel.grid.cell_m2
         return {
-            "of": f"pad {gel.grid.pitch_m * 1e3:.2f}", "xy_m": DOTS_M, "dots_m": trace.dots_m, "forces": trace.forces,
-            "stuck_m2": trace.stuck_m2, "contact_m2": contact,
-        }  # fmt: skip
+            "of": f"pad {gel.grid.pitch_m * 1e3:.2f}",
+            "xy_m": DOTS_M,
+            "dots_m": trace.dots_m,
+            "forces": trace.forces,
+            "stuck_m2": trace.stuck_m2,
+            "contact_m2": contact,
+        }
 
 
 def _field(scene: Scene, fine: int, kernel: Kernel) -> FieldGel:
@@ -178,11 +182,19 @@ def choose(scene: Scene, repeats: int) -> list[dict[str, Value]]:
         trace, us = timed(make, scene, DOTS_M, repeats)
         rms, _ = rms_m(trace, truth)
         report = gels[-1].report()
-        rows.append({
-            "scene": scene.name, "tolerance_um": tolerance * 1e6, "rms_um": rms * 1e6, "met": rms <= tolerance,
-            "best_mm": 0.96 / best, "chosen_mm": report.pitch_m * 1e3, "audits": report.audits,
-            "cost_ratio": float(us.sum(axis=1).min()) / fixed[best][1], "frames": len(scene.frames),
-        })  # fmt: skip
+        rows.append(
+            {
+                "scene": scene.name,
+                "tolerance_um": tolerance * 1e6,
+                "rms_um": rms * 1e6,
+                "met": rms <= tolerance,
+                "best_mm": 0.96 / best,
+                "chosen_mm": report.pitch_m * 1e3,
+                "audits": report.audits,
+                "cost_ratio": float(us.sum(axis=1).min()) / fixed[best][1],
+                "frames": len(scene.frames),
+            }
+        )
     return rows
 
 

@@ -146,6 +146,9 @@ def compare(real: Samples, simulated: Samples) -> tuple[list[dict[str, Value]], 
         rows.append({**same, "of": "real", "n": len(a), **quantiles(a), "overlap": None, "inside": None})
         rows.append({**same, "of": "simulated", "n": len(b), **quantiles(b), **both})
         curves[quantity.key] = {
-            "levels": levels, "real": np.percentile(a, levels), "simulated": np.percentile(b, levels), **both,
-        }  # fmt: skip
+            "levels": levels,
+            "real": np.percentile(a, levels),
+            "simulated": np.percentile(b, levels),
+            **both,
+        }
     return rows, curves
