@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.shell_completion import CompletionItem
 
 from lsds.cli.output import require_known
 from lsds.cli.plugged import host_of
@@ -50,9 +51,18 @@ class StudyGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write each study's line from its manifest, importing none."""
-        rows = [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "study"]
         with formatter.section("Studies"):
-            formatter.write_dl(rows or [("none", "no installed plugin offers a study")])
+            formatter.write_dl(_summaries(ctx) or [("none", "no installed plugin offers a study")])
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete names from the manifests, importing no study's options."""
+        if incomplete.startswith("-"):
+            return click.Command.shell_complete(self, ctx, incomplete)
+        return [CompletionItem(name, help=text) for name, text in _summaries(ctx) if name.startswith(incomplete)]
+
+
+def _summaries(ctx: click.Context) -> list[tuple[str, str]]:
+    return [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "study"]
 
 
 @click.group(cls=StudyGroup, context_settings=_HELP, invoke_without_command=True)

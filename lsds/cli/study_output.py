@@ -85,4 +85,6 @@ def _text(part: StudyTable) -> str:
 def _shown(value: object, form: str) -> str:
     if value is None:
         return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return format(value, form) if form else str(value)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("lsds", "plugins/lsds_plugins", "drivers/lsds_drivers", "mocks/lsds_mocks")
+PACKAGES = ("lsds", "plugins/lsds_plugins", "plugins/lsds_research", "drivers/lsds_drivers", "mocks/lsds_mocks")
 
 
 def test_import_contracts_are_kept():

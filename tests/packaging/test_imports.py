@@ -29,6 +29,28 @@ def test_building_a_rig_imports_no_vision_and_no_test_library(code):
     assert not modules_after(code) & (HEAVY | {"hypothesis", "pytest"})
 
 
+SHORT = ["task.settle_s=0.1", "task.lift_s=0.2", "task.hold_s=0.1", "cell.simulated.fidelity=winkler"]
+
+
+def test_a_run_imports_nothing_of_research(tmp_path):
+    arguments = ["run", "--no-plot", "--json", str(tmp_path / "run.json")]
+    for setting in SHORT:
+        arguments += ["--set", setting]
+    program = f"""
+import sys
+from lsds.cli.main import main
+code = main({arguments!r})
+found = [name for name in sys.modules if name.partition(".")[0] == "lsds_research"]
+print(code, sorted(found))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=tmp_path)
+    # The manifest is read to know what there is; it imports nothing of its own package.
+    assert done.stdout.splitlines()[-1] in (
+        "0 ['lsds_research', 'lsds_research.manifest']", "8 ['lsds_research', 'lsds_research.manifest']",
+    )  # fmt: skip
+    assert (tmp_path / "run.json").exists()
+
+
 def best_ms(*command):
     """Return the quickest of several runs, in ms above that of an empty interpreter."""
     from time import perf_counter

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = {"lsds", "lsds_plugins", "lsds_drivers", "lsds_mocks"}
+PACKAGES = {"lsds", "lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks"}
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_no_tests_and_no_caches_are_shipped(wheel):
 
 def test_every_module_is_shipped(wheel):
     shipped = set(wheel.namelist())
-    for folder in ("lsds", "plugins/lsds_plugins", "drivers/lsds_drivers", "mocks/lsds_mocks"):
+    for folder in ("lsds", "plugins/lsds_plugins", "plugins/lsds_research", "drivers/lsds_drivers", "mocks/lsds_mocks"):
         parent = (ROOT / folder).parent
         modules = {path.relative_to(parent).as_posix() for path in (ROOT / folder).rglob("*.py")}
         assert modules <= shipped
@@ -55,5 +55,5 @@ def test_the_entry_points_name_what_is_there(wheel):
     (entry_points,) = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
     text = wheel.read(entry_points).decode()
     assert "lsds = lsds.cli.main:main" in text
-    for package in ("lsds_plugins", "lsds_drivers", "lsds_mocks"):
+    for package in ("lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks"):
         assert f"{package}.manifest" in text

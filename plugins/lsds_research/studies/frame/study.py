@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PARTS = (("name", "part", ""), ("p50_us", "us p50", ".1f"), ("p99_us", "us p99", ".1f"))
 TRACKERS = (
     ("name", "tracker", ""),
-    ("of", "", ""),
+    ("peer", "peer", ""),
     ("p50_us", "us p50", ".0f"),
     ("p99_us", "us p99", ".0f"),
     ("rms_px", "RMS px", ".4f"),
@@ -41,7 +41,7 @@ class FrameStudy:
         passes = count(1)
         cost = measure(self.options.seed, self.options.repeats, lambda: tick(next(passes), self.options.repeats))
         parts = [dataclasses.asdict(part) for part in (cost.total, *cost.parts, *cost.depth)]
-        trackers = [{**dataclasses.asdict(s), "of": "peer" if s.peer else ""} for s in cost.trackers]
+        trackers = [dataclasses.asdict(score) for score in cost.trackers]
         changes = ", ".join(f"{change:.4f}" for change in cost.area_change)
         return StudyResult(
             f"simulated frames, {cost.frames} of one run; accuracies are against the simulated truth",
