@@ -19,12 +19,13 @@ DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "mon
 ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
 #: Enough to be no constant, little enough for a test.
 QUICK = {
-    "gradient-boosting": {"n_estimators": 40, "min_samples_split": 200},
-    **{key: {"epochs": 12} for key in ("field-mlp", "mlp")},
+    "gradient-boosting": {"n_estimators": 20, "min_samples_split": 200},
+    "field-mlp": {"epochs": 5},
+    "mlp": {"epochs": 12},
     "lstm": {"epochs": 15, "batch": 128},
     "field-gru": {"epochs": 12},
 }
-ROWS = 10_000
+FITTED_ON, ROWS = 2500, 10_000
 
 
 def learner(name, **options):
@@ -43,7 +44,7 @@ _fitted: dict[str, tuple[Learner, Fitted]] = {}
 def fitted(name):
     if name not in _fitted:
         own = learner(name)
-        _fitted[name] = own, own.fit(examples(own.job, own.signals, own.length), 3)
+        _fitted[name] = own, own.fit(examples(own.job, own.signals, own.length, FITTED_ON), 3)
     return _fitted[name]
 
 

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from lsds_research.studies.dynamics import study
 from lsds_research.studies.dynamics.integrators import IN_PRODUCT, SCHEMES, Setting, return_map
 from lsds_research.studies.dynamics.study import EXACT_S, drop
 
@@ -31,7 +32,8 @@ def run(*arguments):
     return CliRunner().invoke(cli, ["chart", *arguments], catch_exceptions=False)
 
 
-def test_chart_dynamics(tmp_path):
+def test_chart_dynamics(tmp_path, monkeypatch):
+    monkeypatch.setattr(study, "EXACT_S", 10 * EXACT_S)
     plot, table = tmp_path / "d.png", tmp_path / "d.csv"
     done = run("dynamics", "--plot", str(plot), "--csv", str(table))
     assert done.exit_code == 0
