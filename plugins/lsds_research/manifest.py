@@ -87,8 +87,8 @@ _STUDIES = (
         "dynamics",
         "studies.dynamics.study:DynamicsStudy",
         "studies.dynamics.options:DynamicsOptions",
-        ("numba",),
-        "sim",
+        (),
+        "",
         "integrators of dry friction when a grip is lost and regained: where they fail",
     ),
     (

@@ -54,7 +54,7 @@ def folder(tmp_path, monkeypatch):
 STUDIES_IN_SHORT = {
     "gel": "--scene sphere --random 0 --repeats 1",
     "optics": "--scene sphere --repeats 1",
-    "dynamics": "--step-ms 8",
+    "dynamics": "--step-ms 8 --reference-ms 1",
     "frame": "--repeats 1",
     "scheduler": "--repeats 1",
 }

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -186,45 +182,3 @@ def test_features_of_another_version_are_one_clear_error(models, seen):
     other = replace(seen[1], features=FeatureVector(("v_net",), np.zeros(1)))
     with pytest.raises(DataError, match="not those of this version"):
         backend(models, "logistic").update(other)
-
-
-RUN = """
-import json, sys
-from lsds.config import load_config
-from lsds.loop import Loop
-from lsds.observers import Observers
-from lsds.plugins import PluginHost
-from lsds.rig import Rig
-
-said = []
-host = PluginHost()
-config = load_config(None, json.loads(sys.argv[1]), host=host)
-with Rig(config, host) as rig:
-    rig.arm_devices()
-    observers = Observers(threaded=False)
-    observers.add("said", lambda cycle: said.append((cycle.detection.score, cycle.estimate.speed_m_s)))
-    Loop(rig, observers).run()
-heavy = [n for n in ("torch", "sklearn", "skl2onnx", "onnx", "pyarrow") if n in sys.modules]
-heavy += [n for n in sys.modules if n.startswith("lsds_research.") and n != "lsds_research.manifest"]
-print(json.dumps({"heavy": heavy, "ort": "onnxruntime" in sys.modules, "told": sum(s == s for s, _ in said)}))
-"""
-
-
-def test_a_rig_runs_a_learned_detector_and_estimator_with_no_training_library(models, root, installed_host):
-    (_, detector, _), (_, estimator, _) = models["random-forest"], models["field-gru"]
-    settings = [
-        "detector.backend=random-forest",
-        f"detector.random-forest.model={detector}",
-        "estimator.backend=field-gru",
-        f"estimator.field-gru.model={estimator}",
-    ]
-    path = ":".join(str(root / folder) for folder in (".", "plugins", "drivers", "mocks"))
-    done = subprocess.run(
-        [sys.executable, "-c", RUN, json.dumps(settings)],
-        capture_output=True, text=True, check=False, cwd=root, env={**os.environ, "PYTHONPATH": path},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout.strip().splitlines()[-1])
-    assert told["heavy"] == []
-    assert told["ort"]
-    assert told["told"] > 20

@@ -24,7 +24,7 @@ _done = {}
 
 
 def recorded(trial, config_file, overrides):
-    """`run_trial` on the simulated cell, each trial once: for tests of how recordings are kept, not of what they hold."""
+    """`run_trial` on the simulated cell, each trial once: for tests of how recordings are kept, not what they hold."""
     if trial.recording not in _done:
         _done[trial.recording] = run_trial(trial, None, FAST)
     return _done[trial.recording]

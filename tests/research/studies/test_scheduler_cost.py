@@ -12,7 +12,7 @@ def test_both_dispatch_the_same_and_the_cost_is_plausible():
 
 
 def test_a_minute_of_the_rig_stays_within_the_budget():
-    # Four times the budget of 50 ms: shared test machines are noisy; `lsds chart scheduler` gives the real number.
+    # Four times the budget of 50 ms: shared test machines are noisy; `lsds study scheduler` gives the real number.
     ours, _ = measure(simulated_s=60.0, repeats=3)
     assert ours.dispatches == 42_600
     assert ours.best_ns < 200_000_000

@@ -21,3 +21,4 @@ class DynamicsOptions(BaseModel):
         description="step of the integration to try, ms; repeatable",
         json_schema_extra={"flag": "--step-ms"},
     )
+    reference_ms: float = Field(default=0.01, gt=0, description="step of the reference solution, ms")

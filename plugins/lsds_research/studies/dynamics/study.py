@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 STIFFNESS_N_MM = (2.1, 16.0)
 HELD_N, LOST_N = 6.0, 0.8
 LOST_S, REGAINED_S, END_S = 0.6, 0.76, 1.4
-EXACT_S = 1e-5
 WILD_M = 1.0
 """A drop farther off than this is called unstable."""
 
@@ -45,7 +44,7 @@ class DynamicsStudy:
         whole, done = len(SCHEMES) * len(STIFFNESS_N_MM), 0
         for stiffness in STIFFNESS_N_MM:
             setting = Setting(stiffness_n_m=stiffness * 1e3)
-            exact, _ = drop(return_map(1.0), setting, EXACT_S)
+            exact, _ = drop(return_map(1.0), setting, self.options.reference_ms * 1e-3)
             for name, scheme in SCHEMES.items():
                 row: dict[str, Value] = {"scheme": name, "stiffness_n_mm": stiffness, "drop_mm": exact * 1e3}
                 for step in steps:

@@ -1,4 +1,4 @@
-"""The chart of `lsds chart frame`: where a frame's time goes, and trackers' speed against their accuracy."""
+"""The chart of the study `frame`: where a frame's time goes, and trackers' speed against their accuracy."""
 
 from __future__ import annotations
 

@@ -21,6 +21,7 @@ from lsds.clock import perf_ns
 from lsds.config import load_config
 from lsds.contracts import BuildContext, Observation
 from lsds.contracts.study import StudyResult, Value
+from lsds.extras import require
 from lsds.models.artefact import Card, save
 from lsds.models.intervals import SPEED
 from lsds.models.running import RunningModel
@@ -70,6 +71,7 @@ class TradeoffStudy:
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Fit, score and time. Raises DataError where there is no dataset with objects of both kinds."""
+        require("numba", extra="sim", purpose="timing on the simulated cell")
         seen, other = split_dataset(self.options.data)
         todo = _planned(self._job)
         rows: list[dict[str, Value]] = []
