@@ -26,7 +26,7 @@ def flags(
 ) -> list[click.Parameter]:
     """Return one parameter a field: an argument for those in `positional`, else an option.
 
-    A field whose flag is among `taken` gets none; `--set` reaches it all the same.
+    A field whose name or flag is among `taken` gets none; `--set` reaches it all the same.
     """
     fields = {} if model is None else model.model_fields
     found: list[click.Parameter] = []
@@ -36,7 +36,7 @@ def flags(
             found.append(click.Argument([name]))
             continue
         flag = str(_extra(field).get("flag", f"--{name.replace('_', '-')}"))
-        if flag not in used:
+        if flag not in used and name not in taken:
             used.add(flag)
             found.append(_option(name, flag, field))
     return found

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 _OUTPUTS = ("plot", "no_plot", "csv_file", "json_file")
-_TAKEN = ("--set", "--seed", "--plot", "--no-plot", "--csv", "--json", "--help")
+_TAKEN = ("--set", "--seed", "--plot", "--no-plot", "--csv", "--json", "--help", "overrides", "seed", *_OUTPUTS)
+"""Flags and parameters of every study: an option of such a name is set by `--set`, `seed` by `--seed`."""
 
 
 def study_command(
@@ -67,7 +68,7 @@ def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.P
         click.Option(["--set", "overrides"], multiple=True, metavar="KEY=VALUE", help="Set any option; repeatable."),
         click.Option(
             ["--seed"],
-            type=click.INT,
+            type=click.IntRange(min=0),
             help=f"{said[:1].upper()}{said[1:]}.  [default: {_default_seed(model)}]",
             metavar="N",
         ),

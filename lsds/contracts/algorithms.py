@@ -1,4 +1,4 @@
-"""Contracts of the per-frame brains: tracker, detector, estimator, controller.
+"""Contracts of the per-frame algorithms: tracker, detector, estimator, controller.
 
 They are pure in the sense that counts: no I/O, no clock, no randomness that is not seeded; state is explicit and
 `reset` forgets all of it. Feeding frames one by one and feeding a recording give the same numbers.

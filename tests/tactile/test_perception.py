@@ -182,19 +182,19 @@ def test_the_scale_is_part_of_what_a_residual_rests_on(recording):
     assert compared > 10
 
 
-BRAINS = {
+ALGORITHMS = {
     "threshold": lambda: ThresholdDetector(ThresholdOptions(), CONTEXT),
     "rigid-residual": lambda: RigidResidualDetector(RigidResidualOptions(frames=3), CONTEXT),
     "field": lambda: FieldEstimator(FieldOptions(frames=4), CONTEXT),
 }
 
 
-@pytest.mark.parametrize("name", sorted(BRAINS))
-def test_brains_are_pure_and_reset_forgets(name, recording):
+@pytest.mark.parametrize("name", sorted(ALGORITHMS))
+def test_algorithms_are_pure_and_reset_forgets(name, recording):
     spec, reference, frames = recording
     seen = perception("lk", spec, reference)
     observations = [seen.observe(frame)[0] for frame in frames]
-    first, second = BRAINS[name](), BRAINS[name]()
+    first, second = ALGORITHMS[name](), ALGORITHMS[name]()
     answers = [repr(first.update(o)) for o in observations]
     for _ in range(2):
         assert answers == [repr(second.update(o)) for o in observations]

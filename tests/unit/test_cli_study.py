@@ -36,6 +36,12 @@ class Options(BaseModel):
     out: str = Field(default="", json_schema_extra={"writes": True})
 
 
+class Clashing(BaseModel):
+    plot: str = ""
+    overrides: int = 0
+    set: int = 0
+
+
 class Needy(BaseModel):
     data: str = Field(description="folder")
     seed: int = Field(default=7, description="of the data")
@@ -88,6 +94,7 @@ def host(monkeypatch):
             BackendSpec("study", "echo", f"{HERE}:Echo", f"{HERE}:Options", summary="gives back its options"),
             BackendSpec("study", "plain", f"{HERE}:Echo", summary="takes no options"),
             BackendSpec("study", "needy", f"{HERE}:Echo", f"{HERE}:Needy"),
+            BackendSpec("study", "clashing", f"{HERE}:Echo", f"{HERE}:Clashing"),
             BackendSpec("study", "undrawable", f"{HERE}:undrawable"),
             BackendSpec("study", "broken", f"{HERE}:Echo", f"{HERE}:Gone", summary="its options are gone"),
         ),
@@ -143,6 +150,11 @@ def test_the_seed_is_the_run_s_and_the_option_of_that_name(lsds):
     by_flag = told(lsds("study", "needy", "--data", "x", "--seed", "3", "--json", "-"))
     assert (by_flag["seed"], by_flag["told"]["seed"]) == (3, 3)
     assert told(lsds("study", "needy", "--set", "data=x", "--set", "seed=4", "--json", "-"))["seed"] == 4
+
+
+def test_options_called_like_a_common_flag_are_set_by_set(lsds):
+    done = lsds("study", "clashing", "--set", "plot=x", "--set", "overrides=2", "--set", "set=3", "--json", "-")
+    assert told(done)["told"] == {"plot": "x", "overrides": 2, "set": 3}
 
 
 def test_all_are_listed_and_one_that_is_broken_hurts_no_other(lsds):
