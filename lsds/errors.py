@@ -68,10 +68,8 @@ class ContractMismatch(PluginError):
     """What the plugin's factory returned lacks members that the contract of its kind asks for."""
 
 
-class MissingExtra(LsdsError):
+class MissingExtra(PluginLoadError):
     """A library that only some installations have is needed here; the message names the extra that brings it."""
-
-    exit_code = 3
 
 
 # -- devices ----------------------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ import click
 from click.shell_completion import CompletionItem
 
 from lsds import __version__
-from lsds.cli.output import require_known
 from lsds.cli.plugged import command_summaries, plugin_command
 from lsds.errors import LsdsError
 
@@ -73,6 +72,8 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; for an unknown one say which was probably meant. Raises click.UsageError."""
         if args and args[0] not in COMMANDS and ":" not in args[0]:
+            from lsds.cli.output import require_known
+
             require_known(ctx, args, _summaries(ctx))
         return super().resolve_command(ctx, args)
 
