@@ -29,7 +29,7 @@ from lsds.extras import require
 )
 @json_option
 def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | None) -> None:
-    """Measure the study's tables on simulated data, side by side with what was printed.
+    """Measure the study's tables on simulated data, and compare them with the printed ones.
 
     Collects the data by the study's protocols, fits every model by the paper's split and grouped by recording and
     object, and writes tables.md, results.json and tables.png. Interrupted, it goes on where it stopped. Needs the train

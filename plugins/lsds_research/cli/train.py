@@ -38,8 +38,7 @@ def train(
 ) -> None:
     """Fit LEARNER (see lsds plugins) on a dataset and write it as ONNX, with its card beside it.
 
-    Scores and intervals on the card are of objects left out; beside them stand the rules that know nothing, or one
-    number. Needs the train extra; running the model does not.
+    Scores and intervals on the card are of objects left out; the card compares them with the trivial rules. Needs the train extra; running the model does not.
 
     \b
     Examples:
