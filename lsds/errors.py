@@ -76,6 +76,10 @@ class ContractMismatch(PluginError):
     """What the plugin's factory returned lacks members that the contract of its kind asks for."""
 
 
+class MissingExtra(PluginLoadError):
+    """A library that only some installations have is needed here; the message names the extra that brings it."""
+
+
 # -- devices ----------------------------------------------------------------------------------------------
 
 

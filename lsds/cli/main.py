@@ -11,17 +11,14 @@ import click
 from click.shell_completion import CompletionItem
 
 from lsds import __version__
-from lsds.cli.output import require_known
+from lsds.cli.plugged import command_summaries, plugin_command
 from lsds.errors import LsdsError
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("lsds.cli.run:run", "Run the closed loop: grasp, lift, hold, on hardware or in the simulated cell."),
     "track": ("lsds.cli.track:track", "Track slip through recordings, moving nothing."),
-    "chart": ("lsds.cli.chart:chart", "Draw speed against accuracy, and what each part costs."),
-    "collect": ("lsds.cli.collect:collect", "Record data to learn from, by the protocols of the study."),
-    "train": ("lsds.cli.train:train", "Fit a detector or an estimator, and write the model that a cell runs."),
-    "evaluate": ("lsds.cli.evaluate:evaluate", "Train and test on real recordings, beside what knows nothing."),
-    "reproduce": ("lsds.cli.reproduce:reproduce", "Measure the study's tables on simulated data, beside the printed."),
+    "study": ("lsds.cli.study:study", "Run a study: measure what things cost and what they give for it."),
+    "chart": ("lsds.cli.study:study", "The same as study."),
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol, for any client."),
     "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera with a printed board."),
     "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),
@@ -29,20 +26,24 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend still needs."),
     "completion": ("lsds.cli.completion:completion", "Print a shell completion script."),
 }
-"""Name -> where the command lives, and its one line in `lsds --help`."""
+"""Built-in commands: name -> where the command lives, and its one line in `lsds --help`."""
 
 
 class LazyGroup(click.Group):
-    """A group that knows its commands' names and one-liners, and imports each on use."""
+    """A group that knows its commands' names and summaries, and imports each on use.
+
+    Plugins add commands (kind `command`). Their manifests are read only where all names are wanted, or a name is not
+    a built-in one; a built-in command goes before a plugin's of the same name.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return all names, in the order of the table."""
-        return list(COMMANDS)
+        """Return all names: built-in ones in the order of the table, then those of plugins."""
+        return list(_summaries(ctx))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command. Raises click.UsageError where its module cannot be imported."""
+        """Import a command. Raises click.ClickException where its module cannot be imported, PluginError likewise."""
         if cmd_name not in COMMANDS:
-            return None
+            return plugin_command(ctx, cmd_name)
         module, _, attribute = COMMANDS[cmd_name][0].partition(":")
         try:
             command = getattr(importlib.import_module(module), attribute)
@@ -55,23 +56,32 @@ class LazyGroup(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands from the table, without importing any."""
+        """Write the list of commands, without importing any."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, summary) for name, (_, summary) in COMMANDS.items()])
+            formatter.write_dl(list(_summaries(ctx).items()))
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Complete command names from the table; importing every command would make each press of Tab wait."""
+        """Complete command names, importing no command: it would make each press of Tab wait."""
         if incomplete.startswith("-"):
             return click.Command.shell_complete(self, ctx, incomplete)
-        found = [item for item in COMMANDS.items() if item[0].startswith(incomplete)]
-        return [CompletionItem(name, help=summary) for name, (_, summary) in found]
+        found = [item for item in _summaries(ctx).items() if item[0].startswith(incomplete)]
+        return [CompletionItem(name, help=summary) for name, summary in found]
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; for an unknown one say which was probably meant. Raises click.UsageError."""
-        require_known(ctx, args, COMMANDS)
+        if args and args[0] not in COMMANDS and ":" not in args[0]:
+            from lsds.cli.output import require_known
+
+            require_known(ctx, args, _summaries(ctx))
         return super().resolve_command(ctx, args)
+
+
+def _summaries(ctx: click.Context) -> dict[str, str]:
+    """Return name and summary of every command."""
+    own = {name: summary for name, (_, summary) in COMMANDS.items()}
+    return own | {name: summary for name, summary in command_summaries(ctx).items() if name not in own}
 
 
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -98,7 +108,8 @@ def run_command(command: click.Command, name: str, arguments: Sequence[str] | No
     """Run a command line and return its exit code.
 
     An error that lsds can explain becomes one message on stderr and the exit code of its class; `--debug` shows the
-    traceback instead. An interrupt gives 130, a reader that went away 141, as a shell expects.
+    traceback instead. A missing library that an extra of lsds brings is such an error. An interrupt gives 130, a reader
+    that went away 141, as a shell expects.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -123,6 +134,13 @@ def run_command(command: click.Command, name: str, arguments: Sequence[str] | No
         if "--debug" in arguments:
             raise
         return _explain(error)
+    except ModuleNotFoundError as error:
+        from lsds.extras import explained
+
+        missing = None if "--debug" in arguments else explained(error)
+        if missing is None:
+            raise
+        return _explain(missing)
     except ExceptionGroup as group:
         if "--debug" in arguments or group.split(LsdsError)[1] is not None:
             raise

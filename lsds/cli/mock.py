@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 import click
 
 from lsds.cli.output import require_known
+from lsds.cli.plugged import host_of
 
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
@@ -23,13 +24,13 @@ class MockGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all wire mocks, and `rig`."""
-        return [*_host(ctx).names("wire_mock"), "rig"]
+        return [*host_of(ctx).names("wire_mock"), "rig"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Make the command of one mock. Raises PluginConflict, PluginLoadError."""
         if cmd_name == "rig":
             return rig
-        host = _host(ctx)
+        host = host_of(ctx)
         if cmd_name.rpartition(":")[2] not in host.names("wire_mock"):
             return None
         return _command(host, host.find("wire_mock", cmd_name))
@@ -44,7 +45,7 @@ class MockGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write each mock's line from its manifest, importing none."""
-        rows = [(b.spec.name, b.spec.summary) for b in _host(ctx).backends if b.spec.kind == "wire_mock"]
+        rows = [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "wire_mock"]
         with formatter.section("Mocks"):
             formatter.write_dl([*rows, ("rig", "all mocks of a rig's [cell.wire], around one plant")])
 
@@ -83,13 +84,6 @@ def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     from lsds.cli.mock_session import serve_rig
 
     serve_rig(config, overrides, as_json=as_json)
-
-
-def _host(ctx: click.Context) -> PluginHost:
-    from lsds.plugins.host import PluginHost
-
-    host: PluginHost = ctx.find_root().meta.setdefault("lsds.host", PluginHost())
-    return host
 
 
 def _command(host: PluginHost, backend: Backend) -> click.Command:

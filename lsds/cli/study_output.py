@@ -1,64 +1,90 @@
-"""Studies that plugins offer, as commands: run with a progress bar, shown as a table, written, drawn."""
+"""Run a study with a progress bar; show, write and draw what it found."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.output import csv_text, require_writable, table, write_json, write_text
+from lsds.cli.output import csv_text, table, write_json, write_text
 from lsds.cli.progress import Progress
 from lsds.cli.threads import one_thread
-from lsds.errors import DataError
+from lsds.contracts.study import StudyTable
+from lsds.errors import DataError, MissingExtra
+from lsds.extras import explained
 
 if TYPE_CHECKING:
     from lsds.contracts.study import StudyResult
-
-
-def run_study(name: str, options: dict[str, object], seed: int, doing: str) -> StudyResult:
-    """Run a study. Raises what it raises, PluginError where there is none of that name."""
-    from lsds.clock import WallClock
-    from lsds.contracts import BuildContext, Study
     from lsds.plugins.host import PluginHost
 
-    built: Study = PluginHost().build("study", name, options, BuildContext(WallClock(), seed))
+
+def run_study(host: PluginHost, name: str, options: Mapping[str, Any], seed: int, doing: str) -> StudyResult:
+    """Run a study. Raises what it raises, PluginError where there is none of that name."""
+    one_thread()
+    from lsds.clock import WallClock
+    from lsds.contracts import BuildContext, Study
+
+    built: Study = host.build("study", name, options, BuildContext(WallClock(), seed))
     with Progress(doing) as progress:
         return built.run(progress.to)
 
 
-def show_study(result: StudyResult, plot: Path | str | None, csv_file: str | None, json_file: str | None) -> None:
-    """Print the table and notes, write what is asked for, draw the picture. Raises DataError where one cannot be."""
+def show_study(
+    result: StudyResult, plot: Path | None, csv_file: str | None, json_file: str | None, *, asked: bool = True
+) -> None:
+    """Print tables and notes, write what is asked for, draw the picture. Raises DataError where one cannot be.
+
+    Where the picture needs a library that is not installed, everything else is still shown and written; then it is a
+    MissingExtra, or a line on stderr where nobody `asked` for the picture.
+    """
+    for warning in result.warnings:
+        click.echo(warning, err=True)
     rows = [dict(row) for row in result.rows]
     if json_file is not None:
-        write_json({"title": result.title, "rows": rows, "notes": list(result.notes), **result.details}, json_file)
+        more = {"tables": [[dict(row) for row in part.rows] for part in result.more]} if result.more else {}
+        written = {"title": result.title, "rows": rows, "notes": list(result.notes), **more, **result.details}
+        write_json(written, json_file)
     if json_file != "-":
-        shown = [tuple(_shown(row.get(key), form) for key, _, form in result.columns) for row in rows]
-        click.echo(f"{result.title}\n\n" + table(shown, tuple(heading for _, heading, _ in result.columns)))
+        parts = [*result.more, StudyTable(result.columns, result.rows)]
+        click.echo("\n\n".join([result.title, *map(_text, parts)]))
         click.echo("".join(f"\n{note}" for note in result.notes))
     if csv_file is not None:
         write_text(csv_text(rows), csv_file)
-    if plot is None:
+    if plot is not None:
+        try:
+            _draw(result, plot, err=json_file == "-", asked=asked)
+        except MissingExtra as error:
+            if asked:
+                raise
+            click.echo(f"no picture: {error}", err=True)
+
+
+def _draw(result: StudyResult, plot: Path, *, err: bool, asked: bool) -> None:
+    if result.draw is None:
+        if asked:
+            click.echo("no picture: this study draws none", err=True)
         return
     try:
-        result.draw(Path(plot))
+        result.draw(plot)
+    except ModuleNotFoundError as error:
+        if (missing := explained(error)) is None:
+            raise
+        raise missing from error
     except (OSError, ValueError) as error:
         raise DataError(f"{plot}: the picture cannot be written: {error}") from error
-    click.echo(f"picture: {plot}", err=json_file == "-")
+    click.echo(f"picture: {plot}", err=err)
 
 
-def study_command(
-    name: str, options: dict[str, object], seed: int, plot: Path | str | None, csv_file: str | None,
-    json_file: str | None, doing: str = "measuring",
-) -> None:  # fmt: skip
-    """Run a study that a plugin offers; show, write and draw what it found. What cannot be written is told first."""
-    one_thread()
-    for file in (plot, csv_file, json_file):
-        require_writable(file)
-    show_study(run_study(name, options, seed, doing), plot, csv_file, json_file)
+def _text(part: StudyTable) -> str:
+    shown = [tuple(_shown(row.get(key), form) for key, _, form in part.columns) for row in part.rows]
+    return table(shown, tuple(heading for _, heading, _ in part.columns))
 
 
 def _shown(value: object, form: str) -> str:
     if value is None:
         return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return format(value, form) if form else str(value)

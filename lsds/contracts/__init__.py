@@ -15,7 +15,7 @@ from lsds.contracts.devices import (
 )
 from lsds.contracts.job import Grip, Job, Setting, Situation, Wanted
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, OPTIONAL_KINDS, Kind, KindSpec
-from lsds.contracts.study import Study, StudyResult
+from lsds.contracts.study import Study, StudyResult, StudyTable
 from lsds.contracts.values import (
     ArmCommand,
     ArmSpec,
@@ -96,6 +96,7 @@ __all__ = [
     "SlipEstimate",
     "Study",
     "StudyResult",
+    "StudyTable",
     "TactileSensor",
     "TrackFlag",
     "Tracker",

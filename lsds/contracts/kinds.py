@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
+from lsds.contracts.command import Command
 from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
 from lsds.contracts.job import Job
 from lsds.contracts.learning import Learner
@@ -52,6 +53,7 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
         "study": KindSpec(Study, "Measures speed against accuracy; lsds study runs it"),
         "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds train runs it"),
+        "command": KindSpec(Command, "A command of lsds; its factory names a click.Command, which is not called"),
     }
 )
 

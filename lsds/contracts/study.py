@@ -1,4 +1,4 @@
-"""Contract of a study: something that measures, and can be drawn. `lsds chart NAME` runs it."""
+"""Contract of a study: something that measures, and may draw what it found. `lsds study NAME` runs it."""
 
 from __future__ import annotations
 
@@ -11,18 +11,31 @@ Value = str | float | int | bool | None
 
 
 @dataclass(frozen=True, slots=True)
-class StudyResult:
-    """`rows` of named values, `columns` of them to be shown as (key, heading, format), `draw` that writes a PNG.
+class StudyTable:
+    """`rows` of named values; `columns` says which of them to show, as (key, heading, format)."""
 
-    `title` says in one line what was measured, and that it was simulated where it was; `details` goes into the JSON.
+    columns: Sequence[tuple[str, str, str]]
+    rows: Sequence[Mapping[str, Value]]
+
+
+@dataclass(frozen=True, slots=True)
+class StudyResult:
+    """What a study found.
+
+    `rows` and `columns` are the main table, as in `StudyTable`; it is also what is written as CSV. `more` are further
+    tables, shown before it. `draw` writes a PNG; None where there is nothing to draw. `title` says in one line what was
+    measured, and that it was simulated where it was. `notes` stand below the tables, `warnings` go to stderr, `details`
+    into the JSON.
     """
 
     title: str
     columns: Sequence[tuple[str, str, str]]
     rows: Sequence[Mapping[str, Value]]
-    draw: Callable[[Path], None]
+    draw: Callable[[Path], None] | None = None
     notes: Sequence[str] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    more: Sequence[StudyTable] = ()
+    warnings: Sequence[str] = ()
 
 
 @runtime_checkable

@@ -117,6 +117,10 @@ class PluginHost:
             raise PluginLoadError(f"{backend}: options '{backend.spec.options}' is not a pydantic model")
         return model
 
+    def imported(self, backend: Backend) -> Any:
+        """Return what a backend's `factory` names, without calling it. Raises PluginLoadError."""
+        return self._import(backend, backend.spec.factory)
+
     def build(self, kind: Kind, name: str, raw_options: Mapping[str, Any] | None, context: BuildContext) -> Any:
         """Import, validate the options, call the factory and check the contract.
 
@@ -126,7 +130,7 @@ class PluginHost:
         if missing := self.missing_requirements(backend):
             raise PluginLoadError(f"{backend} needs {', '.join(missing)}, which is not installed; {_remedy(backend)}")
         options = self._options(backend, raw_options or {})
-        factory = self._import(backend, backend.spec.factory)
+        factory = self.imported(backend)
         try:
             built = factory(options, context)
         except LsdsError:

@@ -1,1 +1,1 @@
-"""Brains and views that come with lsds: trackers, detectors, estimators, controllers, replay."""
+"""Algorithms and replay that come with lsds: trackers, detectors, estimators, controllers."""

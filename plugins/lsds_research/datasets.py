@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import DataError
+from lsds.extras import require
 from lsds.files import write_whole
 from lsds.models.signals import SIGNALS, UNITS
 
@@ -103,7 +104,7 @@ def from_rows(
     labels: Mapping[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
     """Return the columns of one recording. `signals` (frames, S) in the order of `SIGNALS`; labels that are not given
-    are unknown."""  # fmt: skip
+    are unknown."""
     count = len(t_s)
     columns: dict[str, NDArray[Any]] = {
         "recording": np.full(count, recording, object),
@@ -152,14 +153,18 @@ def merged(parts: Sequence[tuple[str, Dataset]]) -> Dataset:
     first = {key: cards[0][key] for key in ("rig", "quick") if key in cards[0]}
     card = {key: value for key, value in first.items() if all(own.get(key) == value for own in cards)}
     origins = {str(own.get("figures_are", "of unknown origin")) for own in cards}
-    return joined(columns, {
-        **card,
-        "figures_are": " and ".join(sorted(origins, reverse=True)),
-        "job": ", ".join(dict.fromkeys(str(own.get("job")) for own in cards)),
-        "datasets": {
-            name: {key: part.card.get(key) for key in ("job", "labels", "overrides", "seed")} for name, part in parts
+    return joined(
+        columns,
+        {
+            **card,
+            "figures_are": " and ".join(sorted(origins, reverse=True)),
+            "job": ", ".join(dict.fromkeys(str(own.get("job")) for own in cards)),
+            "datasets": {
+                name: {key: part.card.get(key) for key in ("job", "labels", "overrides", "seed")}
+                for name, part in parts
+            },
         },
-    })  # fmt: skip
+    )
 
 
 def _digest(data: Dataset, rows: slice) -> bytes:
@@ -258,10 +263,9 @@ def read_table(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def require_arrow() -> tuple[Any, Any]:
-    """Return pyarrow and its Parquet module. Raises DataError where they are not installed."""
-    try:
-        import pyarrow
-        import pyarrow.parquet as parquet
-    except ImportError as error:
-        raise DataError("datasets need pyarrow: pip install 'lsds[data]'") from error
+    """Return pyarrow and its Parquet module. Raises MissingExtra where they are not installed."""
+    require("pyarrow", extra="data", purpose="a dataset")
+    import pyarrow
+    import pyarrow.parquet as parquet
+
     return pyarrow, parquet

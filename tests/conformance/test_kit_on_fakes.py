@@ -143,6 +143,6 @@ def test_expected_failures_have_to_exist():
         conformance("gripper", "fake-gripper", host=HOST, expected_failures={"flies": "it cannot"})
 
 
-def test_brains_have_no_device_checks():
+def test_algorithms_have_no_device_checks():
     with pytest.raises(ValueError, match="no conformance checks for a detector"):
         cases(Bench("detector", "brain", host=HOST))

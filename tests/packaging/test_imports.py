@@ -29,6 +29,23 @@ def test_building_a_rig_imports_no_vision_and_no_test_library(code):
     assert not modules_after(code) & (HEAVY | {"hypothesis", "pytest"})
 
 
+SHORT = ["task.settle_s=0.1", "task.lift_s=0.2", "task.hold_s=0.1", "cell.simulated.fidelity=winkler"]
+
+
+def test_a_run_needs_no_research_and_no_training_library(tmp_path):
+    """With the shipped detector and estimator, which were trained, and run by onnxruntime alone."""
+    arguments = ["run", "--no-plot", "--json", "run.json", *(part for text in SHORT for part in ("--set", text))]
+    program = f"import sys; from lsds.cli.main import main; print(main({arguments!r}), *sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=tmp_path)
+    code, *modules = done.stdout.splitlines()[-1].split()
+    assert code in ("0", "8"), "held or dropped"
+    assert json.loads((tmp_path / "run.json").read_text())["cycles"] > 5
+    # The manifest is read to know what there is; it imports nothing of its own package.
+    assert [name for name in modules if name.startswith("lsds_research.")] == ["lsds_research.manifest"]
+    assert "onnxruntime" in modules
+    assert not {"torch", "sklearn", "skl2onnx", "onnx", "pyarrow", "matplotlib"} & set(modules)
+
+
 def best_ms(*command):
     """Return the quickest of several runs, in ms above that of an empty interpreter."""
     from time import perf_counter

@@ -139,10 +139,16 @@ def _asked(
 ) -> dict[str, Any]:
     """Return what decides the data."""
     return {
-        "job": job, "seed": seed, "quick": quick, "objects": sorted({trial.object for trial in planned}),
+        "job": job,
+        "seed": seed,
+        "quick": quick,
+        "objects": sorted({trial.object for trial in planned}),
         "labels": "truth, smoothed" if config.pose_source.backend == NO_DEVICE else "poses, smoothed",
-        "rig": _rig(config), "overrides": list(settings), "lsds": __version__, "config": _digest(config),
-    }  # fmt: skip
+        "rig": _rig(config),
+        "overrides": list(settings),
+        "lsds": __version__,
+        "config": _digest(config),
+    }
 
 
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:

@@ -113,9 +113,12 @@ class SlipLabels:
             speed = np.hypot(smooth[:, 0], smooth[:, 1])
             moves = (speed > SLIP_M_S) | (np.abs(smooth[:, 2]) > SLIP_RAD_S)
             return columns | {
-                "velocity_x": smooth[:, 0], "velocity_y": smooth[:, 1], "angular_velocity_label": smooth[:, 2],
-                "speed": speed, "slip": np.where(known, moves, -1),
-            }  # fmt: skip
+                "velocity_x": smooth[:, 0],
+                "velocity_y": smooth[:, 1],
+                "angular_velocity_label": smooth[:, 2],
+                "speed": speed,
+                "slip": np.where(known, moves, -1),
+            }
         slips = [nearest(self._slips, t_ns, SLOP_NS) or _UNSEEN for t_ns in times_ns]
         seen = np.array([slip[1:4] for slip in slips]).reshape(-1, 3)
         if samples:
@@ -129,9 +132,12 @@ class SlipLabels:
         turning = smooth[:, 2] if samples else seen[:, 2]
         slip = np.where(np.isfinite(speed), (speed > SLIP_M_S) | (np.nan_to_num(np.abs(turning)) > SLIP_RAD_S), -1)
         return columns | {
-            "velocity_x": seen[:, 0], "velocity_y": seen[:, 1], "angular_velocity_label": turning,
-            "speed": speed, "slip": slip,
-        }  # fmt: skip
+            "velocity_x": seen[:, 0],
+            "velocity_y": seen[:, 1],
+            "angular_velocity_label": turning,
+            "speed": speed,
+            "slip": slip,
+        }
 
     def _smoothed(self, times_ns: Sequence[int]) -> NDArray[np.float64]:
         """Return (frames, 3): the true slip velocity and rate smoothed as a pose source's are, lag included.

@@ -234,9 +234,13 @@ def _start(
         "cell.simulated.chatter_amplitude": rng.uniform(*CHATTER),
     }
     start = {
-        "recording": label, "object": name, "protocol": protocol, "condition": condition,
-        "seed": int(rng.integers(0, 2**31)), "simulated": simulated,
-    }  # fmt: skip
+        "recording": label,
+        "object": name,
+        "protocol": protocol,
+        "condition": condition,
+        "seed": int(rng.integers(0, 2**31)),
+        "simulated": simulated,
+    }
     return rng, start
 
 

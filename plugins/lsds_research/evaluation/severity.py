@@ -100,9 +100,13 @@ def plain(own: Task, name: str, speed: NDArray[np.float64]) -> Row:
     off = np.abs(speed - true)
     interval = bootstrap(own.column("recording"), lambda rows: float(off[rows].mean()))
     return {
-        "model": name, "labels": "measured", **regression(true, speed), "mae_low": interval.low,
-        "mae_high": interval.high, "frames": len(true),
-    }  # fmt: skip
+        "model": name,
+        "labels": "measured",
+        **regression(true, speed),
+        "mae_low": interval.low,
+        "mae_high": interval.high,
+        "frames": len(true),
+    }
 
 
 def plain_speeds(fitted: Task, own: Task) -> dict[str, NDArray[np.float64]]:

@@ -79,9 +79,14 @@ def _origin(data: Dataset, model: Model, seed: int) -> dict[str, Any]:
     }
     objects = sorted(set(data["object"].tolist()))
     return {
-        **told, "learner": model.learner, "options": dict(model.options), "fit_seed": seed, "objects": objects,
-        "frames": len(data), "recordings": len(data.starts) - 1,
-    }  # fmt: skip
+        **told,
+        "learner": model.learner,
+        "options": dict(model.options),
+        "fit_seed": seed,
+        "objects": objects,
+        "frames": len(data),
+        "recordings": len(data.starts) - 1,
+    }
 
 
 def _versions() -> dict[str, str]:

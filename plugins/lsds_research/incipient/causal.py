@@ -21,7 +21,7 @@ from lsds_research.incipient.online import (
     random_fold_auc,
     running,
     window_scores,
-)  # fmt: skip
+)
 from lsds_research.learners.clip_model import clip_model
 from lsds_research.metrics import Interval, auc, bootstrap
 
@@ -74,9 +74,13 @@ class Causal:
     def details(self) -> dict[str, Any]:
         """Return the curves for the JSON."""
         return {
-            "window_frames": WINDOW, "shares_seen": PARTS, "auc_by_share_seen": self.parts, "frames_seen": COUNTS,
-            "auc_by_frames_seen": self.counts, "window_auc": self.leaks,
-        }  # fmt: skip
+            "window_frames": WINDOW,
+            "shares_seen": PARTS,
+            "auc_by_share_seen": self.parts,
+            "frames_seen": COUNTS,
+            "auc_by_frames_seen": self.counts,
+            "window_auc": self.leaks,
+        }
 
 
 def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], object]) -> Causal:

@@ -90,9 +90,13 @@ def _video(folder: Path, number: int, row: dict[str, str | None], problems: list
     if cells["label_conflict"] not in ("0", "1", ""):
         problems.append(f"line {number}: label_conflict is {cells['label_conflict']!r}, not 0 or 1")
     return Video(
-        folder / cells["video"], cells["recording"], cells["object"], cells["camera"], int(cells["slip"] == "1"),
+        folder / cells["video"],
+        cells["recording"],
+        cells["object"],
+        cells["camera"],
+        int(cells["slip"] == "1"),
         cells["label_conflict"] == "1",
-    )  # fmt: skip
+    )
 
 
 def _consistent(videos: Sequence[Video], problems: list[str]) -> None:

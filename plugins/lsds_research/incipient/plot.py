@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from lsds_research.figures import new_figure
 from lsds_research.incipient.folds import by_recording
 from lsds_research.incipient.online import PARTS
 
@@ -24,8 +23,7 @@ if TYPE_CHECKING:
 
 def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | None) -> None:
     """Write the picture."""
-    figure = Figure(figsize=(13, 7), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(13, 7)
     left, right = figure.subplots(1, 2)
     for number, curve in enumerate(curves):
         true = by_recording(curve.recordings, curve.slip.astype(np.float64)) > 0.5

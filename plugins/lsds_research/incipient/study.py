@@ -26,7 +26,8 @@ from lsds_research.incipient.folds import (
     scored,
     threshold_rule,
     trained_elsewhere,
-)  # fmt: skip
+)
+from lsds_research.incipient.index import read_index
 from lsds_research.incipient.load import default_cache, load
 from lsds_research.incipient.models import applied, clip_model_said
 from lsds_research.incipient.options import IncipientOptions
@@ -43,10 +44,17 @@ if TYPE_CHECKING:
     Tick = Callable[[int, int], None]
 
 _COLUMNS = (
-    ("model", "model", ""), ("unit", "of each", ""), ("auc", "AUC", ".3f"), ("auc_low", "95 %", ".3f"),
-    ("auc_high", "", ".3f"), ("auc_spread", "sd", ".3f"), ("accuracy", "accuracy", ".3f"),
-    ("accuracy_low", "95 %", ".3f"), ("accuracy_high", "", ".3f"), ("tested", "tested on", ""),
-)  # fmt: skip
+    ("model", "model", ""),
+    ("unit", "of each", ""),
+    ("auc", "AUC", ".3f"),
+    ("auc_low", "95 %", ".3f"),
+    ("auc_high", "", ".3f"),
+    ("auc_spread", "sd", ".3f"),
+    ("accuracy", "accuracy", ".3f"),
+    ("accuracy_low", "95 %", ".3f"),
+    ("accuracy_high", "", ".3f"),
+    ("tested", "tested on", ""),
+)
 _BY_OBJECT, _ALL = "unseen objects", "all here"
 FEW = 12
 _READING = 400
@@ -63,6 +71,8 @@ class IncipientStudy:
     def run(self, tick: Tick) -> StudyResult:
         """Measure. Raises DataError for a folder that cannot be used, ModelError for a model that cannot."""
         options = self._options
+        if options.train:
+            read_index(Path(options.train))  # What is wrong with it is reported before anything is computed.
         data = self._load(Path(options.path), tick)
         videos = videos_of(data)
         elsewhere = videos_of(self._load(Path(options.train), tick)) if options.train else None
@@ -84,13 +94,21 @@ class IncipientStudy:
         if not table.rows:
             require_both(videos.slip, videos.object)
         details = {
-            "clip_frames": FRAMES, "folds": fold_count(videos.object), "repeats": options.repeats, "seed": self._seed,
-            "failures": data.card["failures"], "online": None if courses is None else courses.details(),
-            "prevalence": table.prevalence, "figures_are": "measured",
-        }  # fmt: skip
+            "clip_frames": FRAMES,
+            "folds": fold_count(videos.object),
+            "repeats": options.repeats,
+            "seed": self._seed,
+            "failures": data.card["failures"],
+            "online": None if courses is None else courses.details(),
+            "prevalence": table.prevalence,
+            "figures_are": "measured",
+        }
         rows = [_row(row, tested) for row, tested in table.rows]
+        warnings = [f"passed over: {reason}" for reason in data.card["failures"].values()]
+        if options.save_model:
+            notes.append(f"clip model: {options.save_model}")
         title = f"real recordings, {len(np.unique(videos.recording))} of {len(np.unique(videos.object))} objects"
-        return StudyResult(title, _COLUMNS, rows, partial(_draw, table, courses), notes, details)
+        return StudyResult(title, _COLUMNS, rows, partial(_draw, table, courses), notes, details, warnings=warnings)
 
     def _fitted_before(self, table: _Table, elsewhere: Videos | None) -> None:
         videos, options = table.videos, self._options
@@ -169,10 +187,17 @@ class _Table:
         return float(np.mean(self.videos.slip[first]))
 
     def add(
-        self, name: str, said: Floats, threshold: float = 0.5, *, videos: bool = False,
-        slip: NDArray[np.intp] | None = None, tested: str = _BY_OBJECT, keep: NDArray[np.bool_] | None = None,
+        self,
+        name: str,
+        said: Floats,
+        threshold: float = 0.5,
+        *,
+        videos: bool = False,
+        slip: NDArray[np.intp] | None = None,
+        tested: str = _BY_OBJECT,
+        keep: NDArray[np.bool_] | None = None,
         drawn: bool = True,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Score probabilities (repeats, n) or (n,), of all videos or those to `keep`; `videos` adds a row in which each
         camera stands alone."""
         chosen = np.ones(len(self.videos), bool) if keep is None else keep
@@ -216,10 +241,17 @@ def _notes(data: Dataset, videos: Videos) -> list[str]:
 
 def _row(row: Scored, tested: str) -> dict[str, Any]:
     return {
-        "model": row.name, "unit": row.unit, "auc": row.auc.value, "auc_low": row.auc.low, "auc_high": row.auc.high,
-        "auc_spread": row.spread, "accuracy": row.accuracy.value, "accuracy_low": row.accuracy.low,
-        "accuracy_high": row.accuracy.high, "tested": tested,
-    }  # fmt: skip
+        "model": row.name,
+        "unit": row.unit,
+        "auc": row.auc.value,
+        "auc_low": row.auc.low,
+        "auc_high": row.auc.high,
+        "auc_spread": row.spread,
+        "accuracy": row.accuracy.value,
+        "accuracy_low": row.accuracy.low,
+        "accuracy_high": row.accuracy.high,
+        "tested": tested,
+    }
 
 
 def _draw(table: _Table, courses: Causal | None, path: Path) -> None:

@@ -70,11 +70,18 @@ def videos_of(data: Dataset) -> Videos:
     speed, moved = np.asarray(data["mean_speed"], np.float64), moving(data)
     clips = [clip_features(signals[span]) for span in spans]
     return Videos(
-        data, starts, names, np.array([physical(name) for name in names], object), data["object"][firsts],
-        data["slip"][firsts].astype(np.intp), np.array(clips), np.array([_mean(nuisances[s]) for s in spans]),
+        data,
+        starts,
+        names,
+        np.array([physical(name) for name in names], object),
+        data["object"][firsts],
+        data["slip"][firsts].astype(np.intp),
+        np.array(clips),
+        np.array([_mean(nuisances[s]) for s in spans]),
         np.array([pooled(two_frame(v_net[s]), 1.0) for s in spans]),
-        np.array([while_moving(speed[s], moved[s], MOVING_SHARE) for s in spans]), np.diff(starts).astype(np.float64),
-    )  # fmt: skip
+        np.array([while_moving(speed[s], moved[s], MOVING_SHARE) for s in spans]),
+        np.diff(starts).astype(np.float64),
+    )
 
 
 def two_frame(v_net: Floats) -> Floats:

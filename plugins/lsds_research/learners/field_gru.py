@@ -110,9 +110,11 @@ def _recurrent(length: int, width: int, options: FieldGruOptions) -> Any:
             super().__init__()
             self.body = nn.GRU(width, options.hidden, batch_first=True)
             self.head = nn.Sequential(
-                nn.Linear(options.hidden, options.second), nn.ReLU(), nn.Dropout(options.dropout),
+                nn.Linear(options.hidden, options.second),
+                nn.ReLU(),
+                nn.Dropout(options.dropout),
                 nn.Linear(options.second, NUMBERS),
-            )  # fmt: skip
+            )
 
         def forward(self, x: torch.Tensor) -> torch.Tensor:
             return _answer(self.head(self.body(x)[0][:, -1]))
@@ -131,9 +133,11 @@ def _in_blocks(length: int, width: int, options: FieldGruOptions) -> Any:
             super().__init__()
             self.body = nn.Sequential(nn.Linear(size * width, units), nn.ReLU(), nn.Dropout(options.block_dropout))
             self.head = nn.Sequential(
-                nn.Linear(count * units, 2 * units), nn.ReLU(), nn.Dropout(options.block_dropout),
+                nn.Linear(count * units, 2 * units),
+                nn.ReLU(),
+                nn.Dropout(options.block_dropout),
                 nn.Linear(2 * units, NUMBERS),
-            )  # fmt: skip
+            )
 
         def forward(self, x: torch.Tensor) -> torch.Tensor:
             return _answer(self.head(self.body(x.reshape(len(x) * count, size * width)).reshape(len(x), count * units)))

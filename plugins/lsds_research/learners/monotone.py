@@ -25,9 +25,16 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 RATES = (
-    "residual_along", "residual_across", "rigid_speed", "mean_speed", "v_net", "div_mean_rate", "area_rate",
-    "curl_mean_rate", "angular_velocity",
-)  # fmt: skip
+    "residual_along",
+    "residual_across",
+    "rigid_speed",
+    "mean_speed",
+    "v_net",
+    "div_mean_rate",
+    "area_rate",
+    "curl_mean_rate",
+    "angular_velocity",
+)
 
 
 class MonotoneOptions(LearnerOptions):

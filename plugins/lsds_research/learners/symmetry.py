@@ -18,8 +18,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 VECTORS = (("shear_x", "shear_y"), ("v_x", "v_y"))
-ODD = ("twist", "angular_velocity", "rotation", "curl_sum", "curl_mean", "curl_affine", "curl_sum_rate",
-       "curl_mean_rate")  # fmt: skip
+ODD = (
+    "twist",
+    "angular_velocity",
+    "rotation",
+    "curl_sum",
+    "curl_mean",
+    "curl_affine",
+    "curl_sum_rate",
+    "curl_mean_rate",
+)
 """Signals that change their sign in a mirror."""
 DIRECTED = ("theta", "theta_delta")
 """Signals of which nothing is known here but that they have a direction."""

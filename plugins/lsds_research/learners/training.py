@@ -114,9 +114,14 @@ def train_whole(
 
 
 def _pass(
-    net: torch.nn.Module, loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor], x: torch.Tensor, y: torch.Tensor,
-    adam: torch.optim.Optimizer, batch: int, then: Callable[[], object] = lambda: None,
-) -> None:  # fmt: skip
+    net: torch.nn.Module,
+    loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor],
+    x: torch.Tensor,
+    y: torch.Tensor,
+    adam: torch.optim.Optimizer,
+    batch: int,
+    then: Callable[[], object] = lambda: None,
+) -> None:
     """Step over all examples once, in batches drawn anew."""
     import torch
 

@@ -23,9 +23,14 @@ OWN_DETECTORS = ("logistic", "field-mlp")
 PAPER_ESTIMATORS = ("lstm", "mlp")
 OWN_ESTIMATORS = ("linear-window", "field-gru")
 MOST = {
-    "random-forest": 12_000, "gradient-boosting": 6_000, "logistic": 20_000, "field-mlp": 20_000,
-    "lstm": 1_500, "mlp": 4_000, "field-gru": 8_000,
-}  # fmt: skip
+    "random-forest": 12_000,
+    "gradient-boosting": 6_000,
+    "logistic": 20_000,
+    "field-mlp": 20_000,
+    "lstm": 1_500,
+    "mlp": 4_000,
+    "field-gru": 8_000,
+}
 """Windows that one of many fits learns from at most, so that all of it takes less than half an hour; those for objects
 never seen learn from all."""
 SHUFFLED_MOST = {"field-gru": 3_000}
@@ -106,9 +111,13 @@ def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[Row]:
     """Fit and score; return rows, each with the job's table, learner, set, split and labels."""
     rows = _run(job, Path(folder), seed, quick)
     told = {
-        "table": job.table, "learner": job.learner, "signals": job.signals or "own", "control": job.control,
-        "split": job.split, "labels": job.labels,
-    }  # fmt: skip
+        "table": job.table,
+        "learner": job.learner,
+        "signals": job.signals or "own",
+        "control": job.control,
+        "split": job.split,
+        "labels": job.labels,
+    }
     return [{**told, **row} for row in rows]
 
 

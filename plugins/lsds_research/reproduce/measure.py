@@ -65,9 +65,14 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
             rows += found
         tick("fitting", done, len(todo))
     result = {
-        "figures_are": "simulated", "seed": seed, "quick": quick, "rows": rows, "failed": failed, "datasets": cards,
+        "figures_are": "simulated",
+        "seed": seed,
+        "quick": quick,
+        "rows": rows,
+        "failed": failed,
+        "datasets": cards,
         "versions": {"lsds": __version__, "python": platform.python_version()},
-    }  # fmt: skip
+    }
     write_whole(out / RESULTS, json.dumps(result, indent=1, default=float).encode())
     return result
 

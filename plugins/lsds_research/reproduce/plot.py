@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from lsds_research.collecting.objects import UNSEEN
+from lsds_research.figures import new_figure
 
 _SPLITS = ("frames", "recording", "object")
 _MODELS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "one-parameter rule")
@@ -18,14 +17,17 @@ _MODELS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "one-p
 def plot_reproduction(path: Path, result: dict[str, Any]) -> None:
     """Write a PNG. Raises OSError where it cannot be written."""
     rows = result["rows"]
-    figure = Figure(figsize=(13, 8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(13, 8)
     (top_left, top_right), (low_left, low_right) = figure.subplots(2, 2)
     _splits(top_left, rows)
     _objects(top_right, rows)
     _severity(low_left, rows, "leave-one-out", "Severity, objects left out: mean absolute error")
-    _severity(low_right, [row for row in rows if row.get("object") == "all"], "severity-unseen",
-              "Severity, unseen objects: mean absolute error")  # fmt: skip
+    _severity(
+        low_right,
+        [row for row in rows if row.get("object") == "all"],
+        "severity-unseen",
+        "Severity, unseen objects: mean absolute error",
+    )
     quick = ", quick run" if result["quick"] else ""
     figure.suptitle(f"The study's tables on simulated data (seed {result['seed']}{quick})")
     figure.savefig(path, dpi=110)

@@ -56,8 +56,22 @@ def markdown(result: dict[str, Any]) -> str:
 
 
 def _cross_validation(rows: list[Row]) -> str:
-    header = ("model", "signals", "split", "labels", "accuracy %", "precision", "recall", "F1", "AUC",
-              "onset ms", "missed %", "false alarms/min", "answered %", "printed A/P/R/F1")  # fmt: skip
+    header = (
+        "model",
+        "signals",
+        "split",
+        "labels",
+        "accuracy %",
+        "precision",
+        "recall",
+        "F1",
+        "AUC",
+        "onset ms",
+        "missed %",
+        "false alarms/min",
+        "answered %",
+        "printed A/P/R/F1",
+    )
     found = [row for row in rows if row["table"] == "cross-validation"]
     order = {"frames": 0, "recording": 1, "object": 2, "-": 3}
     found.sort(
@@ -67,32 +81,66 @@ def _cross_validation(rows: list[Row]) -> str:
     for row in found:
         given = printed.CROSS_VALIDATION.get((row["learner"], row["signals"])) if row["split"] == "frames" else None
         lines.append(
-            (row["model"], "" if row["control"] else row["signals"], row["split"], row["labels"], _accuracy(row),
-             *(_percent(row.get(key)) for key in ("precision", "recall", "f1")), _number(row.get("auc"), 3),
-             *_alarms(row), " / ".join(f"{v:.2f}" for v in given) if given and row["labels"] == "measured" else "")
-        )  # fmt: skip
+            (
+                row["model"],
+                "" if row["control"] else row["signals"],
+                row["split"],
+                row["labels"],
+                _accuracy(row),
+                *(_percent(row.get(key)) for key in ("precision", "recall", "f1")),
+                _number(row.get("auc"), 3),
+                *_alarms(row),
+                " / ".join(f"{v:.2f}" for v in given) if given and row["labels"] == "measured" else "",
+            )
+        )
     return _table(header, lines)
 
 
 def _unseen(rows: list[Row]) -> str:
-    header = ("model", *UNSEEN, "mean", "mean of all frames", "false positives on the sponge", "onset ms", "missed %",
-              "false alarms/min", "answered %", "printed: " + ", ".join(UNSEEN))  # fmt: skip
+    header = (
+        "model",
+        *UNSEEN,
+        "mean",
+        "mean of all frames",
+        "false positives on the sponge",
+        "onset ms",
+        "missed %",
+        "false alarms/min",
+        "answered %",
+        "printed: " + ", ".join(UNSEEN),
+    )
     own = [row for row in rows if row["table"] == "unseen"]
     lines = []
     for model in dict.fromkeys(row["model"] for row in own):
         by = {row["object"]: row for row in own if row["model"] == model}
         mean, mean_all = (sum(by[name][key] for name in UNSEEN) / len(UNSEEN) for key in ("accuracy", "accuracy_all"))
         given = [printed.UNSEEN_ACCURACY.get((model, name)) for name in UNSEEN]
-        lines.append((
-            model, *(_accuracy(by[name]) for name in UNSEEN), _percent(mean), _percent(mean_all),
-            _number(by["sponge"]["false_positive_rate"], 3), *_alarms(by["all"]),
-            ", ".join(_number(v, 1) for v in given),
-        ))  # fmt: skip
+        lines.append(
+            (
+                model,
+                *(_accuracy(by[name]) for name in UNSEEN),
+                _percent(mean),
+                _percent(mean_all),
+                _number(by["sponge"]["false_positive_rate"], 3),
+                *_alarms(by["all"]),
+                ", ".join(_number(v, 1) for v in given),
+            )
+        )
     return _table(header, lines)
 
 
-_SEVERITY = ("MAE cm/s", "RMSE", "R2", "MAE moving", "R2 moving", "90 % intervals cover (moving)", "angular error",
-             "its intervals cover (turning)", "answered %", "printed MAE/RMSE/R2")  # fmt: skip
+_SEVERITY = (
+    "MAE cm/s",
+    "RMSE",
+    "R2",
+    "MAE moving",
+    "R2 moving",
+    "90 % intervals cover (moving)",
+    "angular error",
+    "its intervals cover (turning)",
+    "answered %",
+    "printed MAE/RMSE/R2",
+)
 
 
 def _severity_cells(row: Row, given: tuple[float, float, float] | None) -> tuple[str, ...]:
@@ -100,11 +148,17 @@ def _severity_cells(row: Row, given: tuple[float, float, float] | None) -> tuple
     if row.get("mae_low") is not None:
         mae += f" [{_number(row['mae_low'], 2, 100)}, {_number(row['mae_high'], 2, 100)}]"
     return (
-        mae, _number(row["rmse"], 2, 100), _number(row["r2"], 2), _number(row["moving_mae"], 2, 100),
-        _number(row["moving_r2"], 2), _covers(row, "coverage", "moving_coverage"),
-        _percent(row.get("angular_relative_error")), _covers(row, "angular_coverage", "turning_coverage"),
-        _percent(row.get("answered")), " / ".join(f"{v:.2f}" for v in given) if given else "",
-    )  # fmt: skip
+        mae,
+        _number(row["rmse"], 2, 100),
+        _number(row["r2"], 2),
+        _number(row["moving_mae"], 2, 100),
+        _number(row["moving_r2"], 2),
+        _covers(row, "coverage", "moving_coverage"),
+        _percent(row.get("angular_relative_error")),
+        _covers(row, "angular_coverage", "turning_coverage"),
+        _percent(row.get("answered")),
+        " / ".join(f"{v:.2f}" for v in given) if given else "",
+    )
 
 
 def _leave_one_out(rows: list[Row]) -> str:
@@ -141,9 +195,11 @@ def _accuracy(row: Row) -> str:
 
 def _alarms(row: Row) -> tuple[str, ...]:
     return (
-        _number(row.get("onset_latency_s"), 0, 1e3), _percent(row.get("onsets_missed")),
-        _number(row.get("false_alarms_per_min"), 1), _percent(row.get("answered")),
-    )  # fmt: skip
+        _number(row.get("onset_latency_s"), 0, 1e3),
+        _percent(row.get("onsets_missed")),
+        _number(row.get("false_alarms_per_min"), 1),
+        _percent(row.get("answered")),
+    )
 
 
 def _covers(row: Row, whole: str, part: str) -> str:

@@ -6,10 +6,18 @@ Both run the same four-rate rig of empty tasks in simulated time, so all that is
 from __future__ import annotations
 
 import sched
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import NS_PER_S, VirtualClock, nanoseconds, perf_ns
+from lsds.contracts.study import StudyResult, Value
 from lsds.scheduler import Phase, Scheduler
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
 
 RATES_HZ: tuple[tuple[str, float, Phase], ...] = (
     ("force", 500.0, Phase.READ),
@@ -21,6 +29,54 @@ RATES_HZ: tuple[tuple[str, float, Phase], ...] = (
 
 BUDGET_NS = 50_000_000
 """What a minute of the rig may cost: less than one thousandth of the time it simulates."""
+
+
+COLUMNS = (
+    ("name", "scheduler", ""),
+    ("median_ms", "ms for 60 s, median", ".1f"),
+    ("best_ms", "best", ".1f"),
+    ("dispatch_us", "us a dispatch", ".2f"),
+)
+
+
+class SchedulerOptions(BaseModel):
+    """Time the scheduler's own overhead: 60 s of a rig with four rates, next to Python's `sched`.
+
+    \b
+    Examples:
+      lsds study scheduler --json scheduler.json
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    repeats: int = Field(default=5, ge=1, description="runs of each, in turns")
+
+
+class SchedulerStudy:
+    """A `Study`."""
+
+    def __init__(self, options: SchedulerOptions, context: BuildContext) -> None:
+        self.options = options
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Run both schedulers in turns."""
+        found = dict(zip(("lsds", "sched"), measure(repeats=self.options.repeats), strict=True))
+        rows: list[dict[str, Value]] = [
+            {
+                "name": name,
+                "median_ms": cost.median_ns / 1e6,
+                "best_ms": cost.best_ns / 1e6,
+                "dispatch_us": cost.per_dispatch_ns / 1e3,
+            }
+            for name, cost in found.items()
+        ]
+        return StudyResult(
+            "scheduling 60 s of a rig with four rates and empty tasks",
+            COLUMNS,
+            rows,
+            notes=[f"budget: {BUDGET_NS / 1e6:.0f} ms"],
+            details={**{name: asdict(cost) for name, cost in found.items()}, "budget_ns": BUDGET_NS},
+        )
 
 
 @dataclass(frozen=True, slots=True)

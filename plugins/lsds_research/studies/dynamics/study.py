@@ -8,9 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import BaseModel, ConfigDict, Field
-
 from lsds.contracts.study import StudyResult, Value
+from lsds_research.figures import new_figure
 from lsds_research.studies.dynamics.integrators import (
     GRAVITY_M_S2,
     IN_PRODUCT,
@@ -23,22 +22,13 @@ from lsds_research.studies.dynamics.integrators import (
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds_research.studies.dynamics.options import DynamicsOptions
 
-STEPS_MS = (40.0, 8.0, 2.0, 0.5)
 STIFFNESS_N_MM = (2.1, 16.0)
 HELD_N, LOST_N = 6.0, 0.8
 LOST_S, REGAINED_S, END_S = 0.6, 0.76, 1.4
-EXACT_S = 1e-5
 WILD_M = 1.0
 """A drop farther off than this is called unstable."""
-
-
-class DynamicsOptions(BaseModel):
-    """What `lsds chart dynamics` measures."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    steps_ms: list[float] = Field(default_factory=lambda: list(STEPS_MS), description="steps to try")
 
 
 class DynamicsStudy:
@@ -54,7 +44,7 @@ class DynamicsStudy:
         whole, done = len(SCHEMES) * len(STIFFNESS_N_MM), 0
         for stiffness in STIFFNESS_N_MM:
             setting = Setting(stiffness_n_m=stiffness * 1e3)
-            exact, _ = drop(return_map(1.0), setting, EXACT_S)
+            exact, _ = drop(return_map(1.0), setting, self.options.reference_ms * 1e-3)
             for name, scheme in SCHEMES.items():
                 row: dict[str, Value] = {"scheme": name, "stiffness_n_mm": stiffness, "drop_mm": exact * 1e3}
                 for step in steps:
@@ -97,12 +87,7 @@ def _energy(s: Setting, at: Motion) -> float:
 
 def _draw(path: Path, rows: list[dict[str, Value]], steps: list[float]) -> None:
     """Write the stability map as PNG: error over step, a panel a stiffness; crosses where a scheme ran away."""
-    # Only who draws needs matplotlib.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 4.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11, 4.6)
     axes = figure.subplots(1, len(STIFFNESS_N_MM), sharey=True)
     for ax, stiffness in zip(axes, STIFFNESS_N_MM, strict=True):
         own = [row for row in rows if row["stiffness_n_mm"] == stiffness]

@@ -1,20 +1,18 @@
-"""The chart of `lsds chart frame`: where a frame's time goes, and trackers' speed against their accuracy."""
+"""The chart of the study `frame`: where a frame's time goes, and trackers' speed against their accuracy."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from lsds_research.figures import new_figure
 from lsds_research.studies.frame.cost import FrameCost
 
 
 def plot_frame_cost(path: Path, cost: FrameCost) -> None:
     """Write the chart."""
-    figure = Figure(figsize=(11, 4.8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11, 4.8)
     bars, scatter = figure.subplots(1, 2)
     parts = [cost.total, *cost.parts, *cost.depth]
     y = np.arange(len(parts))[::-1]

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds_research.figures import new_figure
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lsds.contracts.study import Value
 
 STYLES = {
+    "affine": ("v", "tab:gray"),
     "winkler": ("^", "tab:brown"),
     "half-space": ("s", "tab:red"),
     "layer": ("D", "tab:orange"),
@@ -24,16 +27,11 @@ FLOOR_UM = 1.0
 
 def draw(path: Path, rows: list[dict[str, Value]], chosen: list[dict[str, Value]]) -> None:
     """Write the chart as PNG."""
-    # Only who draws needs matplotlib.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     scenes = list(dict.fromkeys(str(row["scene"]) for row in rows))
     panels = len(scenes) + bool(chosen)
     columns = min(4, panels)
     lines = -(-panels // columns)
-    figure = Figure(figsize=(3.6 * columns, 3.3 * lines + 0.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(3.6 * columns, 3.3 * lines + 0.5)
     axes = list(np.ravel(figure.subplots(lines, columns, squeeze=False)))
     for ax, scene in zip(axes, scenes, strict=False):
         _scene(ax, scene, [row for row in rows if row["scene"] == scene])

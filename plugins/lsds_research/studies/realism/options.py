@@ -8,11 +8,22 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class RealismOptions(BaseModel):
-    """What `lsds chart realism` measures, and how its simulated clips are made."""
+    """Compare simulated clips with real recordings: the same tracker and features, quantiles side by side.
+
+    In the simulated clips a hand grasps an object of the catalogue, lifts and shakes it, and it slips or holds.
+
+    \b
+    Examples:
+      lsds study realism --recordings videos
+      lsds study realism --recordings videos --videos 20 --clips 21 --plot quick.png
+      lsds study realism --recordings videos --csv realism.csv --json realism.json
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    recordings: str = Field(default="", description="folder of videos, searched below it too")
+    recordings: str = Field(
+        description="folder of real recordings (videos), searched below it too", json_schema_extra={"metavar": "FOLDER"}
+    )
     videos: int = Field(default=0, ge=0, description="how many of them, spread evenly; 0 takes all")
     clips: int = Field(default=63, ge=1, le=10_000, description="simulated clips")
     seed: int = Field(default=0, ge=0, description="of the simulated clips")

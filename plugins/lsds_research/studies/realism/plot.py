@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds_research.figures import new_figure
 from lsds_research.studies.realism.quantities import QUANTITIES, Quantity
 
 if TYPE_CHECKING:
@@ -21,12 +22,7 @@ SIGNED = ("divergence", "curl")
 
 def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str, int]) -> None:
     """Write the chart as PNG; `clips` tells how many there are of each kind."""
-    # Only who draws needs matplotlib.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 6.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(13, 6.6)
     for ax, quantity in zip(figure.subplots(2, 4, sharey=True).ravel(), QUANTITIES, strict=True):
         _panel(ax, quantity, curves[quantity.key])
     for row in (0, 4):
@@ -45,8 +41,6 @@ def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str
 
 
 def _panel(ax: Axes, quantity: Quantity, curve: Mapping[str, Any]) -> None:
-    from matplotlib.ticker import FuncFormatter, PercentFormatter
-
     levels = curve["levels"]
     for name, style in STYLES.items():
         ax.plot(curve[name], levels, label=name, **style)  # type: ignore[arg-type]
@@ -63,9 +57,9 @@ def _panel(ax: Axes, quantity: Quantity, curve: Mapping[str, Any]) -> None:
         ax.set_xlim(0, 1.2 * high)
         ax.set_xticks([0.0, *decades])
     ax.minorticks_off()
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    ax.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
     ax.axhspan(5, 95, color="0.95", zorder=0)
-    ax.yaxis.set_major_formatter(PercentFormatter())
+    ax.yaxis.set_major_formatter("{x:g}%")
     ax.set_yticks([5, 25, 50, 75, 95])
     ax.set_ylim(-1, 101)
     ax.set_title(f"{quantity.name}\noverlap {curve['overlap']:.2f}", fontsize=10)

@@ -1,0 +1,103 @@
+"""`lsds study`: run a study that any installed plugin offers. One subcommand for each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.shell_completion import CompletionItem
+
+from lsds.cli.output import require_known
+from lsds.cli.plugged import host_of
+from lsds.cli.threads import one_thread
+from lsds.errors import PluginError
+
+if TYPE_CHECKING:
+    from lsds.plugins.host import PluginHost
+    from lsds.plugins.registry import Backend
+
+_HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+class StudyGroup(click.Group):
+    """Subcommands made from the installed studies; their flags from each study's options model."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all studies."""
+        return list(host_of(ctx).names("study"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Make the command of one study. Raises PluginConflict, PluginLoadError."""
+        host = host_of(ctx)
+        if cmd_name.rpartition(":")[2] not in host.names("study"):
+            return None
+        # Options may import numpy, and then it is too late to choose the number of its threads.
+        one_thread()
+        try:
+            return _command(host, host.find("study", cmd_name))
+        except PluginError:
+            if ctx.resilient_parsing:
+                return None
+            raise
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the study; for an unknown one say which was probably meant. Raises click.UsageError."""
+        if args and ":" not in args[0]:
+            require_known(ctx, args, self.list_commands(ctx))
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each study's line from its manifest, importing none."""
+        with formatter.section("Studies"):
+            formatter.write_dl(_summaries(ctx) or [("none", "no installed plugin offers a study")])
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete names from the manifests, importing no study's options."""
+        if incomplete.startswith("-"):
+            return click.Command.shell_complete(self, ctx, incomplete)
+        return [CompletionItem(name, help=text) for name, text in _summaries(ctx) if name.startswith(incomplete)]
+
+
+def _summaries(ctx: click.Context) -> list[tuple[str, str]]:
+    return [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "study"]
+
+
+@click.group(cls=StudyGroup, context_settings=_HELP, invoke_without_command=True)
+@click.pass_context
+def study(ctx: click.Context) -> None:
+    """Run a study: measure what things cost and what they give for it. `lsds chart` is the same command.
+
+    A study prints a table and draws NAME.png. All its options can be given with --set KEY=VALUE as well as by flags.
+
+    \b
+    Examples:
+      lsds study                               list the studies
+      lsds study gel --help                    options of one
+      lsds study gel --scene sphere --csv gel.csv
+      lsds study gel --set repeats=1 --set 'scenes=["sphere"]'
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def _command(host: PluginHost, backend: Backend) -> click.Command:
+    from lsds.cli.study_command import study_command
+
+    model = host.options_model(backend)
+    name = backend.spec.name
+    text = "" if model is None else _own_doc(model)
+    text = text or backend.spec.summary[:1].upper() + backend.spec.summary[1:]
+    if "Examples:" not in text:
+        text += f"\n\n\b\nExamples:\n  lsds study {name}\n  lsds study {name} --seed 1 --json {name}.json"
+    command = study_command(name, model, text, study=backend.qualified_name, picture=Path(f"{name}.png"))
+    command.context_settings = _HELP
+    return command
+
+
+def _own_doc(model: type) -> str:
+    from inspect import cleandoc
+
+    return cleandoc(model.__dict__.get("__doc__") or "")

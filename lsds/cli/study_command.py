@@ -1,0 +1,107 @@
+"""The command of one study: flags from its options, `--set` for any of them, and where the results go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lsds.cli.model_flags import flags, given, written_files
+from lsds.cli.output import require_writable
+from lsds.cli.plugged import host_of
+from lsds.config.overrides import apply_overrides
+from lsds.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+_OUTPUTS = ("plot", "no_plot", "csv_file", "json_file")
+_TAKEN = ("--set", "--seed", "--plot", "--no-plot", "--csv", "--json", "--help", "overrides", "seed", *_OUTPUTS)
+"""Flags and parameters of every study: an option of such a name is set by `--set`, `seed` by `--seed`."""
+
+
+def study_command(
+    name: str,
+    model: type[BaseModel] | None,
+    text: str,
+    *,
+    study: str = "",
+    positional: tuple[str, ...] = (),
+    picture: Path | None = None,
+    doing: str = "measuring",
+) -> click.Command:
+    """Return the command `name` that runs the study `study` (the same name where none is given).
+
+    `model` is the model of the study's options, `text` the help, `positional` the fields that are arguments, `picture`
+    the file that is drawn where no `--plot` is given, `doing` the label of the progress bar.
+    """
+    params = [*flags(model, positional, _TAKEN), *_common(model, picture)]
+
+    def callback(overrides: tuple[str, ...], seed: int | None, **values: Any) -> None:
+        from lsds.cli.study_output import run_study, show_study
+
+        ctx = click.get_current_context()
+        outputs = {key: values.pop(key) for key in _OUTPUTS}
+        plot = outputs["plot"] or (None if outputs["no_plot"] else picture)
+        for file in (plot, outputs["csv_file"], outputs["json_file"]):
+            require_writable(file)
+        options = given(model, values)
+        if seed is not None and _has_seed(model):
+            options["seed"] = seed
+        if issues := apply_overrides(options, overrides):
+            raise ConfigError("command line", issues)
+        _require_all(ctx, model, options)
+        for written in written_files(model, options):
+            require_writable(written)
+        result = run_study(host_of(ctx), study or name, options, _run_seed(model, options, seed), doing)
+        show_study(result, plot, outputs["csv_file"], outputs["json_file"], asked=outputs["plot"] is not None)
+
+    return click.Command(name, params=params, callback=callback, help=text)
+
+
+def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.Parameter]:
+    """Return the parameters that every study has."""
+    field = None if model is None else model.model_fields.get("seed")
+    said = (field.description if field else "") or "of the run"
+    return [
+        click.Option(["--set", "overrides"], multiple=True, metavar="KEY=VALUE", help="Set any option; repeatable."),
+        click.Option(
+            ["--seed"],
+            type=click.IntRange(min=0),
+            help=f"{said[:1].upper()}{said[1:]}.  [default: {_default_seed(model)}]",
+            metavar="N",
+        ),
+        click.Option(
+            ["--plot"],
+            type=click.Path(dir_okay=False, path_type=Path),
+            metavar="FILE",
+            help="Draw the result to this PNG." + (f"  [default: {picture}]" if picture else ""),
+        ),
+        click.Option(["--no-plot"], is_flag=True, help="Draw nothing.", hidden=picture is None),
+        click.Option(["--csv", "csv_file"], metavar="FILE", help="Write the table as CSV."),
+        click.Option(["--json", "json_file"], metavar="FILE", help="Write the result as JSON to FILE; '-' is stdout."),
+    ]
+
+
+def _has_seed(model: type[BaseModel] | None) -> bool:
+    return model is not None and "seed" in model.model_fields
+
+
+def _run_seed(model: type[BaseModel] | None, options: dict[str, Any], seed: int | None) -> int:
+    """Return the seed of the run: the option of that name where the study has one."""
+    chosen = options.get("seed", _default_seed(model)) if _has_seed(model) else seed
+    return chosen if isinstance(chosen, int) else 0
+
+
+def _default_seed(model: type[BaseModel] | None) -> int:
+    default = None if model is None or "seed" not in model.model_fields else model.model_fields["seed"].default
+    return default if isinstance(default, int) else 0
+
+
+def _require_all(ctx: click.Context, model: type[BaseModel] | None, options: dict[str, Any]) -> None:
+    """Raise click.MissingParameter for a required option that neither a flag nor `--set` gives."""
+    for name, field in ({} if model is None else model.model_fields).items():
+        if field.is_required() and name not in options:
+            param = next((p for p in ctx.command.params if p.name == name), None)
+            raise click.MissingParameter(ctx=ctx, param=param, param_hint=None if param else f"'--set {name}=...'")

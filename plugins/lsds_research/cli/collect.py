@@ -1,0 +1,103 @@
+"""`lsds collect`: record data by the protocols of the study, on the cell that a config names."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+import click
+
+from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.progress import Progress
+from lsds.cli.threads import MOST_PROCESSES, processes
+from lsds.extras import require
+
+if TYPE_CHECKING:
+    from lsds_research.collecting.trials import Job
+
+
+@click.command()
+@click.argument("job", type=click.Choice(["detection", "severity", "pipe", "catch"]))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder of the dataset.")
+@click.option("--config", "config_file", type=click.Path(dir_okay=False), help="Config of the rig, TOML.")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change one key; repeatable.")
+@click.option("--object", "objects", multiple=True, metavar="NAME", help="Only this object; repeatable.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--quick", is_flag=True, help="About a tenth of the protocol, to try it out.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, MOST_PROCESSES),
+    default=processes,
+    show_default="one a core",
+    help="Processes; simulated cells only.",
+)
+@json_option
+def collect(
+    job: str,
+    out: Path,
+    config_file: str | None,
+    overrides: tuple[str, ...],
+    objects: tuple[str, ...],
+    seed: int,
+    quick: bool,
+    jobs: int,
+    json_file: str | None,
+) -> None:
+    """Record a dataset: JOB is detection, severity or pipe, as in the study, or catch: it is gripped while it slips.
+
+    Each recording is on disk as soon as it is done. Interrupted, full disk, a trial that failed: the same command goes
+    on where it stopped. Without --config it is the simulated cell, and all figures from it are simulated. On a real
+    one, each object is asked for by name before the arm moves.
+
+    \b
+    Examples:
+      lsds collect detection --out detection
+      lsds collect severity --out severity --object can --object ruler
+      lsds collect pipe --out pipe --quick --jobs 1
+    """
+    require_writable(json_file)
+    require("pyarrow", extra="data", purpose="a dataset")
+    import numpy as np
+
+    from lsds_research.collecting.campaign import collect as run
+    from lsds_research.collecting.trials import Trial
+
+    def prepare(trial: Trial) -> None:
+        how = "clamped to the table" if trial.clamped else "standing free"
+        click.prompt(
+            f"\n{trial.recording}: bring the arm back to its start, open the fingers, put {trial.object} "
+            f"between them, {how}; Enter when nobody is near",
+            default="",
+            show_default=False,
+            err=True,
+        )
+
+    with Progress(f"collecting {job}") as progress:
+        data = run(
+            cast("Job", job),
+            out,
+            config_file=config_file,
+            overrides=overrides,
+            objects=objects or None,
+            seed=seed,
+            quick=quick,
+            jobs=jobs,
+            tick=lambda done, whole, _: progress.to(done, whole),
+            prepare=prepare if sys.stdin.isatty() else None,
+        )
+    rows = []
+    for name in dict.fromkeys(data["object"].tolist()):
+        own = data["object"] == name
+        slip = data["slip"][own]
+        rows.append((name, len(np.unique(data["recording"][own])), int(own.sum()), float(np.mean(slip == 1))))
+    if json_file is not None:
+        keys = ("object", "recordings", "frames", "slip_share")
+        write_json(
+            {"out": str(out), "card": data.card, "objects": [dict(zip(keys, row, strict=True)) for row in rows]},
+            json_file,
+        )
+    if json_file != "-":
+        shown = [(name, str(count), str(frames), f"{share:.2f}") for name, count, frames, share in rows]
+        click.echo(table(shown, ("object", "recordings", "frames", "slips")))
+        click.echo(f"\n{len(data)} frames in {out} ({data.card.get('figures_are')}; labels: {data.card.get('labels')})")

@@ -1,0 +1,112 @@
+"""`lsds train`: fit a learner on a dataset, and write the model that the running cell loads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.extras import require
+from lsds.plugins.registry import did_you_mean
+
+
+@click.command()
+@click.argument("learner")
+@click.option(
+    "--data",
+    "folders",
+    type=click.Path(path_type=Path),
+    required=True,
+    multiple=True,
+    help="Folder of a dataset (lsds collect); repeatable: all are learnt from.",
+)
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="The model's file, .onnx.")
+@click.option("--option", "options", multiple=True, metavar="KEY=VALUE", help="An option of the learner; repeatable.")
+@click.option("--without", multiple=True, metavar="OBJECT", help="An object not to learn from; repeatable.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@json_option
+def train(
+    learner: str,
+    folders: tuple[Path, ...],
+    out: Path,
+    options: tuple[str, ...],
+    without: tuple[str, ...],
+    seed: int,
+    json_file: str | None,
+) -> None:
+    """Fit LEARNER (see lsds plugins) on a dataset and write it as ONNX, with its card beside it.
+
+    Scores and intervals on the card are of objects left out; the card compares them with the trivial rules. Needs the
+    train extra; running the model does not.
+
+    \b
+    Examples:
+      lsds train field-mlp --data detection --out slip.onnx --without book --without sponge
+      lsds train random-forest --data detection --out forest.onnx --option signals=proposed
+      lsds train field-gru --data severity --data catch --out speed.onnx
+      lsds run --set detector.backend=onnx --set detector.onnx.model=slip.onnx
+    """
+    from lsds.cli.threads import one_thread
+
+    for file in (out, json_file):
+        require_writable(file)
+    require("pyarrow", "sklearn", "onnx", extra="train", purpose="training")
+    one_thread()
+    import numpy as np
+
+    from lsds.config.overrides import parse_value
+    from lsds.plugins.host import PluginHost
+    from lsds_research.datasets import load, merged
+    from lsds_research.evaluation.fitting import Model
+    from lsds_research.evaluation.shipping import train as run
+
+    if out.suffix != ".onnx":
+        raise click.UsageError(f"--out {out}: has to end in .onnx")
+    for option in options:
+        if "=" not in option:
+            raise click.UsageError(f"--option {option}: needs KEY=VALUE, such as signals=field")
+    chosen = {key: parse_value(value) for key, _, value in (option.partition("=") for option in options)}
+    whole = merged([(str(folder), load(folder)) for folder in folders])
+    require_part(whole["object"].tolist(), without)
+    part = whole.where(~np.isin(whole["object"], without)) if without else whole
+    card = run(part, Model(learner, chosen), PluginHost(), out, seed)
+    if json_file is not None:
+        told = {"model": str(out), "job": card.job, "scores": card.scores, "trained_on": card.trained_on}
+        write_json(told, json_file)
+    if json_file != "-":
+        click.echo(scores_table(dict(card.scores or {}), f"{out.name} ({card.figures_are})"))
+
+
+def require_part(objects: list[str], without: tuple[str, ...]) -> None:
+    """Raise click.UsageError where an object is to be left out that is not there, or nothing would be left."""
+    known = set(objects)
+    for name in without:
+        if name not in known:
+            hint = did_you_mean(name, known) or f"it has {', '.join(sorted(known))}"
+            raise click.UsageError(f"--without {name}: not in the dataset; {hint}")
+    if known == set(without):
+        raise click.UsageError("--without leaves nothing to learn from")
+
+
+def scores_table(scores: dict[str, Any], title: str) -> str:
+    """Return a card's scores as text, those of the rules beside them."""
+    beside = scores.pop("beside", {})
+    rows = []
+    for key, value in scores.items():
+        named = f"{key} ({_UNITS[key]})" if key in _UNITS else key
+        rows.append((named, _shown(value), *(_shown(rule.get(key, "")) for rule in beside.values())))
+    return table(rows, ("score", title, *beside))
+
+
+_UNITS = {
+    **dict.fromkeys(("mae", "mae_low", "mae_high", "rmse", "moving_mae", "moving_rmse", "interval_width"), "m/s"),
+    "angular_mae": "rad/s",
+}
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

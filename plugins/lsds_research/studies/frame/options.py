@@ -1,0 +1,20 @@
+"""Options of the study `frame`."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class FrameOptions(BaseModel):
+    """Time one frame from image to command, part by part, and the trackers next to their peers.
+
+    \b
+    Examples:
+      lsds study frame
+      lsds study frame --repeats 30 --json frame.json --csv frame.csv --plot frame.png
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    repeats: int = Field(default=10, ge=1, description="passes over the frames")
+    seed: int = Field(default=0, ge=0, description="of the simulated run")

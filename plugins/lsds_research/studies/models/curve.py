@@ -1,0 +1,127 @@
+"""Study `learning`: what more objects to learn from would give, measured by giving fewer.
+
+A curve that still rises where the data end asks for more objects; one that is flat asks for other evidence, or for
+another model. Objects are drawn in an order of their own by each repeat, and scored are always the same ones, never
+seen; where a second dataset is given, that too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult, Value
+from lsds.errors import DataError
+from lsds.plugins.host import PluginHost
+from lsds_research.datasets import Dataset, load
+from lsds_research.evaluation import detection, severity
+from lsds_research.evaluation.fitting import Model, Task, fit, labelled, task
+from lsds_research.studies.models.curve_plot import plot
+from lsds_research.studies.models.split_dataset import split_dataset
+
+if TYPE_CHECKING:
+    from lsds.contracts.learning import Job, Learner
+    from lsds_research.studies.models.options import LearningOptions
+
+COUNTS = (1, 2, 4, 8, 15)
+SCORES: dict[Job, dict[str, tuple[str, float]]] = {
+    "detect": {"accuracy": ("accuracy", 1.0), "auc": ("AUC", 1.0), "false_positive_rate": ("false positive rate", 1.0)},
+    "estimate": {
+        "mae": ("MAE, cm/s", 100.0),
+        "moving_mae": ("MAE moving, cm/s", 100.0),
+        "r2": ("R2", 1.0),
+        "angular_relative_error": ("angular error", 1.0),
+    },
+}
+"""By job: score, its heading, and what it is multiplied by to be shown."""
+
+
+class LearningStudy:
+    """A `Study`: scores by the number of objects to learn from."""
+
+    def __init__(self, options: LearningOptions, context: BuildContext) -> None:
+        self.options, self._host = options, PluginHost()
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Fit and score. Raises DataError where there is no dataset with objects of both kinds."""
+        options = self.options
+        seen, unseen = split_dataset(options.data)
+        tests = {"unseen": unseen}
+        if options.also:
+            other = load(Path(options.also))
+            other = other.where(~np.isin(other["object"], seen["object"]))
+            if not len(other):
+                raise DataError(f"{options.also}: has no object that nothing is learnt from")
+            tests[Path(options.also).name or "also"] = other
+        learners = self._learners()
+        job = next(iter(learners.values())).job
+        counts = sorted({min(count, len(np.unique(seen["object"]))) for count in COUNTS})
+        whole = len(learners) * len(counts) * options.repeats
+        rows: list[dict[str, Value]] = []
+        fits = (
+            found for name, learner in learners.items() for found in self._curve(name, learner, seen, tests, counts)
+        )
+        for done, found in enumerate(fits, 1):
+            rows += found
+            tick(done, whole)
+        rows += _knows_nothing(tests, job)
+        shown = SCORES[job]
+        columns = [("model", "model", ""), ("objects", "objects", ""), ("windows", "windows", ""), ("on", "on", "")]
+        columns += [(key, heading, ".3f") for key, (heading, _) in shown.items()]
+        title = f"What more objects to learn from give, {seen.card.get('figures_are', 'of unknown origin')}"
+        return StudyResult(
+            title,
+            columns,
+            rows,
+            partial(plot, rows=rows, scores=shown, title=title),
+            [
+                "on: the objects never seen of the dataset, or the other dataset",
+                "models learn from all windows of so many objects; the row without objects knows nothing",
+            ],
+        )
+
+    def _curve(
+        self, name: str, learner: Learner, seen: Dataset, tests: dict[str, Dataset], counts: list[int]
+    ) -> Iterator[list[dict[str, Value]]]:
+        """Yield the rows of one fit after another."""
+        scored_on = {on: task(data, learner) for on, data in tests.items()}
+        for count, repeat in product(counts, range(self.options.repeats)):
+            order = np.random.default_rng([self.options.seed, repeat]).permutation(np.unique(seen["object"]))
+            own = task(seen.where(np.isin(seen["object"], order[:count])), learner)
+            fitted = fit(learner, own.examples(np.arange(len(own.rows))), self.options.seed)
+            told: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
+            yield [
+                {**told, "on": on, **_scores(test, fitted.predict(test.x), learner.job)}
+                for on, test in scored_on.items()
+            ]
+
+    def _learners(self) -> dict[str, Learner]:
+        found = {name: Model(name).build(self._host) for name in self.options.learners}
+        if len({learner.job for learner in found.values()}) > 1:
+            jobs = ", ".join(f"{name} {learner.job}s" for name, learner in found.items())
+            raise DataError(f"learners of one job, please: {jobs}")
+        return found
+
+
+def _scores(test: Task, said: Any, job: Job) -> dict[str, Value]:
+    row = detection.scored(test, said) if job == "detect" else severity.scored(test, said)
+    return {key: None if row[key] is None else row[key] * times for key, (_, times) in SCORES[job].items()}
+
+
+def _knows_nothing(tests: dict[str, Dataset], job: Job) -> list[dict[str, Value]]:
+    """Return the rows of "always zero", or of the most frequent answer."""
+    rows: list[dict[str, Value]] = []
+    for on, data in tests.items():
+        test = labelled(data, job)
+        said = (
+            np.full(len(test.rows), float(np.mean(test.y) > 0.5)) if job == "detect" else np.zeros((len(test.rows), 8))
+        )
+        name = "majority" if job == "detect" else "always zero"
+        rows.append({"model": name, "objects": None, "windows": None, "on": on, **_scores(test, said, job)})
+    return rows

@@ -1,0 +1,30 @@
+"""Options of the study `optics`."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class OpticsOptions(BaseModel):
+    """Measure what a simulated finger's frame costs, mechanics and image, and how right its colours are.
+
+    \b
+    Examples:
+      lsds study optics
+      lsds study optics --scene sphere --tolerance-um 5 --json optics.json
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    scenes: list[str] = Field(
+        default_factory=list,
+        description="scene to measure; repeatable, all where none is named",
+        json_schema_extra={"flag": "--scene", "metavar": "NAME"},
+    )
+    fidelity: Literal["auto", "pad"] = Field(
+        default="auto", description="gel: one that chooses its grid, or one on cells of 0.48 mm"
+    )
+    tolerance_um: float = Field(default=20.0, ge=0.5, le=200, description="of the gel that chooses its grid, um")
+    repeats: int = Field(default=3, ge=1, le=100, description="runs of each; figures are over the frames of all")

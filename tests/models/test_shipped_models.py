@@ -1,0 +1,61 @@
+"""The models that are shipped: each loads, fits its card, and says in the cell what its file says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lsds_plugins.models import model_path
+from lsds_research import make_models as make
+from lsds_research.collecting.objects import SEEN
+from research.frames import CONTEXT, HOST, observations
+
+from lsds.models.artefact import load
+from lsds.models.intervals import NORMAL_90
+from lsds.models.signals import Picker
+from lsds.models.window import Window
+
+SHIPPED = [
+    *(("detect", name) for name in make.SHIPPED["detection"]),
+    *(("estimate", name) for name in make.SHIPPED["severity"]),
+]
+
+
+@pytest.mark.parametrize(("job", "name"), SHIPPED)
+def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job, name):
+    artefact = load(model_path(name, ""), job)
+    card = artefact.card
+    assert (card.name, card.figures_are) == (name, "simulated")
+    assert card.trained_on["learner"] == name
+    assert set(card.trained_on["objects"]) == set(SEEN), "never of what it is scored on"
+    of = make.DATASETS["detection" if job == "detect" else "severity"]
+    assert set(card.trained_on["datasets"]) == set(of)
+    score = card.scores["accuracy"] if job == "detect" else card.scores["r2"]
+    assert 0.5 < score < 1
+    for factors in card.factors:
+        assert all(0.05 <= factor < 6 for factor in factors), "an interval is neither nothing nor everything"
+        assert factors[0] == factors[1]
+    said = artefact.run(np.zeros((3, card.length, len(card.signals)), np.float32))
+    assert np.isfinite(said).all()
+    assert np.ptp(said, axis=0).max() == 0
+
+
+@pytest.mark.parametrize(("job", "name"), SHIPPED)
+def test_a_shipped_model_says_in_the_cell_what_its_file_says(job, name):
+    artefact = load(model_path(name, ""), job)
+    running = HOST.build("detector" if job == "detect" else "estimator", name, {}, CONTEXT)
+    window, pick = Window(artefact.card.length, len(artefact.card.signals)), Picker(artefact.card.signals)
+    answered = 0
+    for observation in observations(12):
+        told, picked = running.update(observation), pick(observation)
+        if picked is None:
+            continue
+        window.push(picked)
+        answered += 1
+        said = artefact.run(window.frames.copy()).reshape(-1)
+        if job == "detect":
+            assert told.score == pytest.approx(said[0], abs=1e-5)
+        else:
+            assert told.speed_m_s == pytest.approx(said[3], abs=1e-5)
+            width = artefact.card.factors.half_widths(said[None])[0, 3]
+            assert told.speed_std_m_s == pytest.approx(width / NORMAL_90, rel=1e-4)
+    assert answered >= 10

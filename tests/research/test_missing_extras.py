@@ -1,0 +1,82 @@
+"""Without the libraries of an extra, every command and study says in one line what to install."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+from research.synthetic import dataset
+
+from lsds.cli.main import main
+from lsds.plugins import PluginHost
+
+HOST = PluginHost()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    dataset("abcd").save(tmp_path / "data")
+    return tmp_path
+
+
+def refused(capsys, arguments, extra):
+    """Run a command; it says one line that names the extra, and nothing was begun."""
+    assert main(arguments) == 3
+    told = [line for line in capsys.readouterr().err.splitlines() if not line.startswith(("measuring", "collecting"))]
+    assert len(told) == 1
+    assert told[0].startswith("error: ")
+    assert told[0].endswith(f"pip install 'lsds[{extra}]'")
+
+
+@pytest.mark.parametrize(
+    ("library", "command", "extra"),
+    [
+        ("pyarrow", "collect pipe --out out", "data"),
+        ("pyarrow", "train logistic --data data --out m.onnx", "train"),
+        ("sklearn", "train logistic --data data --out m.onnx", "train"),
+        ("torch", "train field-mlp --data data --out m.onnx", "train"),
+        ("torch", "reproduce --quick --out out", "train"),
+        ("matplotlib", "reproduce --quick --out out", "sim"),
+        ("pyarrow", "evaluate models data", "data"),
+        ("sklearn", "evaluate incipient-slip data", "train"),
+        ("numba", "study frame", "sim"),
+        ("numba", "study gel", "sim"),
+        ("numba", "study optics", "sim"),
+        ("numba", "study realism --recordings data", "sim"),
+        ("numba", "study detectors --data data", "sim"),
+        ("torch", "study detectors --data data", "train"),
+        ("torch", "study estimators --data data", "train"),
+        ("sklearn", "study learning --data data", "train"),
+        ("pyarrow", "study models --data data", "data"),
+        ("pyarrow", "study incipient-slip --path data", "train"),
+    ],
+)
+def test_it_is_one_line_with_the_remedy_before_anything_is_done(folder, monkeypatch, capsys, library, command, extra):
+    monkeypatch.setitem(sys.modules, library, None)
+    refused(capsys, command.split(), extra)
+    assert [path.name for path in folder.iterdir()] == ["data"]
+
+
+def test_help_needs_none_of_them(monkeypatch, capsys):
+    for name in ("numba", "matplotlib", "pyarrow", "sklearn", "torch", "onnx"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for name in HOST.names("study"):
+        assert main(["study", name, "--help"]) == 0
+    for name in HOST.names("command"):
+        assert main([name, "--help"]) == 0
+    assert "Examples:" in capsys.readouterr().out
+
+
+def test_without_matplotlib_only_the_picture_is_missing(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["study", "dynamics", "--step-ms", "40", "--reference-ms", "1"]) == 0
+    shown = capsys.readouterr()
+    assert "return map" in shown.out
+    assert "no picture: a picture needs matplotlib" in shown.err
+    assert (
+        main(["study", "dynamics", "--step-ms", "40", "--reference-ms", "1", "--plot", "d.png", "--csv", "d.csv"]) == 3
+    )
+    assert "pip install 'lsds[sim]'" in capsys.readouterr().err
+    assert (tmp_path / "d.csv").exists()
