@@ -12,6 +12,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
 from lsds.clock import nanoseconds
@@ -136,6 +137,7 @@ class RepeatedImage:
 UNUSABLE_SHARE = 0.5
 BLACK_SHARE = 0.95
 _DARK, _BRIGHT = 8, 247
+_BRIGHTEST_BLACK = 2 * (BLACK_SHARE * _DARK + (1 - BLACK_SHARE) * 255)
 
 
 def check_image(frame: Frame, spec: SensorSpec) -> None:
@@ -153,9 +155,13 @@ def check_image(frame: Frame, spec: SensorSpec) -> None:
             f"frame {frame.seq}: expected a uint8 RGB image {expected}, got {what} "
             "(convert to 8-bit RGB and resize to the sensor's size)"
         )
-    # Red and blue carry the dots, all three the contact: half of any of them gone is too much. The sum over all three
-    # settles it for nearly every frame.
-    sample = image[4::8, 4::8].reshape(-1, 3)
+    # Red and blue carry the dots, all three the contact: half of any of them gone is too much. The mean colour settles
+    # it for nearly every frame: half saturated cannot be darker, and nearly all black not brighter, than this.
+    sample = np.ascontiguousarray(image[4::8, 4::8])
+    red, green, blue, _ = cv2.mean(sample)
+    if max(red, green, blue) < UNUSABLE_SHARE * _BRIGHT and red + blue > _BRIGHTEST_BLACK:
+        return
+    sample = sample.reshape(-1, 3)
     bright = sample >= _BRIGHT
     limit = UNUSABLE_SHARE * len(sample)
     if np.count_nonzero(bright) > limit and bright.sum(axis=0).max() > limit:

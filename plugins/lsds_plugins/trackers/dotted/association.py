@@ -9,19 +9,23 @@ marker, then every shift by one pitch competes; where the runner-up is close, th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lsds.tactile.views import HALF
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lsds_plugins.trackers.dotted.lattice import Lattice
 
 #: How far, in pitches, a dot may lie from where its labelled neighbours expect it.
 GROW_GATE = 0.35
+#: The gel moves as a whole where no marker moves this much, in pitches, unlike the middle one.
+ALIKE = 0.25
 #: Weight of a marker that should be in view and is not, of a dot that should not be there, and of the squared
 #: sudden motion (in pitches): a lost column of seven outweighs a jump of a whole pitch.
 MISS_WEIGHT = 1.5
@@ -35,6 +39,7 @@ CALM = MOTION_WEIGHT * 0.25**2
 HOME = 0.15
 MOST = 0.8
 _EDGE_PX = 1.0
+_STAY = [(0, 0)]
 _SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row or column]
 
 
@@ -68,12 +73,14 @@ def associate(
     if not len(dots_px):
         return Association(np.full(count, -1), predicted_px, True)
     extended = lattice.extend(predicted_px)
-    grown = _grow(extended, dots_px, lattice)
-    calm = _hypothesis((0, 0), grown, extended, dots_px, lattice, trusted_px, hidden)
-    if calm is not None and calm.against == 0 and calm.cost < CALM:
-        return Association(calm.dot, calm.expected_px, False)
-    candidates = [calm, *(_hypothesis(s, grown, extended, dots_px, lattice, trusted_px, hidden) for s in _SHIFTS)]
-    rivals = sorted((c for c in candidates if c is not None), key=lambda c: c.cost)
+    grown = _carried(extended, dots_px, lattice)
+    if grown is None:
+        grown = _grow(extended, dots_px, lattice)
+    seen = _Seen(grown, extended, dots_px, lattice, trusted_px, hidden)
+    calm = _hypotheses(_STAY, seen)
+    if calm and calm[0].against == 0 and calm[0].cost < CALM:
+        return Association(calm[0].dot, calm[0].expected_px, False)
+    rivals = sorted([*calm, *_hypotheses(_SHIFTS, seen)], key=lambda c: c.cost)
     if not rivals:
         return Association(np.full(count, -1), predicted_px, True)
     best = rivals.pop(0)
@@ -97,6 +104,36 @@ class _Hypothesis:
     against: int
     dot: NDArray[np.intp]
     expected_px: NDArray[np.float64]
+
+
+def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp] | None:
+    """Label the extended lattice's nodes where the whole gel has moved alike; None where it has not.
+
+    The common leap is one of the whole gel: then every marker's nearest dot lies where the others' do, to a fraction
+    of a pitch, and growing labels over the grid would come to the same.
+    """
+    to_dot = dots[None, :, :] - extended[:, None, :]
+    nearest = np.einsum("nmk,nmk->nm", to_dot, to_dot).argmin(axis=1)
+    inner = lattice.count
+    moved = to_dot[np.arange(inner), nearest[:inner]]
+    ranked = np.sort(moved, axis=0)
+    middle = ranked[inner // 2]
+    off = np.abs(moved - middle)
+    if off.max() > ALIKE * lattice.pitch_px or np.bincount(nearest[:inner]).max() > 1:
+        return None
+    label = np.full(len(extended), -1)
+    label[:inner] = nearest[:inner]
+    # The ring around the markers: what lies there now, and belongs to no marker.
+    away = dots[None, :, :] - (extended[inner:] + middle)[:, None, :]
+    squared = np.einsum("nmk,nmk->nm", away, away)
+    squared[:, nearest[:inner]] = np.inf
+    if squared.size:
+        found = squared.argmin(axis=1)
+        near = squared[np.arange(len(found)), found] <= (GROW_GATE * lattice.pitch_px) ** 2
+        if np.bincount(found[near], minlength=1).max() > 1:
+            return None
+        label[inner:][near] = found[near]
+    return label
 
 
 def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp]:
@@ -145,46 +182,68 @@ def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lat
                 moved[todo[i]] = dots[dot] - extended[todo[i]]
 
 
-def _hypothesis(
-    shift: tuple[int, int],
-    grown: NDArray[np.intp],
-    extended: NDArray[np.float64],
-    dots: NDArray[np.float64],
-    lattice: Lattice,
-    trusted: NDArray[np.float64],
-    hidden: NDArray[np.bool_] | None,
-) -> _Hypothesis | None:
-    """What follows if the true cell of every grown label were its cell plus `shift`."""
-    source = lattice.shifted(shift)
-    label = np.where(source >= 0, grown[source], -1)
-    dot = label[: lattice.count]
+class _Seen(NamedTuple):
+    """What all hypotheses are held against; see `associate`. `grown` (nodes,) dot of each node, -1 for none."""
+
+    grown: NDArray[np.intp]
+    extended: NDArray[np.float64]
+    dots: NDArray[np.float64]
+    lattice: Lattice
+    trusted: NDArray[np.float64]
+    hidden: NDArray[np.bool_] | None
+
+
+def _hypotheses(shifts: Sequence[tuple[int, int]], seen: _Seen) -> list[_Hypothesis]:
+    """What follows if the true cell of every grown label were its cell plus a shift, for each shift (S of them).
+
+    All shifts at once: a leap that needs them is a frame that has no time. One that explains too little is left out.
+    """
+    lattice, count = seen.lattice, seen.lattice.count
+    source = np.stack([lattice.shifted(shift) for shift in shifts])
+    label = np.where(source >= 0, seen.grown[source], -1)
+    enough = np.count_nonzero(label[:, :count] >= 0, axis=1) >= max(4, count // 4)
+    shifts = [shift for shift, good in zip(shifts, enough.tolist(), strict=True) if good]
+    if not shifts:
+        return []
+    label = label[enough]
+    dot = label[:, :count]
     found = dot >= 0
-    if found.sum() < max(4, lattice.count // 4):
-        return None
-    predicted = extended[: lattice.count]
-    carried = np.median((dots[dot] - predicted)[found], axis=0)
-    expected = np.where(found[:, None], dots[dot], predicted + carried)
+    predicted, trusted = seen.extended[:count], seen.trusted
+    at = seen.dots[dot]
+    carried = _middles(at - predicted, found)
+    expected = np.where(found[..., None], at, predicted + carried[:, None, :])
     unseen = ~found & lattice.in_view(expected, _EDGE_PX)
-    if hidden is not None and unseen.any():
+    if seen.hidden is not None and unseen.any():
         column, row = (expected[unseen] * (1 / HALF)).astype(np.intp).T
-        unseen[unseen] = ~hidden[row, column]
-    missing = np.count_nonzero(unseen)
+        unseen[unseen] = ~seen.hidden[row, column]
     if lattice.complete:
-        surplus = np.count_nonzero(grown[lattice.dropped(shift)] >= 0)
+        surplus = [np.count_nonzero(seen.grown[lattice.dropped(shift)] >= 0) for shift in shifts]
     else:
-        surplus = np.count_nonzero((label[lattice.count :] >= 0) & lattice.known_empty)
-    motion = _off_segment(
-        np.median((dots[dot] - trusted)[found], axis=0), np.median((predicted - trusted)[found], axis=0)
-    )
-    against = int(missing + surplus)
-    cost = MISS_WEIGHT * against + MOTION_WEIGHT * motion / lattice.pitch_px**2
-    if found.all() or (found.mean() >= MOST and _away(trusted, lattice)):
-        # Every dot back in its place, or most of them where the gel was away: an elastic gel at rest needs no other
-        # witness. Most alone would not do: after a jump by a pitch, all but a line of dots seem not to have moved.
-        off = np.abs(dots[dot] - lattice.home_px)[found].max()
-        if float(off) < HOME * lattice.pitch_px:
-            cost = float(-MARGIN)
-    return _Hypothesis(cost, against, np.where(found, dot, -1), expected)
+        surplus = np.count_nonzero((label[:, count:] >= 0) & lattice.known_empty, axis=1).tolist()
+    missing = np.count_nonzero(unseen, axis=1).tolist()
+    moved = _middles(at - trusted, found)
+    foretold = _middles(np.broadcast_to(predicted - trusted, at.shape), found)
+    share = found.mean(axis=1)
+    away = _away(trusted, lattice)
+    hypotheses = []
+    for i in range(len(shifts)):
+        against = int(missing[i] + surplus[i])
+        cost = MISS_WEIGHT * against + MOTION_WEIGHT * _off_segment(moved[i], foretold[i]) / lattice.pitch_px**2
+        if share[i] == 1 or (share[i] >= MOST and away):
+            # Every dot back in its place, or most of them where the gel was away: an elastic gel at rest needs no other
+            # witness. Most alone would not do: after a jump by a pitch, all but a line of dots seem not to have moved.
+            off = np.abs(at[i] - lattice.home_px)[found[i]].max()
+            if float(off) < HOME * lattice.pitch_px:
+                cost = float(-MARGIN)
+        hypotheses.append(_Hypothesis(cost, against, dot[i], expected[i]))
+    return hypotheses
+
+
+def _middles(values: NDArray[np.float64], found: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the median (S, 2) of the values (S, N, 2) that are found (S, N); the upper one of two in the middle."""
+    ranked = np.where(found[..., None], values, np.inf)
+    ranked.sort(axis=1)
+    return np.asarray(ranked[np.arange(len(ranked)), np.count_nonzero(found, axis=1) // 2])
 
 
 def _away(trusted: NDArray[np.float64], lattice: Lattice) -> bool:

@@ -56,6 +56,7 @@ class Lattice:
         if not self.complete:
             self.known_empty = self.in_view(ring_px, 0.35 * self.pitch_px)
         self._shifted: dict[tuple[int, int], NDArray[np.intp]] = {}
+        self._dropped: dict[tuple[int, int], NDArray[np.intp]] = {}
         right = self.neighbour[: self.count, 0]
         below = self.neighbour[: self.count, 2]
         #: Markers with a marker to the right and one below: the corners of a cell, for area consistency.
@@ -90,9 +91,9 @@ class Lattice:
         return np.concatenate([marker_px, marker_px[self._origin] + self._offset])
 
     def in_view(self, xy_px: NDArray[np.float64], margin_px: float) -> NDArray[np.bool_]:
-        """Return which positions (K, 2) lie in the image, at least `margin_px` from its border."""
+        """Return which positions (..., 2) lie in the image, at least `margin_px` from its border."""
         inside = (xy_px >= margin_px) & (xy_px <= self._limit - margin_px)
-        return np.asarray(inside[:, 0] & inside[:, 1])
+        return np.asarray(inside[..., 0] & inside[..., 1])
 
     def shifted(self, shift: tuple[int, int]) -> NDArray[np.intp]:
         """Return (nodes,) the node `shift` = (rows, columns) further on for every node, -1 where there is none."""
@@ -104,5 +105,7 @@ class Lattice:
 
     def dropped(self, shift: tuple[int, int]) -> NDArray[np.intp]:
         """Return the nodes that no node reaches under `shift`: their dots would belong to nothing printed."""
-        source = self.shifted(shift)
-        return np.setdiff1d(np.arange(len(self._cells)), source[: self.count])
+        if shift not in self._dropped:
+            source = self.shifted(shift)
+            self._dropped[shift] = np.setdiff1d(np.arange(len(self._cells)), source[: self.count])
+        return self._dropped[shift]
