@@ -13,7 +13,7 @@ EXTRAS = {
     "skl2onnx": "train",
     "sklearn": "train",
     "torch": "train",
-    "matplotlib": "sim",
+    "matplotlib": "plot",
     "numba": "sim",
 }
 """Import name -> extra of lsds that brings it."""

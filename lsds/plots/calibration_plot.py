@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from lsds.plots.figure import new_figure
 from lsds.vision.calibration import GRID
 
 if TYPE_CHECKING:
@@ -23,8 +22,7 @@ _MARGIN_MM = 10.0
 def plot_calibration(path: Path, calibration: Calibration, views: Sequence[View]) -> None:
     """Write the picture: corners over the image with the cells they fall in, and their residuals."""
     width, height = calibration.camera.size
-    figure = Figure(figsize=(11, 5.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11, 5.2)
     covered, left = figure.subplots(1, 2, width_ratios=[1.6, 1.0])
     shown = covered.imshow(
         calibration.cells, cmap="Blues", extent=(-0.5, width - 0.5, height - 0.5, -0.5), vmin=0, alpha=0.8
@@ -69,8 +67,7 @@ def draw_board(path: Path, board: Board, dictionary: str) -> tuple[float, float]
     per_square = max(60, round(square_mm / _MM_PER_INCH * 300))
     image = made.generateImage((board.columns * per_square, board.rows * per_square), marginSize=0, borderBits=1)
     page_mm = (size_mm[0] + 2 * _MARGIN_MM, size_mm[1] + 3 * _MARGIN_MM)
-    figure = Figure(figsize=(page_mm[0] / _MM_PER_INCH, page_mm[1] / _MM_PER_INCH))
-    FigureCanvasAgg(figure)
+    figure = new_figure(page_mm[0] / _MM_PER_INCH, page_mm[1] / _MM_PER_INCH, layout=None)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, page_mm[0]), ylim=(0, page_mm[1]))
     axes.axis("off")

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from lsds.clock import seconds
+from lsds.plots.figure import new_figure
 from lsds.plots.tactile_frame import draw_frame
 
 if TYPE_CHECKING:
@@ -32,8 +31,7 @@ def plot_run(
     summary: dict[str, Any],
 ) -> None:
     """Write the picture: aperture, slip speed, normal force over time, and the first and the worst tactile frame."""
-    figure = Figure(figsize=(11, 8.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11, 8.5)
     grid = figure.add_gridspec(3, 3, width_ratios=[2.2, 2.2, 1.6])
     aperture = figure.add_subplot(grid[0, :2])
     speed = figure.add_subplot(grid[1, :2], sharex=aperture)

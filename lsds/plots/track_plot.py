@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from lsds.plots.figure import new_figure
 from lsds.plots.tactile_frame import draw_frame
 from lsds.tactile.feature_sets import NAMES
 from lsds.tracking import TrackResult
@@ -17,8 +16,7 @@ def plot_track(path: Path, result: TrackResult) -> None:
     """Write the picture. The result has to have a reference."""
     if result.reference is None or result.reference_frame is None:
         raise ValueError("there is no reference frame to draw")
-    figure = Figure(figsize=(11, 9), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11, 9)
     grid = figure.add_gridspec(4, 3, width_ratios=[2, 2, 1.8])
     t = np.array(result.t_s)
     features = dict(zip(NAMES, np.array(result.features).reshape(-1, len(NAMES)).T, strict=True))

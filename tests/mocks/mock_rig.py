@@ -48,10 +48,12 @@ class MockRig:
 
 
 def make_rig(seed=1, *, cell=None, sensor=None, gripper=None, arm=None, start_ns=0, ready=True):
+    """A cell on the coarsest fixed grid, unless `cell` says otherwise: the gel's audits have tests of their own."""
+    cell = {"fidelity": "pad", "grid": 1, **(cell or {})}
     context = BuildContext(VirtualClock(start_ns), seed)
     rig = MockRig(
         context.clock,
-        build_cell(CellOptions(**(cell or {})), context),
+        build_cell(CellOptions(**cell), context),
         MockGelSightMini(GelSightOptions(**(sensor or {})), context),
         MockHandE(HandEOptions(**(gripper or {})), context),
         MockUR5e(UR5eOptions(**(arm or {})), context),

@@ -20,7 +20,7 @@ def frames(rig, until_ms, every_ms):
 
 
 def run(seed, every_ms):
-    rig = make_rig(seed)
+    rig = make_rig(seed, cell={"fidelity": "auto"})
     rig.until(100, every_ms)
     rig.grip(WEAK_M)
     rig.until(700, every_ms)
@@ -120,7 +120,7 @@ def test_a_clock_that_starts_late_works_alike():
 
 
 def test_a_cell_says_how_it_was_simulated_and_what_not_to_believe():
-    gentle, firm = make_rig(cell={"fidelity": "winkler"}), make_rig()
+    gentle, firm = (make_rig(cell={"fidelity": model}) for model in ("winkler", "auto"))
     for rig, aperture in ((gentle, 0.0245), (firm, 0.0205)):
         rig.until(100)
         rig.grip(aperture)

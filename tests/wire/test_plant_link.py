@@ -81,7 +81,7 @@ def test_rubbish_throws_out_its_sender_and_nobody_else(address):
 def test_one_plant_an_address_and_nobody_at_none(address, tmp_path):
     with pytest.raises(ConnectFailed, match="another plant serves at"):
         MockProcess("plant", {"socket": address}).start()
-    with pytest.raises(ConnectFailed, match=r"nobody at .*start it first"):
+    with pytest.raises(ConnectFailed, match=r"no plant at .*start it first"):
         RemoteTruth(str(tmp_path / "none.sock"))
 
 

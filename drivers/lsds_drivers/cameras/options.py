@@ -27,7 +27,7 @@ class StreamOptions(BaseModel):
     still_after_ms: float = Field(
         default=1000.0, ge=0, le=600_000, description="a picture that repeats for longer is StaleData; 0: never"
     )
-    skip_frames: int = Field(default=3, ge=0, le=500, description="dark first frames thrown away after each opening")
+    skip_frames: int = Field(default=3, ge=0, le=500, description="dark first frames discarded after each opening")
     stamps: StampPolicy = Field(
         default="auto", description="auto: the device's own where on this machine's clock; arrival: of the first byte"
     )

@@ -56,7 +56,7 @@ class V4l2Source:
             os.close(os.open(path, os.O_RDWR | os.O_NONBLOCK))
         except OSError as error:
             raise ConnectFailed(
-                self._device, f"{path}: {error.strerror}", remedy="is it a camera, and held by nobody?"
+                self._device, f"{path}: {error.strerror}", remedy="is it a camera, and does no other program hold it?"
             ) from error
         capture = self._opener(path)
         if not capture.isOpened():

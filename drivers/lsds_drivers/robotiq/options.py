@@ -31,7 +31,7 @@ class GripperOptions(BaseModel):
     activation_timeout_s: float = Field(default=5.0, gt=0, le=60, description="the longest for an activation")
     stale_after_ms: float = Field(default=300.0, gt=0, le=10_000, description="a state older than this is not given")
     reconnect_after_s: float = Field(
-        default=1.0, gt=0, le=60, description="silence after which the port is opened anew"
+        default=1.0, gt=0, le=60, description="silence after which the port is opened again"
     )
 
     @model_validator(mode="after")

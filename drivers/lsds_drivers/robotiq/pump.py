@@ -151,7 +151,7 @@ class Pump:
             return None
 
     def wait_sent(self, order: Order, timeout_s: float) -> bool:
-        """Wait until an order has left the mailbox; tell whether it was sent. One that was not is taken back."""
+        """Wait until an order has left the mailbox; return whether it was sent. One that was not is taken back."""
         with self._wake:
             self._wake.wait_for(lambda: self._order is not order or self._ending, timeout_s)
             if self._order is order:

@@ -59,7 +59,7 @@ class Child:
         return self._process.pid
 
     def send(self, packet: bytes) -> bool:
-        """Send without waiting; tell whether the child took it."""
+        """Send without waiting; return whether the child took it."""
         try:
             return self._link.send(packet, socket.MSG_DONTWAIT) == len(packet)
         except OSError:

@@ -19,7 +19,7 @@ class UrOptions(BaseModel):
 
     host: str = Field(default="192.168.56.101", min_length=1, description="address of the controller")
     model: Literal["ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30"] = Field(default="ur5e", description="its size")
-    state_rate_hz: float = Field(default=250.0, ge=10, le=500, description="how often the controller tells its state")
+    state_rate_hz: float = Field(default=250.0, ge=10, le=500, description="how often the controller sends its state")
     speed_limit_m_s: float = Field(default=0.25, gt=0, le=3, description="largest TCP speed that is sent")
     turn_limit_rad_s: float = Field(default=0.5, gt=0, le=6, description="largest angular speed that is sent")
     acceleration_limit_m_s2: float = Field(default=1.2, gt=0, le=10, description="largest acceleration that is sent")

@@ -38,7 +38,7 @@ class CellOptions(BaseModel):
     )
 
     object: ObjectName = Field(
-        default="pvc-pipe", description="an object of the catalogue; what is set beside it changes that object"
+        default="pvc-pipe", description="an object of the catalogue; other options set here override its values"
     )
     shape: ShapeName = Field(default="cylinder", description="shape of the surface that the pads meet")
     diameter_mm: float = Field(default=25.0, ge=4, le=45, description="thickness of the object between the pads")
@@ -52,7 +52,7 @@ class CellOptions(BaseModel):
     height_map_mm_per_px: float = Field(default=0.1, gt=0, le=10, description="distance of the height map's samples")
     height_map_range_mm: float = Field(default=1.0, gt=0, le=50, description="height of white in an image of heights")
     length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the object, standing upright")
-    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the object and what is in it")
+    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the object with its contents")
     stiffness_n_mm: float = Field(default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of it")
     centre_x_mm: float = Field(
         default=0.0, ge=-100, le=100, description="centre of mass to the right of the pads; not 0: the object can turn"

@@ -1,4 +1,4 @@
-"""Mock GelSight Mini: renders what the shared plant's gel looks like, when somebody reads it."""
+"""Mock GelSight Mini: renders what the shared plant's gel looks like, when it is read."""
 
 from __future__ import annotations
 
@@ -101,7 +101,9 @@ class MockGelSightMini(MotionlessLife):
         if snapshot is None and self._shutter is not None:
             snapshot = next((s for s in self._shutter.kept if s.seq == seq), None)
         if snapshot is None:
-            raise LookupError(f"{NAME}: no frame {'has been read' if seq is None else seq} to tell the truth about")
+            raise LookupError(
+                f"{NAME}: no frame {'has been read' if seq is None else seq}, so there is no truth about it"
+            )
         return self._truth(snapshot.state, snapshot.t_ns, snapshot.seq)
 
     def marker_truth_now(self) -> MarkerTruth:

@@ -1,4 +1,4 @@
-"""The seam behind which gel models of any fidelity fit.
+"""The interface of all gel models.
 
 Plane of the gel: x right and y down in the image, origin at the pad's centre, metres. Rotation is positive from x
 to y (clockwise as seen in the image). The base of the gel rests in this frame; the object moves against it.
@@ -42,7 +42,7 @@ class GelModel(Protocol):
 
     @property
     def force_tolerance(self) -> float:
-        """Error of forces, as part of the normal force, that the model leaves; asking for less is in vain."""
+        """Error of forces, as part of the normal force, that the model leaves; no smaller error can be reached."""
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
         """Set a rigid indentation; return the normal force (N). `reach_m` limits the contact to low <= y <= high."""

@@ -33,7 +33,7 @@ class Shape(Protocol):
         """Gap of the shape without its texture, which only makes it larger."""
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
-        """Tell whether a motion carries the surface along itself, so that the gap stays as it is all over a pad of
+        """Return whether a motion carries the surface along itself, so that the gap stays as it is all over a pad of
         width and height `pad_m`."""
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,1 +1,1 @@
-"""How a wire face reaches the plant: in its own process alone, or in another one together with the other faces."""
+"""How a wire face reaches the plant: within its own process, or in one that all faces share."""

@@ -1,4 +1,4 @@
-"""What the plant's process and the wire faces tell each other, one packet a message."""
+"""Messages between the plant and the wire faces, one packet each."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Kind(IntEnum):
 
 
 class Want(IntEnum):
-    """What a client is told at every step."""
+    """What a client is sent at every step."""
 
     NOTHING = 0
     FINGERS = 1

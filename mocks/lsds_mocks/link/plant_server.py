@@ -64,7 +64,7 @@ class _Client:
 
 
 class _Exposures:
-    """A `Camera` of the cell that exposes whenever somebody has asked for it."""
+    """A `Camera` of the cell that exposes when a client has asked for it."""
 
     def __init__(self) -> None:
         self._asked: list[tuple[int, _Client]] = []
@@ -120,7 +120,7 @@ class PlantMock:
         return {"plant": str(path)}
 
     def serve(self, stop: threading.Event) -> None:
-        """Step the physics in real time, a little behind it, until told to stop."""
+        """Step the physics in real time, a little behind it, until `stop` is set."""
         step_ns = self._cell.step_ns
         poll = select.poll()
         assert self._listener is not None

@@ -49,7 +49,7 @@ class PlantSocket:
         except OSError as error:
             self._socket.close()
             remedy = "start it first: lsds mock plant, or lsds mock rig RIG.toml for all of a rig"
-            raise ConnectFailed("shared plant", f"nobody at '{address}': {error.strerror}", remedy=remedy) from error
+            raise ConnectFailed("shared plant", f"no plant at '{address}': {error.strerror}", remedy=remedy) from error
 
     def send(self, packet: bytes) -> None:
         """Send, or lose it: a plant that does not listen must not hold up a device."""

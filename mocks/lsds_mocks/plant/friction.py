@@ -50,7 +50,7 @@ class SurfaceFriction:
         self._crept_on: int | None = None
 
     def changed(self, points_m: NDArray[np.float64], travel_m: float, speed_m_s: float) -> bool:
-        """Tell whether `at` would return anything new: not while the patch creeps over the same row of the texture."""
+        """Return whether `at` would return anything new: not while the patch creeps over one row of the texture."""
         if points_m is not self._points:
             self._points = points_m
             self._index = self._texture.index(points_m[0], points_m[1])

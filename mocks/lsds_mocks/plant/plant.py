@@ -155,7 +155,7 @@ class Plant:
         )
 
     def _press(self) -> bool:
-        """Close the gel on the object where fingers, object's end or force have moved; tell whether they have."""
+        """Close the gel on the object where fingers, object's end or force have moved; return whether they have."""
         reach = self._reach()
         closure = (self.parameters.diameter_m - self.fingers.aperture_m) / 2
         key = (self.fingers.aperture_m, reach)

@@ -22,7 +22,7 @@ class Squeeze:
         self._slope = 2.0
 
     def is_off(self, closure_m: float, normal_n: float) -> bool:
-        """Tell whether a normal force that came about by sliding has drifted away from the finger's."""
+        """Return whether a normal force that came about by sliding has drifted away from the finger's."""
         return abs(self._excess(closure_m, normal_n)) > 5 * self._tolerance(normal_n)
 
     def _excess(self, closure_m: float, normal_n: float) -> float:

@@ -51,7 +51,7 @@ class Fault(BaseModel):
     probability: float = Field(default=1.0, ge=0, le=1, description="for each message, frame or cycle")
     after_s: float = Field(default=0.0, ge=0, description="begins this long after the mock started, or was told")
     for_s: float | None = Field(default=None, gt=0, description="how long it lasts; for ever where not given")
-    count: int | None = Field(default=None, ge=1, description="strikes at most so many times")
+    count: int | None = Field(default=None, ge=1, description="most times that it strikes")
     delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="of `delay`, `split` and `delayed-ack`")
     code: int = Field(default=0, ge=0, le=255, description="of `gripper-fault`: the fault register's value")
 

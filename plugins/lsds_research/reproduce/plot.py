@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from lsds.plots.figure import new_figure
 from lsds_research.collecting.objects import UNSEEN
-from lsds_research.figures import new_figure
 
 _SPLITS = ("frames", "recording", "object")
 _MODELS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "one-parameter rule")

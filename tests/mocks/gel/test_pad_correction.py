@@ -135,7 +135,7 @@ def test_a_file_of_another_format_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(correction, "FORMAT", "lsds pad correction 0")
     write(tmp_path / "pad.npz", small_file())
     monkeypatch.undo()
-    with pytest.raises(DataError, match=r"correction 0.*make it anew"):
+    with pytest.raises(DataError, match=r"correction 0.*make it again"):
         read(str(tmp_path / "pad.npz"))
 
 

@@ -22,7 +22,8 @@ SCENES = {
     "block": (Block(10e-3, 10e-3), 0.15e-3, 2),
     "plank": (Flat(), 0.1e-3, 1),
 }
-KERNELS = [(kernel, poisson) for kernel in ("pad", "layer", "half-space") for poisson in (0.3, 0.48, 0.499)]
+KERNELS = [("pad", 0.3), ("pad", 0.48), ("pad", 0.499), ("layer", 0.48), ("half-space", 0.48)]
+"""A pad is a layer with its walls: what holds for it at a ratio holds for the layer in it."""
 MOST = 300
 """Iterations in which any problem of the property test converges: steps of 0.1 mm from anywhere, friction up to 2.5."""
 

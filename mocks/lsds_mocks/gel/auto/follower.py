@@ -30,7 +30,7 @@ class Follower:
         self._under_way: Iterator[None] | None = None
 
     def follow(self, path: Path, until: int, budget: float) -> bool:
-        """Go on to where `until` legs are done, or until `budget` is spent; tell whether it is there.
+        """Go on to where `until` legs are done, or until `budget` is spent; return whether it is there.
 
         One solution is always gone on by: who stands still never arrives.
         """

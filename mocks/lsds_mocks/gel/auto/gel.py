@@ -208,7 +208,7 @@ class AutoGel:
 
     @staticmethod
     def _is_narrow(gel: FieldGel) -> bool:
-        """Tell whether a contact is so narrow that its cells may not even have found all of it."""
+        """Return whether a contact is so narrow that its cells may not even have found all of it."""
         state = gel.state()
         return across(gel.grid, state.cells[state.pressure_n > 0]) < NARROW
 

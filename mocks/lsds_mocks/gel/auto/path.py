@@ -63,7 +63,7 @@ class Leg(NamedTuple):
         return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
 
     def leads_on(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
-        """Tell whether a step goes on in its direction."""
+        """Return whether a step goes on in its direction."""
         own = self.length_m
         step = math.sqrt(dx_m**2 + dy_m**2 + (ARM_M * dtheta_rad) ** 2)
         along = self.dx_m * dx_m + self.dy_m * dy_m + ARM_M**2 * self.dtheta_rad * dtheta_rad
@@ -106,7 +106,7 @@ class Path:
         reach_m: tuple[float, float] | None,
         friction: Friction | None,
     ) -> bool:
-        """Append a step; tell whether it turned a corner."""
+        """Append a step; return whether it turned a corner."""
         turned = False
         if self.open is not None and not self.open.leads_on(*step):
             self.off_course_m += math.sqrt(step[0] ** 2 + step[1] ** 2 + (ARM_M * step[2]) ** 2)

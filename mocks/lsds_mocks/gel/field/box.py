@@ -158,7 +158,7 @@ def walls(operator: Operator, row: int, column: int, rows: int, columns: int) ->
 
 
 def _stretch(over: NDArray[np.float32]) -> _Stretch:
-    """Tell which hats to take, for their means (cells, hats) over a rectangle."""
+    """Return which hats to take, for their means (cells, hats) over a rectangle."""
     under = np.flatnonzero(over.any(axis=0))
     return None if 2 * len(under) ** 2 > over.shape[1] ** 2 else (int(under[0]), int(under[-1]) + 1)
 
@@ -296,7 +296,7 @@ class Box:
             self._hats = np.empty((3, hats_y, hats_x), np.float32)
 
     def covers(self, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> bool:
-        """Tell whether all these cells lie in it."""
+        """Return whether all these cells lie in it."""
         return bool(
             rows.min() >= self.row
             and columns.min() >= self.column

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SWEEPS = 200
 _PORTION = 1.5e7
-"""Multiplications of a portion, where nobody waits: 1 ms."""
+"""Multiplications of a portion that nothing waits for: 1 ms."""
 _ENTRY, _LOOKUP = 300.0, 2e4
 """Multiplications that take as long as nine numbers of a contact's compliance to be gathered, and as long as a cell's
 surface to be looked up."""

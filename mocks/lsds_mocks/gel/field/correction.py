@@ -155,7 +155,7 @@ def _read(path: Path) -> CorrectionFile:
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             head = json.loads(bytes(file["head"]))
             if head["format"] != FORMAT:
-                raise DataError(f"{path}: its format is '{head['format']}', not '{FORMAT}'; make it anew")
+                raise DataError(f"{path}: its format is '{head['format']}', not '{FORMAT}'; make it again")
             columns, rows, px, py, dx, dy = head["hats"]
             hats = HatGrid(int(columns), int(rows), int(px), int(py), float(dx), float(dy))
             half = (file["low"].astype(np.uint16) | (file["high"].astype(np.uint16) << 8)).view(np.float16)

@@ -125,7 +125,7 @@ class FieldGel:
 
     def solve_in_portions(self, portions: bool) -> None:
         """Set whether a call solves no more than a portion, which `solve_on` goes on from, and the contact is not made
-        ready for many solutions to come: for a gel that nobody waits for."""
+        ready for many solutions to come: for a gel that nothing waits for."""
         self._patch.grows = not portions
 
     @property
@@ -249,7 +249,7 @@ class FieldGel:
         self.effort.count(self._patch, done, most)
 
     def solve_on(self) -> bool:
-        """Solve the last trial on by a portion; tell whether that, or any more of them, is of no use."""
+        """Continue the last trial by a portion; return whether it is done, or more portions would not help."""
         if self.effort.unsolved:
             self._relax(self.tolerance)
         return not self.effort.may_go_on

@@ -47,12 +47,12 @@ class Increment(NamedTuple):
         return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
 
     def is_over(self, pressed_m: float) -> bool:
-        """Tell whether it ends here, the indentation having changed by `pressed_m`."""
+        """Return whether it ends here, the indentation having changed by `pressed_m`."""
         length = self.length_m
         return length >= LONG_M or abs(pressed_m) >= LONG_M or self.farthest_m - length > BACK_M
 
     def turns_with(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
-        """Tell whether a step would turn it by so much that it has to end first."""
+        """Return whether a step would turn it by so much that it has to end first."""
         size = math.sqrt(dx_m * dx_m + dy_m * dy_m + (ARM_M * dtheta_rad) ** 2)
         length = self.length_m
         if size < BACK_M or length < BACK_M:

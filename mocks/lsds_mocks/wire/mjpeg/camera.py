@@ -46,7 +46,7 @@ class View(Protocol):
 
 
 class CameraMock:
-    """A `WireMock`. It renders only while somebody looks; time and numbers go on meanwhile."""
+    """A `WireMock`. It renders only while a client is connected; time and frame numbers go on."""
 
     def __init__(self, name: str, options: CameraOptions, view: View, *, seed: int, clock: Clock) -> None:
         self._options = options
@@ -144,7 +144,7 @@ def encode(image: NDArray[np.uint8], quality: int) -> bytes:
 
 
 def torn(jpeg: bytes) -> bytes:
-    """Return a JPEG whose lower part was lost on the bus: complete for whoever only looks at its ends."""
+    """Return a JPEG whose lower part was lost on the bus: complete for a client that only checks its ends."""
     start_of_scan = jpeg.index(b"\xff\xda")
     cut = start_of_scan + round((len(jpeg) - start_of_scan) * _TORN_SHARE)
     # An escaped byte pair must not be parted, or the end mark would read as image data.

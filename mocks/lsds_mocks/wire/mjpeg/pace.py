@@ -42,7 +42,7 @@ class Pace:
         self._last_size = 0
 
     def ready(self) -> bool:
-        """Tell whether the client has taken up at least half of the last picture."""
+        """Return whether the client has taken up at least half of the last picture."""
         return self._unsent() == 0 and 2 * self.unread() <= self._last_size
 
     def sent(self, size: int) -> None:

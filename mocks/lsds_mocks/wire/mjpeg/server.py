@@ -93,7 +93,7 @@ class MjpegServer:
             self._newest.put(picture)
 
     def strike(self) -> bool:
-        """Cut all clients off where a disconnect is due now, and refuse them while it lasts; tell whether it was."""
+        """Cut all clients off where a disconnect is due now, and refuse them while it lasts; return whether it was."""
         cut = self._faults.strikes("disconnect", self._face)
         if cut is None:
             return False
@@ -212,7 +212,7 @@ class MjpegServer:
 
 
 def _gone(connection: socket.socket) -> bool:
-    """Tell whether the client has hung up; one to which nothing is sent would otherwise never be missed."""
+    """Return whether the client has hung up; one to which nothing is sent would otherwise never be missed."""
     poll = select.poll()
     poll.register(connection, select.POLLIN | select.POLLRDHUP)
     return bool(poll.poll(0)) and connection.recv(4096) == b""

@@ -176,14 +176,14 @@ class Controller:
             self.tell(KeyMessage("PROGRAM_XXX_STOPPED", program.name))
 
     def pause_program(self) -> bool:
-        """Let the program, and the arm, stand still; tell whether there is one."""
+        """Let the program, and the arm, stand still; return whether there is one."""
         if self.program is None:
             return False
         self.program.pause()
         return True
 
     def resume_program(self) -> bool:
-        """Let a paused program go on; tell whether there was one."""
+        """Let a paused program go on; return whether there was one."""
         if self.program is None or not self.program.paused:
             return False
         self.program.resume()

@@ -98,7 +98,7 @@ class MockUr:
         return {face: f"{self.options.host}:{port}" for face, (port, _) in ports.items()}
 
     def serve(self, stop: threading.Event) -> None:
-        """Run control cycles until told to stop."""
+        """Run control cycles until `stop` is set."""
         network, controller, pendant = self._network, self.controller, self._pendant
         assert network is not None
         assert controller is not None
@@ -139,7 +139,7 @@ class MockUr:
             self.controller.environment.close()
 
     def _strike(self, network: Network, controller: Controller) -> bool:
-        """Let due faults of the whole arm strike; tell whether the controller stands still in this cycle."""
+        """Let due faults of the whole arm strike; return whether the controller stands still in this cycle."""
         if self._faults.quiet:
             return False
         if fault := self._faults.strikes("disconnect", ""):

@@ -137,7 +137,7 @@ class Network:
                 self._drop(descriptor)
 
     def disconnect(self, for_s: float | None) -> None:
-        """Throw everybody out and take nobody in for a time; None: for ever."""
+        """Close all connections and refuse new ones for a time; None: for ever."""
         self._refusing_until_ns = 2**63 if for_s is None else self._clock.now() + round(for_s * 1e9)
         for descriptor in list(self._clients):
             self._drop(descriptor)

@@ -62,7 +62,7 @@ class Pendant:
             self._uploads.submit(text + "\n")
 
     def poll(self) -> bool:
-        """Start what has been compiled; tell whether there was anything."""
+        """Start what has been compiled; return whether there was anything."""
         ready = self._uploads.poll()
         for compiled in ready:
             if isinstance(compiled, ScriptError):
@@ -81,7 +81,7 @@ class Pendant:
         return path
 
     def play(self) -> bool:
-        """Start the loaded program, or let a paused one go on; tell whether that is possible."""
+        """Start the loaded program, or let a paused one go on; return whether that is possible."""
         if self.controller.resume_program():
             return True
         ready = self.controller.power.mode is RobotMode.RUNNING and self.controller.safety is SafetyMode.NORMAL

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lsds_research.figures import new_figure
+from lsds.plots.figure import new_figure
 
 if TYPE_CHECKING:
     from lsds.contracts.study import Value

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds_research.figures import new_figure
+from lsds.plots.figure import new_figure
 from lsds_research.studies.realism.quantities import QUANTITIES, Quantity
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ class Library:
         self.functions |= {name: getattr(part, name) for name in _public(type(part))}
 
     def close(self) -> None:
-        """Close the program's sockets: whoever is at the other end learns that it has ended."""
+        """Close the program's sockets, so that the other end sees that it has ended."""
         self._sockets.close_all()
 
 
