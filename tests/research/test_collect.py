@@ -4,7 +4,6 @@ import json
 import math
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from lsds_research.collecting.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
 from lsds_research.collecting.trials import JOBS, SPEEDS_M_S, trials
 from lsds_research.datasets import COLUMNS, load, read_table
 
-from lsds.contracts import CellTruth, Pose, PoseSample
+from lsds.contracts import CellTruth, GripperState, Pose, PoseSample
 from lsds.errors import DataError, MissingExtra
 from lsds.vision.rotation import pose_of
 
@@ -323,7 +322,7 @@ def test_a_mock_on_the_wire_is_simulated(tmp_path, monkeypatch):
 
 
 def test_fingers_that_are_closed_are_no_beginning(monkeypatch):
-    monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", lambda self: SimpleNamespace(aperture_m=0.01))
+    monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", lambda self: GripperState(self._clock.now(), 0, 0.01, 0.01, moving=False))
     with pytest.raises(DataError, match="to begin they have to be"):
         run_trial(trials("pipe", None, 0, quick=True)[0], None, FAST)
 

@@ -238,12 +238,15 @@ def _has_virtual_time(config: RigConfig) -> bool:
 
 
 def _made_with(simulated: bool) -> dict[str, Any]:
-    names = ("numpy", "opencv-contrib-python-headless", "numba")
+    installed = {name: _version(name) for name in ("numpy", "opencv-python-headless", "numba")}
     return {
         "figures_are": "simulated" if simulated else "measured",
-        "versions": {
-            "lsds": __version__,
-            "python": platform.python_version(),
-            **{n: metadata.version(n) for n in names},
-        },
+        "versions": {"lsds": __version__, "python": platform.python_version(), **installed},
     }
+
+
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "not installed"
