@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lsds_mocks.devices.ur5e import MockUR5e
 from lsds_research.collecting import campaign
 from lsds_research.collecting.drive import run_trial
 from lsds_research.collecting.labels import SlipLabels
@@ -15,7 +16,8 @@ from lsds_research.collecting.trials import JOBS, SPEEDS_M_S, trials
 from lsds_research.datasets import COLUMNS, load, read_table
 
 from lsds.contracts import CellTruth, GripperState, Pose, PoseSample
-from lsds.errors import DataError, MissingExtra
+from lsds.errors import DataError, MissingExtra, SafetyStop
+from lsds.session.run import run
 from lsds.vision.rotation import pose_of
 
 FAST = ("pose_source.backend=none",)
@@ -322,7 +324,10 @@ def test_a_mock_on_the_wire_is_simulated(tmp_path, monkeypatch):
 
 
 def test_fingers_that_are_closed_are_no_beginning(monkeypatch):
-    monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", lambda self: GripperState(self._clock.now(), 0, 0.01, 0.01, moving=False))
+    def closed(gripper):
+        return GripperState(gripper._clock.now(), 0, 0.01, 0.01, moving=False)
+
+    monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", closed)
     with pytest.raises(DataError, match="to begin they have to be"):
         run_trial(trials("pipe", None, 0, quick=True)[0], None, FAST)
 
@@ -343,3 +348,35 @@ def test_a_campaign_goes_on_with_the_same_cell_only(tmp_path, monkeypatch):
     rig.write_text("[task]\ngrip_force_n = 30.0\n")
     with pytest.raises(DataError, match="begun with another config"):
         campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
+
+
+def test_a_dead_sensor_ends_a_trial_and_no_arm_runs_on(monkeypatch):
+    """The arm used to go on for seconds, and the trial "ended normally"."""
+    sent, command = [], MockUR5e.command
+
+    def commanding(arm, asked):
+        sent.append((arm._clock.now() / 1e9, any(asked.twist.linear_m_s)))
+        return command(arm, asked)
+
+    monkeypatch.setattr(MockUR5e, "command", commanding)
+    silent = ("sensor.mock-gelsight-mini.silent_at_s=2.6", "cell.simulated.fidelity=winkler")
+    trial = next(t for t in trials("severity", ["can"], 0) if t.protocol == "severity")
+    with pytest.raises(SafetyStop, match="sensor: nothing usable"):
+        run_trial(trial, None, (*FAST, *silent))
+    assert any(moving for t_s, moving in sent if t_s < 2.6), "it fell silent while the arm moved"
+    assert not any(moving for t_s, moving in sent if t_s > 2.6 + 0.3)
+
+
+def test_a_trial_is_a_job_that_a_config_can_name():
+    session = run(
+        overrides=[
+            "job.backend=trial",
+            "job.trial.number=1",
+            "cell.simulated.fidelity=winkler",
+            "cell.simulated.clamped=true",
+            "safety.max_arm_angular_rad_s=3.0",
+        ]
+    )
+    assert session.fault is None
+    assert session.summary["backends"]["job"] == "trial"
+    assert session.summary["corrections"] == 0
