@@ -20,6 +20,7 @@ from lsds.config import load_config
 from lsds.contracts import Frame, GripInput
 from lsds.engine import Engine
 from lsds.errors import DataError
+from lsds.extras import importable
 from lsds.plugins import PluginHost
 from lsds.rig import Rig
 from lsds.tactile.depth import DepthEstimator
@@ -27,6 +28,7 @@ from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.perception import Perception
 from lsds.tactile.views import Viewer
+from lsds_research.studies.frame.peer_chain import NEEDS, PeerChain, PeerModels
 from lsds_research.studies.frame.peers import BlobNearest, PyramidFlow
 
 if TYPE_CHECKING:
@@ -73,9 +75,15 @@ class TrackerScore:
 
 @dataclass(frozen=True, slots=True)
 class FrameCost:
-    """Result of `measure`. `area_change` is each depth scale's mean area difference to the finest scale."""
+    """Result of `measure`. `area_change` is each depth scale's mean area difference to the finest scale.
+
+    `peers` are whole chains as they are usually put together, timed in turns with ours; empty where their libraries are
+    not installed. `peer_ratio` is the median of the quickest of them over ours, None without any.
+    """
 
     total: Cost
+    peers: tuple[Cost, ...]
+    peer_ratio: float | None
     parts: tuple[Cost, ...]
     trackers: tuple[TrackerScore, ...]
     depth: tuple[Cost, ...]
@@ -108,9 +116,13 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
     areas: dict[int, list[float]] = {scale: [] for scale in SCALES}
     scores: dict[str, tuple[float, float, float]] = {}
     jumps = {name: _jumps(tracker, clip) for name, tracker in _candidates(config, host).items()}
+    chains = _peer_chains(config, host, clip)
+    peers: dict[str, list[int]] = {}
     for _ in range(repeats):
         for name, samples in _time_parts(config, host, clip).items():
             parts.setdefault(name, []).extend(samples)
+        for name, make in chains.items():
+            peers.setdefault(name, []).extend(_time_chain(make(), clip))
         for name, tracker in _candidates(config, host).items():
             times, scores[name] = _time_tracker(tracker, clip)
             trackers.setdefault(name, []).extend(times)
@@ -120,9 +132,12 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
         if progress is not None:
             progress()
     finest = np.array(areas[SCALES[0]])
-    total = parts.pop("image to command")
+    total = _cost("image to command", parts.pop("image to command"))
+    whole = tuple(_cost(name, samples) for name, samples in peers.items())
     return FrameCost(
-        total=_cost("image to command", total),
+        total=total,
+        peers=whole,
+        peer_ratio=min(peer.p50_us for peer in whole) / total.p50_us if whole else None,
         parts=tuple(_cost(name, samples) for name, samples in parts.items()),
         trackers=tuple(
             TrackerScore(
@@ -217,6 +232,35 @@ def _candidates(config: RigConfig, host: PluginHost) -> dict[str, Any]:
     rig = Rig(config, host)
     ours = {name: host.build("tracker", name, {}, rig.context) for name in TRACKERS}
     return {**ours, "blobs, nearest": BlobNearest(), "pyramidal LK": PyramidFlow()}
+
+
+def _peer_chains(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, Callable[[], PeerChain]]:
+    """Return how to make each peer chain; none where a library that they call is not installed."""
+    if not all(importable(name) for name in NEEDS):
+        return {}
+    rig = Rig(config, host)
+    spec = rig.sensor.spec
+    perception = Perception(rig.tracker, spec, config.tactile)
+    perception.start([clip.reference])
+    models = PeerModels(host, clip.frames, perception)
+
+    def chain(tracker: type[BlobNearest] | type[PyramidFlow]) -> Callable[[], PeerChain]:
+        return lambda: PeerChain(tracker(), models, spec, config, clip.reference)
+
+    return {
+        "pyramidal LK, forest, LSTM": chain(PyramidFlow),
+        "blobs, forest, LSTM": chain(BlobNearest),
+    }
+
+
+def _time_chain(chain: PeerChain, clip: Clip) -> list[int]:
+    times = []
+    for frame in clip.frames:
+        frame = _fresh(frame)
+        begun = perf_ns()
+        chain.answer(frame)
+        times.append(perf_ns() - begun)
+    return times
 
 
 def _time_tracker(tracker: Any, clip: Clip) -> tuple[list[int], tuple[float, float, float]]:

@@ -14,9 +14,13 @@ def plot_frame_cost(path: Path, cost: FrameCost) -> None:
     """Write the chart."""
     figure = new_figure(11, 4.8)
     bars, scatter = figure.subplots(1, 2)
-    parts = [cost.total, *cost.parts, *cost.depth]
+    parts = [cost.total, *cost.parts, *cost.depth, *cost.peers]
     y = np.arange(len(parts))[::-1]
-    bars.barh(y, [p.p50_us for p in parts], color=["tab:blue"] + ["0.7"] * (len(parts) - 1))
+    bars.barh(
+        y,
+        [p.p50_us for p in parts],
+        color=["tab:blue"] + ["0.7"] * (len(parts) - 1 - len(cost.peers)) + ["tab:orange"] * len(cost.peers),
+    )
     bars.plot([p.p99_us for p in parts], y, "|", color="tab:red", ms=9, label="99th percentile")
     bars.set_yticks(y, [p.name for p in parts], fontsize=8)
     for row, part in zip(y, parts, strict=True):

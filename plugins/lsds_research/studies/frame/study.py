@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from lsds.contracts.study import StudyResult, StudyTable
-from lsds_research.studies.frame.cost import measure
+from lsds_research.studies.frame.cost import FrameCost, measure
 from lsds_research.studies.frame.plot import plot_frame_cost
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class FrameStudy:
         """Run the simulated cell once and time its frames. Raises DataError where its sensor knows no truth."""
         passes = count(1)
         cost = measure(self.options.seed, self.options.repeats, lambda: tick(next(passes), self.options.repeats))
-        parts = [dataclasses.asdict(part) for part in (cost.total, *cost.parts, *cost.depth)]
+        parts = [dataclasses.asdict(part) for part in (cost.total, *cost.parts, *cost.depth, *cost.peers)]
         trackers = [dataclasses.asdict(score) for score in cost.trackers]
         changes = ", ".join(f"{change:.4f}" for change in cost.area_change)
         return StudyResult(
@@ -48,7 +48,13 @@ class FrameStudy:
             TRACKERS,
             trackers,
             partial(plot_frame_cost, cost=cost),
-            [f"contact area, mean difference to the finest depth map: {changes}"],
+            [f"contact area, mean difference to the finest depth map: {changes}", _compared(cost)],
             dataclasses.asdict(cost),
             [StudyTable(PARTS, parts)],
         )
+
+
+def _compared(cost: FrameCost) -> str:
+    if cost.peer_ratio is None:
+        return "peer chains were not timed: they need scikit-learn and torch (pip install 'lsds[train]')"
+    return f"the quickest peer chain takes {cost.peer_ratio:.1f} times as long as image to command (medians, in turns)"
