@@ -22,6 +22,7 @@ from lsds.engine import Engine
 from lsds.errors import DataError
 from lsds.extras import importable
 from lsds.plugins import PluginHost
+from lsds.quiet import quiet_process
 from lsds.rig import Rig
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
@@ -107,6 +108,12 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
 
     Raises DataError where the default sensor does not know its dots' true positions.
     """
+    # As in a running engine, for all candidates alike.
+    with quiet_process():
+        return _measure(seed, repeats, progress)
+
+
+def _measure(seed: int, repeats: int, progress: Callable[[], object] | None) -> FrameCost:
     host = PluginHost()
     config = load_config(None, [f"seed={seed}"], host=host)
     clip = record(config, host)

@@ -16,17 +16,16 @@ def plot_frame_cost(path: Path, cost: FrameCost) -> None:
     bars, scatter = figure.subplots(1, 2)
     parts = [cost.total, *cost.parts, *cost.depth, *cost.peers]
     y = np.arange(len(parts))[::-1]
-    bars.barh(
-        y,
-        [p.p50_us for p in parts],
-        color=["tab:blue"] + ["0.7"] * (len(parts) - 1 - len(cost.peers)) + ["tab:orange"] * len(cost.peers),
-    )
+    between = len(parts) - 1 - len(cost.peers)
+    colours = ["tab:blue", *["0.7"] * between, *["tab:orange"] * len(cost.peers)]
+    bars.barh(y, [p.p50_us for p in parts], color=colours)
     bars.plot([p.p99_us for p in parts], y, "|", color="tab:red", ms=9, label="99th percentile")
     bars.set_yticks(y, [p.name for p in parts], fontsize=8)
     for row, part in zip(y, parts, strict=True):
         bars.text(part.p50_us, row, f" {part.p50_us:.0f}", va="center", fontsize=7)
     bars.axvline(500, color="0.4", ls=":", lw=1)
-    bars.set_xlabel("microseconds (median), one core")
+    bars.set_xscale("log")
+    bars.set_xlabel("microseconds (median), one core; orange: peers")
     bars.legend(fontsize=8)
     side = False
     for score in cost.trackers:
