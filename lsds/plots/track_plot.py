@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lsds.plots.figure import new_figure
 from lsds.plots.tactile_frame import draw_frame
 from lsds.tactile.feature_sets import NAMES
-from lsds.tracking import TrackResult
+
+if TYPE_CHECKING:
+    from lsds.tracking import TrackResult
 
 
 def plot_track(path: Path, result: TrackResult) -> None:

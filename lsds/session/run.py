@@ -32,7 +32,7 @@ class Session:
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
         from lsds.errors import DataError
-        from lsds.plots.run_plot import plot_run
+        from lsds.session.picture import plot_run
 
         if self.reference_frame is None or self.reference is None:
             return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -118,6 +119,18 @@ def test_the_architecture_page_names_files_that_exist():
     files = set(re.findall(r"`(lsds/[\w/]+\.py)`", text))
     assert len(files) >= 8
     assert [file for file in sorted(files) if not (ROOT / file).exists()] == []
+
+
+def test_the_picture_of_the_house_has_no_arrow_that_points_up():
+    house = runpy.run_path(str(ROOT / "docs" / "house.py"))
+    counted = house["arrows"]()
+    assert len(counted) > 40
+    assert house["upward"](counted) == []
+    rooms = {room.removeprefix("lsds.") for room in house["ROOMS"]}
+    shown = {path.stem for path in (ROOT / "lsds").glob("*") if path.suffix == ".py" or (path / "__init__.py").exists()}
+    small = {"__init__", "background", "bringup", "extras", "files", "histogram", "lifecycle", "observers", "pose_sync"}
+    small |= {"pose_velocity", "processes", "quiet", "recorded", "task"}
+    assert shown - rooms - small == set(), "a new room: put it on a floor in docs/house.py"
 
 
 def test_every_file_named_in_the_docs_exists():

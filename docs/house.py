@@ -1,0 +1,140 @@
+"""Draw docs/images/house.png from the import graph: `python docs/house.py` (needs the dev extra).
+
+A room is a package, or a module or folder of the core; an arrow runs from who imports to what is imported. Rooms stand
+on floors, and every arrow points down. An arrow is left out where a longer way leads to the same room, and so are those
+to the ground floor, which all stand on.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+from lsds.plots.figure import new_figure
+
+ROOT = Path(__file__).resolve().parents[1]
+HOMES = {
+    "lsds": ROOT / "lsds",
+    "lsds_plugins": ROOT / "plugins" / "lsds_plugins",
+    "lsds_research": ROOT / "plugins" / "lsds_research",
+    "lsds_drivers": ROOT / "drivers" / "lsds_drivers",
+    "lsds_mocks": ROOT / "mocks" / "lsds_mocks",
+}
+FLOORS = (
+    ("lsds_research",),
+    ("lsds_plugins", "lsds_mocks", "lsds_drivers"),
+    ("lsds.cli", "lsds.front", "lsds.testing"),
+    ("lsds.session", "lsds.tracking"),
+    ("lsds.engine", "lsds.jobs", "lsds.plots"),
+    ("lsds.line", "lsds.actuation", "lsds.states"),
+    ("lsds.rig", "lsds.fusion", "lsds.observers"),
+    ("lsds.config",),
+    ("lsds.plugins", "lsds.models", "lsds.vision"),
+    ("lsds.tactile", "lsds.safety"),
+    ("lsds.watches", "lsds.scheduler"),
+    ("lsds.contracts",),
+    ("lsds.errors", "lsds.clock"),
+)
+ROOMS = [room for floor in FLOORS for room in floor]
+GROUND = ("lsds.contracts", "lsds.errors", "lsds.clock")
+LINE = (("lsds.engine", "lsds.line"), ("lsds.engine", "lsds.actuation"), ("lsds.line", "lsds.tactile"))
+SAYS = {
+    "lsds_research": "datasets, collecting, learners, evaluation, studies",
+    "lsds_plugins": "trackers, detectors, estimators,\ncontrollers, jobs, replay",
+    "lsds_mocks": "the simulated cell and\nits devices' wire faces",
+    "lsds_drivers": "real hardware",
+    "lsds.engine": "the one line from camera to gripper",
+    "lsds.jobs": "hold, watch",
+    "lsds.line": "one finger: frame to slip",
+    "lsds.actuation": "slip to force: the way out",
+    "lsds.states": "gripper, arm, poses",
+    "lsds.tactile": "gate, field, contact, features, evidence",
+    "lsds.models": "running trained models",
+    "lsds.rig": "devices and algorithms of a cell",
+    "lsds.session": "a run, from config to figures",
+    "lsds.contracts": "Protocols and the values that cross them",
+}
+
+
+def room_of(module: str) -> str:
+    """Return the room that a module is in, empty for none that is drawn."""
+    found = [room for room in ROOMS if module == room or module.startswith(room + ".")]
+    return max(found, key=len, default="")
+
+
+def imports(path: Path) -> set[str]:
+    """Return the modules that a file imports at run time: what only a type checker reads is left out."""
+    found = set()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    typed = [node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)]
+    skipped = {id(inner) for node in typed for inner in ast.walk(node)}
+    for node in ast.walk(tree):
+        if id(node) in skipped:
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
+
+
+def arrows() -> Counter[tuple[str, str]]:
+    """Return how many files of one room import another."""
+    counted: Counter[tuple[str, str]] = Counter()
+    for package, home in HOMES.items():
+        for path in home.rglob("*.py"):
+            module = ".".join([package, *path.relative_to(home).with_suffix("").parts]).removesuffix(".__init__")
+            here = room_of(module)
+            for there in {room_of(name) for name in imports(path)} - {here, ""}:
+                if here:
+                    counted[here, there] += 1
+    return counted
+
+
+def upward(counted: Counter[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the arrows that do not point down."""
+    floor = {room: level for level, rooms in enumerate(FLOORS) for room in rooms}
+    return [(here, there) for here, there in counted if floor[here] >= floor[there]]
+
+
+def direct(counted: Counter[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the arrows that no longer way makes superfluous (transitive reduction), without those to the ground."""
+    ways = {here: {b for a, b in counted if a == here and b not in GROUND} for here in ROOMS}
+
+    def reaches(here: str, there: str) -> bool:
+        return there in ways[here] or any(reaches(via, there) for via in ways[here])
+
+    return [(a, b) for a in ROOMS for b in sorted(ways[a]) if not any(reaches(via, b) for via in ways[a] - {b})]
+
+
+def draw(path: Path) -> None:
+    """Write the picture."""
+    figure = new_figure(12, 11)
+    axes = figure.subplots()
+    place = {}
+    for level, rooms in enumerate(FLOORS):
+        for index, room in enumerate(rooms):
+            place[room] = ((index + 0.5) / len(rooms), -level)
+    for here, there in direct(arrows()):
+        (x0, y0), (x1, y1) = place[here], place[there]
+        bold = (here, there) in LINE
+        style = {"arrowstyle": "-|>", "color": "#2c6fbb" if bold else "0.6", "lw": 2.2 if bold else 0.9}
+        style |= {"shrinkA": 16, "shrinkB": 18, "connectionstyle": "arc3,rad=0.04"}
+        axes.annotate("", (x1, y1), (x0, y0), arrowprops=style, zorder=0)
+    for room, (x, y) in place.items():
+        core = room.startswith("lsds.")
+        text = f"{room}\n{SAYS[room]}" if room in SAYS else room
+        box = {"boxstyle": "round,pad=0.5", "fc": "#eaf2fb" if core else "#fdf1e2", "ec": "0.3", "lw": 0.8}
+        line = room in ("lsds.engine", "lsds.line", "lsds.actuation")
+        axes.text(x, y, text, ha="center", va="center", fontsize=8.5, bbox=box, weight="bold" if line else "normal")
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_ylim(-len(FLOORS) + 0.4, 0.6)
+    axes.axis("off")
+    axes.set_title("Who imports whom. Bold: the line from camera to gripper. Blue boxes: the core.", fontsize=10)
+    figure.savefig(path, dpi=100)
+
+
+if __name__ == "__main__":
+    draw(ROOT / "docs" / "images" / "house.png")
+    print(upward(arrows()) or "every arrow points down")
