@@ -158,12 +158,13 @@ def test_every_example_rig_loads(rig):
 
 
 @pytest.mark.usefixtures("installed_host")
-def test_the_page_about_the_library_shows_code_that_works(monkeypatch, tmp_path):
+def test_readme_and_the_page_about_the_library_show_code_that_works(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    snippets = [text for _, text in blocks(ROOT / "docs" / "library.md", "python")]
-    assert len(snippets) == 3
-    for text in snippets:
-        exec(compile(text, "library.md", "exec"), {"__name__": "library"})
+    pages = (ROOT / "docs" / "library.md", ROOT / "README.md")
+    snippets = [(page.name, text) for page in pages for _, text in blocks(page, "python")]
+    assert len(snippets) == 4
+    for page, text in snippets:
+        exec(compile(text, page, "exec"), {"__name__": "snippet"})
 
 
 def test_the_page_about_the_wire_shows_code_that_works(monkeypatch, tmp_path):
