@@ -184,15 +184,18 @@ class Engine:
 
     def _poll(self, now_ns: int) -> None:
         """Take every finger's new frame, if there is one, all the way to the gripper."""
-        # Only what an object or a moving arm depends on may stop the cell for showing nothing new.
-        wanted = self._wanted
-        depends = (wanted.corrects and self._rig.gripper is not None) or _moves(wanted.twist)
-        started = perf_ns()
         try:
-            seeing = [line for line in self.lines if line.poll(now_ns, depends=depends) is not None]
+            read = [(line, line.read(now_ns)) for line in self.lines]
         except EOFError:
             self.stop()
             return
+        started = perf_ns()
+        # Only what an object or a moving arm depends on may stop the cell for showing nothing new.
+        wanted = self._wanted
+        depends = (wanted.corrects and self._rig.gripper is not None) or _moves(wanted.twist)
+        seeing = [
+            line for line, frame in read if frame is not None and line.take(frame, now_ns, depends=depends) is not None
+        ]
         if seeing:
             self._answer(seeing, now_ns, started)
 

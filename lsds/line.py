@@ -38,8 +38,8 @@ class FingerLine:
         """Whether the untouched gel was seen."""
         return self.perception.reference is not None
 
-    def poll(self, now_ns: int, *, depends: bool) -> FingerCycle | None:
-        """Read the sensor; return what a new and usable frame shows, None where there is none.
+    def read(self, now_ns: int) -> Frame | None:
+        """Read the sensor; return its frame where it is a new one.
 
         Raises EOFError where a recording has ended, SafetyStop where nothing usable came for too long.
         """
@@ -55,10 +55,14 @@ class FingerLine:
             self.gate.silent("", now_ns)
             return None
         self._seq = frame.seq
-        return self.take(frame, now_ns, depends=depends)
+        return frame
 
     def take(self, frame: Frame, now_ns: int, *, depends: bool) -> FingerCycle | None:
-        """Take one frame along the line. Raises SafetyStop, PluginError; DataError for an unusable reference."""
+        """Take a new frame along the line; return what it shows, None where it cannot be used or is the reference.
+
+        `depends` tells the gate whether an object or a moving arm depends on what is seen. Raises SafetyStop where
+        nothing usable came for too long, PluginError, and DataError for an unusable reference.
+        """
         if not self.gate.admit(frame, now_ns, depends=depends):
             return None
         finger, (tracker, detector, estimator) = self.finger, self._names
