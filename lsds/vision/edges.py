@@ -24,7 +24,10 @@ _MODULES = 12.0
 """Half a module of the smallest markers, by which neither the pattern inside nor the paper's rim is reached."""
 _FLOOR = 0.1
 _ROUNDS = 2
-_BEFORE = np.array([3, 0, 1, 2])
+_SHORTEST_PX, _LEAST_PLACES = 8, 4
+_PARALLEL = 0.1
+"""Sine of the angle between neighbours below which they do not meet."""
+_BEFORE, _AHEAD = np.array([3, 0, 1, 2]), np.array([1, 2, 3, 0])
 
 
 def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -44,48 +47,41 @@ def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> ND
 
 
 def _once(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    ahead = np.roll(corners, -1, axis=0)
-    lengths = np.linalg.norm(ahead - corners, axis=1)
-    if lengths.min() < 8:
+    """One round, with x + iy for a point: a turn is a product, and the sums of a line's squares are those of one."""
+    corner = np.ascontiguousarray(corners).view(np.complex128)[:, 0]
+    side = corner[_AHEAD] - corner
+    lengths = np.abs(side)
+    if lengths.min() < _SHORTEST_PX:
         return None
-    along = (ahead - corners) / lengths[:, None]
-    outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
-    outward *= np.sign(np.einsum("ij,ij->i", outward, corners - corners.mean(axis=0)))[:, None]
-    half = min(_WIDEST_PX, float(lengths.mean()) / _MODULES)
+    outward = -1j * side / lengths
+    outward *= np.sign((outward.conj() * (corner - corner.sum() / 4)).real)
+    mean = float(lengths.sum()) / 4
+    half = min(_WIDEST_PX, mean / _MODULES)
     across = np.arange(-half, half + _STEP_PX / 2, _STEP_PX)
-    shares = np.linspace(_ENDS, 1 - _ENDS, max(8, int(lengths.mean() * (1 - 2 * _ENDS))))
-    feet = corners[:, None, :] + shares[None, :, None] * (ahead - corners)[:, None, :]
-    x, y = (feet[..., None, i] + across * outward[:, None, None, i] for i in (0, 1))
-    columns, rows = (xy.astype(np.float32).reshape(-1, len(across)) for xy in (x, y))
-    profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).reshape(4, len(shares), -1).astype(np.float32)
+    shares = np.linspace(_ENDS, 1 - _ENDS, max(8, int(mean * (1 - 2 * _ENDS))))
+    feet = corner[:, None] + side[:, None] * shares
+    places = (feet[..., None] + outward[:, None, None] * across).reshape(-1, len(across))
+    columns, rows = places.real.astype(np.float32), places.imag.astype(np.float32)
+    profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).astype(np.float32)
     # From ink to paper it gets lighter outward; anything else is another edge.
-    rise = np.maximum(profiles[..., 1:] - profiles[..., :-1], 0)
-    rise[rise < _FLOOR * rise.max(axis=2, keepdims=True)] = 0
-    weight = rise.sum(axis=2)
-    middle = across[:-1] + _STEP_PX / 2
-    edge = (rise * middle).sum(axis=2) / np.maximum(weight, 1e-6)
-    usable = (weight > 0.5 * np.median(weight)).astype(np.float64)
-    if usable.sum(axis=1).min() < 4:
+    rise = np.maximum(profiles[:, 1:] - profiles[:, :-1], 0)
+    rise[rise < _FLOOR * rise.max(axis=1, keepdims=True)] = 0
+    weight, moment = (rise @ np.stack([np.ones(len(across) - 1), across[:-1] + _STEP_PX / 2], axis=1)).T
+    edge = (moment / np.maximum(weight, 1e-6)).reshape(feet.shape)
+    usable = (weight > 0.5 * np.partition(weight, len(weight) // 2)[len(weight) // 2]).reshape(feet.shape)
+    taken = np.count_nonzero(usable, axis=1)
+    if taken.min() < _LEAST_PLACES:
         return None
-    return _crossings(*_lines(feet + edge[..., None] * outward[:, None, :], usable))
-
-
-def _lines(points: NDArray[np.float64], usable: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return (points on them, unit normals), each (4, 2), of the lines with the least squared distances to those of
-    points (4, n, 2) whose `usable` (4, n) is one, not zero."""
-    mean = np.einsum("sn,sni->si", usable, points) / usable.sum(axis=1)[:, None]
-    apart = (points - mean[:, None, :]) * usable[..., None]
-    (xx, xy), (_, yy) = np.einsum("sni,snj->ijs", apart, apart)
-    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
-    return mean, np.stack([-np.sin(angle), np.cos(angle)], axis=1)
-
-
-def _crossings(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return where each line meets the one before it; None where two that follow each other are all but parallel."""
-    distances = np.einsum("si,si->s", points, normals)
-    (a, b), (c, d) = normals[_BEFORE].T, normals.T
-    determinant = a * d - b * c
-    if np.abs(determinant).min() < 0.1:
+    # The line with the least squared distances to those places of a side that are usable.
+    points = (feet + edge * outward[:, None]) * usable
+    middle = points.sum(axis=1) / taken
+    apart = (points - middle[:, None]) * usable
+    normal = 1j * np.exp(0.5j * np.angle((apart * apart).sum(axis=1)))
+    # Where each line meets the one before it.
+    distance = (normal.conj() * middle).real
+    before, before_distance = normal[_BEFORE], distance[_BEFORE]
+    sine = (before.conj() * normal).imag
+    if np.abs(sine).min() < _PARALLEL:
         return None
-    e, f = distances[_BEFORE], distances
-    return np.asarray(np.stack([e * d - b * f, a * f - e * c], axis=1) / determinant[:, None])
+    found = 1j * (distance * before - before_distance * normal) / sine
+    return np.asarray(found.view(np.float64).reshape(4, 2))
