@@ -135,9 +135,16 @@ def watch(
 
     Raises ConfigError, PluginError, and DataError for a recording that cannot be read.
     """
+    yield from engine_of(source, config, overrides)
+
+
+def engine_of(
+    source: str | Path, config: RigConfig | str | Path | None = None, overrides: Sequence[str] = ()
+) -> Engine:
+    """Return the engine that watches a recording; arguments and errors as for `watch`."""
     host = PluginHost()
     chosen = _of_recording(source, config, overrides, host)
-    yield from Engine(Rig(only_watching(chosen), host, clock=VirtualClock()))
+    return Engine(Rig(only_watching(chosen), host, clock=VirtualClock()))
 
 
 def _of_recording(

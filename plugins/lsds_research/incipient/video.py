@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lsds.errors import DataError, LsdsError
 from lsds.models.signals import signals_of
+from lsds.tracking import engine_of
 from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
 from lsds_research.datasets import from_rows
 from lsds_research.incipient.index import PROTOCOL, Video
@@ -19,6 +22,8 @@ VERSION = 2
 """Goes up whenever the same video would give other columns, so that no older cache is believed."""
 
 _LEAST_FRAMES = 12
+_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
+"""What they say is not looked at."""
 _PIXELS = slice(None, None, 4)
 
 
@@ -28,49 +33,32 @@ def columns_of(video: Video) -> dict[str, NDArray[Any]]:
     The first frame is the reference. Unusable frames are passed over, and a video that breaks off is taken as far as
     it goes. Raises DataError where it cannot be opened, shows no dots at the start, or too little can be used.
     """
-    from lsds.clock import VirtualClock
-    from lsds.config import load_config
-    from lsds.config.toml import value_text
-    from lsds.contracts import BuildContext
-    from lsds.plugins import PluginHost
-    from lsds.tactile.perception import Perception
-
-    host, context = PluginHost(), BuildContext(VirtualClock(), 0)
-    source = f"sensor.video.path={value_text(str(video.path))}"
-    config = load_config(None, ["tactile.reference_frames=1", "sensor.backend=video", source], host=host)
-    sensor: Any = host.build("sensor", config.sensor.backend, config.sensor.options(), context)
-    tracker: Any = host.build("tracker", config.tracker.backend, config.tracker.options(), context)
+    t_s, rows, moved, position = [], [], [], None
     try:
-        perception = Perception(tracker, sensor.spec, config.tactile)
-        frames = sensor.frames()
-        first = next(frames)
-        reference = perception.start([first])
+        engine = engine_of(video.path, None, _CHEAP)
+        cycles = iter(engine)
+        first = next(cycles, None)
     except LsdsError as error:
         text = str(error)
         raise DataError(text if str(video.path) in text else f"{video.path}: {text}") from error
     except Exception as error:
         raise DataError(f"{video.path}: {type(error).__name__}: {error}") from error
-    t_s, rows, moved, position = [], [], [], None
-    while True:
-        try:
-            frame = next(frames, None)
-            if frame is None:
-                break
-        except LsdsError:
-            break  # It breaks off here; what was read is as good as ever.
-        try:
-            observation, _ = perception.observe(frame)
-        except DataError:
-            continue
-        t_s.append((frame.t_ns - first.t_ns) * 1e-9)
-        rows.append(signals_of(observation, float(frame.image[_PIXELS, _PIXELS].mean())))
-        moved.append(observation.field.displacement_m)
-        position = observation.field.position_m
+    reference, start = engine.perception.reference, engine.perception.reference_frame
+    if reference is None or start is None:
+        raise DataError(f"{video.path}: no usable first frame")
+    # A video that breaks off is as good as ever until there.
+    with suppress(LsdsError):
+        for cycle in chain([] if first is None else [first], cycles):
+            observation, image = cycle.observation, cycle.frame.image
+            t_s.append((cycle.frame.t_ns - start.t_ns) * 1e-9)
+            rows.append(signals_of(observation, float(image[_PIXELS, _PIXELS].mean())))
+            moved.append(observation.field.displacement_m)
+            position = observation.field.position_m
     if len(rows) < _LEAST_FRAMES or position is None:
         raise DataError(f"{video.path}: {len(rows)} usable frames after the first, at least {_LEAST_FRAMES} are needed")
     labels = {"slip": np.full(len(rows), -1 if video.conflict else video.slip)}
     columns = from_rows(video.name, video.object, PROTOCOL, t_s, np.array(rows), labels)
-    pitch_m = float(np.mean(reference.pitch_px)) * perception.metres_per_px
+    pitch_m = float(np.mean(reference.pitch_px)) * engine.perception.metres_per_px
     found = clip_signals(np.array(moved) / pitch_m, position / pitch_m)
     return columns | {name: found[:, index] for index, name in enumerate(CLIP_SIGNALS)}
 
