@@ -34,9 +34,13 @@ class Points:
         self.inertia = float(np.vdot(self.offset, self.offset).real)
         self.radius = math.sqrt(self.inertia / self.count)
 
-    def rigid(self, vector: Plane) -> tuple[complex, float]:
-        """Return translation and rotation of the best rigid motion; the points must not coincide."""
-        return complex(vector.sum()) / self.count, float(np.vdot(self.offset, vector).imag) / self.inertia
+    def rigid_rows(self) -> Plane:
+        """Return (2, N): their products with vectors (N,) are translation and i times rotation of the best rigid motion.
+
+        The points must not coincide.
+        """
+        mean = np.full(self.count, 1.0 / self.count)
+        return np.array([mean, self.offset.conj() / (self.inertia or 1.0)], np.complex128)
 
     def motion(self, translation: complex, rotation: float) -> Plane:
         """Return the rigid motion at the points, (N,)."""
@@ -61,9 +65,3 @@ def smooth_basis(offset: Plane, motion: Literal["affine", "quadratic"]) -> tuple
     basis = np.stack([np.ones(count), *terms], axis=1)
     columns, size, _ = np.linalg.svd(basis, full_matrices=False)
     return columns[:, size > 1e-6 * size[0]], math.sqrt(count / max(1, count - basis.shape[1]))
-
-
-def residual_maker(offset: Plane, motion: Literal["affine", "quadratic"]) -> NDArray[np.float64]:
-    """Return the matrix (N, N) from vectors (N, 2) at the offsets to what the best smooth field leaves of them."""
-    basis, scale = smooth_basis(offset, motion)
-    return np.asarray((np.eye(len(offset)) - basis @ basis.T) * scale)

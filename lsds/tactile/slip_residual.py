@@ -162,7 +162,7 @@ class _Contact:
             return
         self.points = points = Points(as_complex(field.position_m)[self.index])
         self.square = 1.0 / self.count
-        rows = [np.full(self.count, 1.0 / self.count), points.offset.conj() / (points.inertia or 1.0)]
+        rows = list(points.rigid_rows())
         self.minus_basis = None
         if motion != "rigid":
             basis, scale = smooth_basis(points.offset, motion)

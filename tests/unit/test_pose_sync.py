@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from lsds_research.collecting.pose_sync import RecentSamples, around, interpolated, nearest, pairs, slerp
+from lsds_research.collecting.pose_velocity import PoseVelocity
 
 from lsds.contracts import Pose, PoseSample
-from lsds.pose_sync import RecentSamples, around, interpolated, nearest, pairs, slerp
-from lsds.pose_velocity import PoseVelocity
 
 MS = 1_000_000
 TIMES = st.lists(st.integers(0, 10**6), max_size=40, unique=True).map(sorted)

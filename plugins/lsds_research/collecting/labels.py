@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lsds.clock import NS_PER_S
-from lsds.pose_sync import nearest
-from lsds.pose_velocity import PoseVelocity
 from lsds.vision.rotation import rotation_of
+from lsds_research.collecting.pose_sync import nearest
+from lsds_research.collecting.pose_velocity import PoseVelocity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ SLIP_M_S, SLIP_RAD_S = 3e-3, 0.05
 """Measured faster than this is slip: above what the poses' noise makes of rest."""
 TRUE_SLIP_M_S, TRUE_SLIP_RAD_S = 1e-3, 0.02
 SMOOTHING_S = 0.03
-"""Time constant of the exponential smoothing: that of `lsds.pose_velocity`."""
+"""Time constant of the exponential smoothing: that of `lsds_research.collecting.pose_velocity`."""
 SLOP_NS = 40_000_000
 """A frame has the label of the pose nearest in time, if there is one within this."""
 

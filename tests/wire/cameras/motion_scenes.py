@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
+from lsds_research.collecting.pose_velocity import PoseVelocity
 
-from lsds.pose_velocity import PoseVelocity
 from lsds.vision.fiducials import FiducialFinder, Marker
 
 RATE_HZ = 60.0
