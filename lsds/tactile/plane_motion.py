@@ -35,7 +35,7 @@ class Points:
         self.radius = math.sqrt(self.inertia / self.count)
 
     def rigid_rows(self) -> Plane:
-        """Return (2, N): their products with vectors (N,) are translation and i times rotation of the best rigid motion.
+        """Return (2, N): times vectors (N,) they give translation, and i times rotation, of the best rigid motion.
 
         The points must not coincide.
         """
