@@ -20,6 +20,7 @@ class Timed(Protocol):
     @property
     def t_ns(self) -> int:
         """When it was true."""
+        ...
 
 
 S = TypeVar("S", bound=Timed)
