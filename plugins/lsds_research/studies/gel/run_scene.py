@@ -23,12 +23,11 @@ _PAD_M = (24.96e-3, 20.16e-3)
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
     """Dots (frames, M, 2) and forces (frames, 4: x, y, torque, normal) after pressing and after each frame, stuck area
-    (frames,) in square metres, and times in nanoseconds: of all pressing, and of each frame (frames - 1,)."""
+    (frames,) in square metres, and the time that each frame took (frames - 1,)."""
 
     dots_m: NDArray[np.float64]
     forces: NDArray[np.float64]
     stuck_m2: NDArray[np.float64]
-    pressing_ns: int
     frame_ns: NDArray[np.int64]
 
 
@@ -46,13 +45,11 @@ def _forces(reaction: Reaction) -> tuple[float, float, float, float]:
 
 def lead(gel: GelModel, scene: Scene, xy_m: NDArray[np.float64], parts: int = 1) -> Trace:
     """Return what a gel does in a scene, each frame's motion in `parts` steps; dots are looked at once a frame."""
-    begun = perf_ns()
     answers = []
     for step in range(1, scene.presses + 1):
         gel.press(step / scene.presses * scene.indentation_m)
         answers.append(_settled(gel, scene.friction, (0.0, 0.0)))
     dots = [gel.marker_displacement(gel.state(), xy_m)]
-    pressing = perf_ns() - begun
     forces = [_forces(answers[-1])]
     stuck = [_stuck_m2(gel)]
     times = []
@@ -64,7 +61,7 @@ def lead(gel: GelModel, scene: Scene, xy_m: NDArray[np.float64], parts: int = 1)
         dots.append(moved)
         forces.append(_forces(answers[-1]))
         stuck.append(_stuck_m2(gel))
-    return Trace(np.array(dots), np.array(forces), np.array(stuck), pressing, np.array(times))
+    return Trace(np.array(dots), np.array(forces), np.array(stuck), np.array(times))
 
 
 def _stuck_m2(gel: GelModel) -> float:
