@@ -323,7 +323,10 @@ def test_a_mock_on_the_wire_is_simulated(tmp_path, monkeypatch):
 
 
 def test_fingers_that_are_closed_are_no_beginning(monkeypatch):
-    monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", lambda self: SimpleNamespace(aperture_m=0.01))
+    monkeypatch.setattr(
+        "lsds_mocks.devices.hand_e.MockHandE.read",
+        lambda self: SimpleNamespace(t_ns=self._clock.now(), aperture_m=0.01),
+    )
     with pytest.raises(DataError, match="to begin they have to be"):
         run_trial(trials("pipe", None, 0, quick=True)[0], None, FAST)
 
