@@ -35,8 +35,8 @@ settings.load_profile("lsds")
 
 
 def pytest_collection_finish() -> None:
-    # Python's collector runs the later the more objects live on. Beside a whole suite's tests and modules, runs that have
-    # ended, with all their frames, would wait for it until a worker holds gigabytes.
+    # Python's collector runs the later the more objects live on. Beside a whole suite's tests and modules, runs that
+    # have ended, with all their frames, would wait for it until a worker holds gigabytes.
     gc.collect()
     gc.freeze()
 
