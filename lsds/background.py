@@ -17,12 +17,15 @@ class Runs(Protocol):
     @property
     def stage(self) -> str:
         """Where its job is."""
+        ...
 
     def run(self) -> None:
         """Run to the end."""
+        ...
 
     def stop(self) -> None:
         """End the run soon; from any thread."""
+        ...
 
 
 class Background:

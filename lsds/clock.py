@@ -27,9 +27,11 @@ class Clock(Protocol):
 
     def now(self) -> int:
         """Return the present in nanoseconds; never goes back."""
+        ...
 
     def sleep_until(self, t_ns: int) -> None:
         """Return when the present is at least `t_ns`; at once where it already is."""
+        ...
 
 
 class WallClock:

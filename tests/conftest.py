@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import gc
 import os
 import signal
 import sys
@@ -31,6 +32,13 @@ from fake_cell import FAKE_RIG, fake_host  # noqa: E402
 
 settings.register_profile("lsds", deadline=None, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("lsds")
+
+
+def pytest_collection_finish() -> None:
+    # Python's collector runs the later the more objects live on. Beside a whole suite's tests and modules, runs that
+    # have ended, with all their frames, would wait for it until a worker holds gigabytes.
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import click
 
@@ -21,12 +21,21 @@ from lsds.errors import DataError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-json_option: Callable[[F], F] = click.option(
+
+class Decorator(Protocol):
+    """What adds an option to a command and leaves its type as it is."""
+
+    def __call__(self, command: F, /) -> F:
+        """Return the command with the option."""
+        ...
+
+
+json_option: Decorator = click.option(
     "--json", "json_file", metavar="FILE", default=None, help="Write the result as JSON to FILE; '-' is stdout."
 )
 """The `--json FILE` option; the command receives it as `json_file`, None where it was not given."""
 
-json_flag: Callable[[F], F] = click.option(
+json_flag: Decorator = click.option(
     "--json",
     "json_file",
     metavar="[FILE]",
@@ -117,12 +126,13 @@ def plain(value: Any) -> Any:
         return [plain(inner) for inner in (sorted(value) if isinstance(value, set | frozenset) else value)]
     if isinstance(value, Path):
         return str(value)
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+    if isinstance(value, type):
+        raise TypeError(f"cannot write the type {value.__name__} as JSON")
+    if dataclasses.is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if hasattr(value, "model_dump"):
-        return plain(value.model_dump())
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
+    for whole in ("model_dump", "tolist"):
+        if hasattr(value, whole):
+            return plain(getattr(value, whole)())
     raise TypeError(f"cannot write a {type(value).__name__} as JSON")
 
 

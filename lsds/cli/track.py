@@ -64,7 +64,7 @@ def track(
             raise click.UsageError("--features chooses what one recording's JSON holds; leave out --batch")
         _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot)
         return
-    if len(sources) > 1:
+    if len(sources) != 1:
         raise click.UsageError("several recordings take --batch")
     with _bar("tracking", json_file) as bar:
         result = track_session.track_one(sources[0], config, chosen, bar)

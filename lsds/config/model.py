@@ -22,7 +22,8 @@ class BackendSection(BaseModel):
     """
 
     model_config = ConfigDict(extra="allow", frozen=True)
-    __pydantic_extra__: dict[str, dict[str, Any]]
+    # Pydantic's own way to say what extra keys hold; its base class declares them as anything or None.
+    __pydantic_extra__: dict[str, dict[str, Any]] = Field(init=False)  # pyright: ignore[reportIncompatibleVariableOverride]
 
     backend: str
 

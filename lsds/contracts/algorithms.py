@@ -28,12 +28,15 @@ class Tracker(Protocol):
 
         `pad` is (rows, columns) of dots as printed, where known. Raises DataError where no dots are found.
         """
+        ...
 
     def update(self, frame: Frame) -> MarkerTracks:
         """Follow the dots into the next frame. Never raises for what an image shows: what is not found is flagged."""
+        ...
 
     def reset(self) -> None:
         """Forget motion history, keep the reference."""
+        ...
 
 
 @runtime_checkable
@@ -42,9 +45,11 @@ class Detector(Protocol):
 
     def update(self, observation: Observation) -> Detection:
         """Decide on the present frame and the past."""
+        ...
 
     def reset(self) -> None:
         """Forget the past."""
+        ...
 
 
 @runtime_checkable
@@ -53,9 +58,11 @@ class Estimator(Protocol):
 
     def update(self, observation: Observation) -> SlipEstimate:
         """Estimate from the present frame and the past."""
+        ...
 
     def reset(self) -> None:
         """Forget the past."""
+        ...
 
 
 @runtime_checkable
@@ -68,6 +75,8 @@ class Controller(Protocol):
 
     def update(self, state: GripInput) -> float | None:
         """Return the aperture (m) to command, or None to leave the gripper as it is."""
+        ...
 
     def reset(self) -> None:
         """Forget the past."""
+        ...

@@ -11,6 +11,8 @@ class Command(Protocol):
 
     def make_context(self, info_name: str, args: list[str]) -> Any:
         """Parse the arguments. Raises click.UsageError."""
+        ...
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
+        ...

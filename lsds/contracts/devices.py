@@ -41,21 +41,27 @@ class Device(Protocol):
     @property
     def lifecycle(self) -> Lifecycle:
         """Where the device is in its life."""
+        ...
 
     def connect(self) -> None:
         """Open the device and make it readable. Does not move anything. Raises ConnectFailed."""
+        ...
 
     def arm(self) -> None:
         """Make it commandable; the only step that may move in order to activate. Raises DeviceFault."""
+        ...
 
     def stop(self) -> None:
         """End motion now: from any state, from any thread, in bounded time, any number of times. Never raises."""
+        ...
 
     def disarm(self) -> None:
         """Back to readable only. Does nothing where it is not armed."""
+        ...
 
     def close(self) -> None:
         """Stop, give the device back. Final; does nothing the second time."""
+        ...
 
 
 @runtime_checkable
@@ -65,10 +71,12 @@ class TactileSensor(Device, Protocol):
     @property
     def spec(self) -> SensorSpec:
         """Image size, rate, scale, pad."""
+        ...
 
     def read(self) -> Frame:
         """Return the newest frame; the same one again if no newer has come. Each frame's image is an array of its own,
         not written again. Raises StaleData, DataError for one damaged frame, EOFError where a recording has ended."""
+        ...
 
 
 @runtime_checkable
@@ -78,13 +86,16 @@ class Gripper(Device, Protocol):
     @property
     def spec(self) -> GripperSpec:
         """Stroke, resolution, speed and force ranges."""
+        ...
 
     def read(self) -> GripperState:
         """Return the newest state. Raises StaleData, DeviceFault."""
+        ...
 
     def command(self, command: GripperCommand) -> GripperCommand:
         """Send; return what was really sent, after limits and the device's resolution. Never blocks on motion.
         Raises LifecycleError, LimitExceeded (not finite), CommandExpired."""
+        ...
 
 
 @runtime_checkable
@@ -94,13 +105,16 @@ class Arm(Device, Protocol):
     @property
     def spec(self) -> ArmSpec:
         """Speed, acceleration, reach."""
+        ...
 
     def read(self) -> ArmState:
         """Return the newest state. Raises StaleData, DeviceFault."""
+        ...
 
     def command(self, command: ArmCommand) -> ArmCommand:
         """Send; return what was really sent. The arm comes to rest when the command expires without a newer one.
         Raises LifecycleError, LimitExceeded (not finite), CommandExpired."""
+        ...
 
 
 @runtime_checkable
@@ -109,6 +123,7 @@ class PoseSource(Device, Protocol):
 
     def read(self) -> PoseSample:
         """Return the newest poses. Raises StaleData."""
+        ...
 
 
 @runtime_checkable
@@ -117,6 +132,7 @@ class FidelityReporting(Protocol):
 
     def fidelity(self) -> dict[str, Any]:
         """Return plain values, ready for JSON; among them `summary`, one line, and `warnings`, a list of lines."""
+        ...
 
 
 @runtime_checkable
@@ -125,12 +141,16 @@ class Cell(Protocol):
 
     def connect(self) -> None:
         """Make it ready, before any device connects. Raises ConnectFailed."""
+        ...
 
     def close(self) -> None:
         """End what `connect` has started, after every device is closed. Does nothing the second time."""
+        ...
 
     def advance(self, t_ns: int) -> None:
         """Bring the physics to a time; does nothing for a time already passed."""
+        ...
 
     def truth(self) -> CellTruth:
         """Return what is really so at the time last advanced to."""
+        ...

@@ -81,6 +81,8 @@ class Job(Protocol):
 
     def begin(self, setting: Setting) -> None:
         """Begin anew, and forget any run before. Raises ConfigError where the rig lacks what the job needs."""
+        ...
 
     def step(self, now: Situation) -> Wanted:
         """Return what is wanted now; called at `schedule.arm_rate_hz`. Raises SafetyStop to end the run as a fault."""
+        ...

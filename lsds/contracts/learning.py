@@ -31,9 +31,11 @@ class Fitted(Protocol):
     def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return, by the training library, for windows (n, length, F): for a detector (n,) the probability of slip;
         for an estimator (n, 8): vx, vy, angular velocity, speed, their standard deviations in the same order."""
+        ...
 
     def export(self) -> bytes:
         """Return an ONNX model: input `x` float32 (n, length, F), n free; output `y` float32, as `predict` returns."""
+        ...
 
 
 @runtime_checkable
@@ -49,3 +51,4 @@ class Learner(Protocol):
 
     def fit(self, examples: Examples, seed: int) -> Fitted:
         """Fit. The same examples and seed give the same model."""
+        ...

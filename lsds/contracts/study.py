@@ -44,3 +44,4 @@ class Study(Protocol):
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Measure; call `tick(done, whole)` on the way. Raises DataError where its data cannot be read."""
+        ...

@@ -246,6 +246,7 @@ class Evidence(Protocol):
 
     def __call__(self, motion: Literal["rigid", "affine", "quadratic"] = "quadratic", least: int = 6) -> Any:
         """Return a `SlipResidual`; None with fewer than `least` markers in contact or no velocity."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,12 +13,16 @@ class WireMock(Protocol):
 
     def start(self) -> Mapping[str, str]:
         """Bind everything; return the address of each face by its name. Raises ConnectFailed where one is taken."""
+        ...
 
     def serve(self, stop: threading.Event) -> None:
         """Answer clients until `stop` is set. A client that misbehaves never ends it."""
+        ...
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Begin a fault now, from any thread. Raises ConfigError for one that this mock does not know."""
+        ...
 
     def close(self) -> None:
         """Give everything back: sockets, files, links. Does nothing the second time."""
+        ...

@@ -196,11 +196,18 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
     try:
         signals = dict(told["signals"])
         card = Card(
-            str(told["name"]), job, tuple(signals), int(told["length"]), str(told["figures_are"]),
-            float(told["threshold"]), tuple(float(v) for v in told["intervals"]),
-            tuple(float(v) for v in told.get("moving_intervals") or ()), told.get("trained_on"),
-            told.get("scores"), told.get("versions"),
-        )  # fmt: skip
+            str(told["name"]),
+            job,
+            tuple(signals),
+            int(told["length"]),
+            str(told["figures_are"]),
+            float(told["threshold"]),
+            tuple(float(v) for v in told["intervals"]),
+            tuple(float(v) for v in told.get("moving_intervals") or ()),
+            told.get("trained_on"),
+            told.get("scores"),
+            told.get("versions"),
+        )
         signal_names(card.signals)
         complete = all(len(factors) == 4 for factors in card.factors)
         if not (card.length >= 1 and 0 <= card.threshold <= 1 and complete):

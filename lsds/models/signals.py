@@ -53,9 +53,21 @@ UNITS: dict[str, str] = (
 SIGNALS: tuple[str, ...] = tuple(UNITS)
 
 _FIELD = (
-    "residual_along", "residual_across", "residual_excess", "rigid_speed", "rim_speed", "shear", "twist", "area",
-    "mean_speed", "v_net", "angular_velocity", "div_mean_rate", "curl_mean_rate", "area_rate",
-)  # fmt: skip
+    "residual_along",
+    "residual_across",
+    "residual_excess",
+    "rigid_speed",
+    "rim_speed",
+    "shear",
+    "twist",
+    "area",
+    "mean_speed",
+    "v_net",
+    "angular_velocity",
+    "div_mean_rate",
+    "curl_mean_rate",
+    "area_rate",
+)
 
 _SIGNED_FIELD = (*_FIELD, "shear_x", "shear_y", "v_x", "v_y")
 

@@ -32,13 +32,16 @@ class EntryPointLike(Protocol):
     @property
     def name(self) -> str:
         """Name of the plugin."""
+        ...
 
     @property
     def dist(self) -> Any:
         """The distribution it came with, or None."""
+        ...
 
     def load(self) -> Any:
         """Import and return the manifest module."""
+        ...
 
 
 class PluginHost:

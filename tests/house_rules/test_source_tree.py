@@ -19,8 +19,19 @@ def name(path):
     return path.relative_to(ROOT).as_posix()
 
 
-def tree(path):
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+@pytest.fixture(scope="module")
+def trees():
+    """Every source file's syntax tree, by its name."""
+    return {name(path): ast.parse(path.read_text(encoding="utf-8"), str(path)) for path in SOURCES}
+
+
+def imported(module):
+    """Names of all modules that a file imports, or imports from."""
+    for node in ast.walk(module):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or ""
 
 
 def wall_clock_uses(module):
@@ -42,10 +53,9 @@ def test_there_are_sources_to_look_at():
     assert len(SOURCES) > 30
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name)
-def test_only_the_clock_and_the_drivers_read_the_wall_clock(path):
-    if not name(path).startswith(MAY_READ_THE_WALL_CLOCK):
-        assert list(wall_clock_uses(tree(path))) == []
+def test_only_the_clock_and_the_drivers_read_the_wall_clock(trees):
+    others = {file: module for file, module in trees.items() if not file.startswith(MAY_READ_THE_WALL_CLOCK)}
+    assert [f"{file}, {use}" for file, module in others.items() for use in wall_clock_uses(module)] == []
 
 
 @pytest.mark.parametrize(
@@ -63,25 +73,24 @@ def test_the_rule_about_the_wall_clock_finds_what_it_should(text, found):
     assert len(list(wall_clock_uses(ast.parse(text)))) == found
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name)
-def test_every_module_says_what_it_is_for(path):
-    assert ast.get_docstring(tree(path)), "a module docstring is missing"
+def test_every_module_says_what_it_is_for(trees):
+    assert [file for file, module in trees.items() if not ast.get_docstring(module)] == []
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name)
-def test_no_pickle_is_ever_loaded(path):
-    names = {a.name for node in ast.walk(tree(path)) if isinstance(node, ast.Import) for a in node.names}
-    names |= {node.module or "" for node in ast.walk(tree(path)) if isinstance(node, ast.ImportFrom)}
-    assert not names & {"pickle", "joblib", "dill", "cloudpickle", "shelve", "marshal"}
+def test_no_pickle_is_ever_loaded(trees):
+    loaders = {"pickle", "joblib", "dill", "cloudpickle", "shelve", "marshal"}
+    assert [(file, found) for file, module in trees.items() if (found := loaders & set(imported(module)))] == []
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name)
-def test_nothing_but_the_kit_imports_a_test_library(path):
-    if name(path).startswith("lsds/testing/"):
-        return
-    modules = {a.name for node in ast.walk(tree(path)) if isinstance(node, ast.Import) for a in node.names}
-    modules |= {node.module or "" for node in ast.walk(tree(path)) if isinstance(node, ast.ImportFrom)}
-    assert not {m for m in modules if m.split(".")[0] in ("pytest", "hypothesis") or m.startswith("lsds.testing")}
+def test_nothing_but_the_kit_imports_a_test_library(trees):
+    others = {file: module for file, module in trees.items() if not file.startswith("lsds/testing/")}
+    for_tests = ("pytest", "hypothesis", "lsds.testing")
+    assert [
+        f"{file} imports {used}"
+        for file, module in others.items()
+        for used in imported(module)
+        if used.startswith(for_tests)
+    ] == []
 
 
 def test_every_package_has_an_init():

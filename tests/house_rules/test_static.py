@@ -13,7 +13,14 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
-    "command", [("ruff", "check", "."), ("ruff", "format", "--check", "."), ("mypy",)], ids=" ".join
+    "command",
+    [
+        ("ruff", "check", "."),
+        ("ruff", "format", "--check", "."),
+        ("mypy",),
+        pytest.param(("pyright", "--pythonpath", sys.executable), marks=pytest.mark.slow),
+    ],
+    ids=lambda command: " ".join(command[:2]),
 )
 def test_clean(command):
     if importlib.util.find_spec(command[0]) is None:

@@ -27,7 +27,7 @@ def net_speeds(aperture_m, speed_m_s, from_s, to_s, seed=1):
     net, travel, last = [], [], None
     for t_ms in range(1200, round(to_s * 1e3), FRAME_MS):
         rig.until(t_ms)
-        truth = rig.sensor.marker_truth_now()
+        truth = rig.truth_now()
         if last is not None and t_ms > from_s * 1e3:
             net.append(np.linalg.norm((truth.xy_px - last.xy_px).mean(0)) / 0.04)
             travel.append(np.linalg.norm(truth.xy_px - truth.rest_px, axis=1).mean())

@@ -40,6 +40,10 @@ class MockRig:
         self.clock.sleep_until(round(t_ms * MS))
         self.cell.advance(self.clock.now())
 
+    def truth_now(self):
+        """Exact dots at the last step's end, between frames; `seq` is -1."""
+        return self.sensor._truth(self.cell.gel_state(), self.cell.t_ns, -1)
+
     def grip(self, aperture_m, speed=0.05, force=60.0):
         return self.gripper.command(GripperCommand(aperture_m, speed, force, FAR))
 

@@ -118,7 +118,7 @@ def test_marker_truth_of_earlier_frames_and_of_now():
     rig.until(500)
     frame = rig.sensor.read()
     assert rig.sensor.marker_truth(frame.seq - 2).seq == frame.seq - 2
-    now = rig.sensor.marker_truth_now()
+    now = rig.truth_now()
     assert now.t_ns == 500 * MS
     assert now.contact_fraction == 0
     assert np.array_equal(now.xy_px, now.rest_px)

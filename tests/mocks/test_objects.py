@@ -109,10 +109,13 @@ def bad_map(folder, how):
         path.write_text("no array")
     elif how != "missing":
         content = {
-            "nan": np.full((4, 4), np.nan), "one axis": np.zeros(4), "one row": np.zeros((1, 4)),
-            "words": np.array([["a", "b"], ["c", "d"]]), "millimetres": np.array([[0.0, 100.0], [0.0, 0.0]]),
+            "nan": np.full((4, 4), np.nan),
+            "one axis": np.zeros(4),
+            "one row": np.zeros((1, 4)),
+            "words": np.array([["a", "b"], ["c", "d"]]),
+            "millimetres": np.array([[0.0, 100.0], [0.0, 0.0]]),
             "too long": np.zeros((2, 40_000), np.float32),
-        }[how]  # fmt: skip
+        }[how]
         np.save(path, content)
     return path
 

@@ -126,7 +126,7 @@ def test_markers_tremble_more_the_faster_it_slips():
         last, net = None, []
         for t_ms in range(1700, 1700 + int(min(1.0, 0.045 / speed) * 1000), 40):
             rig.until(t_ms)
-            xy = rig.sensor.marker_truth_now().xy_px
+            xy = rig.truth_now().xy_px
             if last is not None:
                 net.append(np.linalg.norm((xy - last).mean(0)) / 0.04)
             last = xy

@@ -42,7 +42,7 @@ def plain(inputs, outputs, nodes):
     opset = [helper.make_opsetid("", 18)]
     return helper.make_model(
         helper.make_graph(nodes, "g", *made), opset_imports=opset, ir_version=10
-    ).SerializeToString()  # fmt: skip
+    ).SerializeToString()
 
 
 def rewritten(path, **changes):
@@ -123,11 +123,19 @@ def test_an_incomplete_card(model, field):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"length": 0}, {"length": "four"}, {"threshold": 7}, {"threshold": "x"}, {"intervals": [1, 2]},
-        {"intervals": [1, 2, 3, -4]}, {"intervals": 1.0}, {"signals": 3}, {"signals": ["v_net"]},
-        {"intervals": [1, 2, 3, float("nan")]}, {"threshold": float("nan")},
+        {"length": 0},
+        {"length": "four"},
+        {"threshold": 7},
+        {"threshold": "x"},
+        {"intervals": [1, 2]},
+        {"intervals": [1, 2, 3, -4]},
+        {"intervals": 1.0},
+        {"signals": 3},
+        {"signals": ["v_net"]},
+        {"intervals": [1, 2, 3, float("nan")]},
+        {"threshold": float("nan")},
     ],
-)  # fmt: skip
+)
 def test_a_card_with_nonsense(model, changes):
     rewritten(model, **changes)
     refused(model, "incomplete or wrong")

@@ -67,8 +67,12 @@ def lsds(tmp_path_factory):
     def run(*arguments, code=0):
         done = subprocess.run(
             [sys.executable, "-m", "lsds.cli.main", *arguments],
-            capture_output=True, text=True, check=False, cwd=folder, env={**os.environ, "PYTHONPATH": path},
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": path},
+        )
         assert done.returncode == code, done.stdout + done.stderr
         assert "Traceback" not in done.stderr
         return done.stdout

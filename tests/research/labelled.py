@@ -28,9 +28,13 @@ def write_index(folder, rows, header=HEADER):
 def row(number, camera="cam0", slip=0, object_name=None, conflict=0):
     name = f"{object_name or f'thing{number}'}__e{number}"
     return {
-        "video": f"videos/{name}__{camera}.avi", "recording": name, "object": object_name or f"thing{number}",
-        "camera": camera, "slip": slip, "label_conflict": conflict,
-    }  # fmt: skip
+        "video": f"videos/{name}__{camera}.avi",
+        "recording": name,
+        "object": object_name or f"thing{number}",
+        "camera": camera,
+        "slip": slip,
+        "label_conflict": conflict,
+    }
 
 
 def film(path, frames=16, seed=0, step_px=0.4):

@@ -59,9 +59,12 @@ def recording(name, object_name, seed, frames=80, protocol="slip"):
     signals[:, SIGNALS.index("dt")] = 0.04
     signals[0, SIGNALS.index("v_net")] = np.nan
     labels = {
-        "slip": slip, "speed": speed, "velocity_x": np.zeros(frames), "velocity_y": speed,
+        "slip": slip,
+        "speed": speed,
+        "velocity_x": np.zeros(frames),
+        "velocity_y": speed,
         "angular_velocity_label": np.zeros(frames),
-    }  # fmt: skip
+    }
     return from_rows(name, object_name, protocol, t, signals, labels)
 
 

@@ -12,7 +12,7 @@ from lsds_research.collecting import campaign
 from lsds_research.collecting.drive import run_trial
 from lsds_research.collecting.labels import SlipLabels
 from lsds_research.collecting.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
-from lsds_research.collecting.trials import JOBS, SPEEDS_M_S, trials
+from lsds_research.collecting.trials import SPEEDS_M_S, STUDY, trials
 from lsds_research.datasets import COLUMNS, load, read_table
 
 from lsds.contracts import CellTruth, GripperState, Pose, PoseSample
@@ -60,7 +60,7 @@ def test_force_and_aperture_are_each_other_s_inverse(name):
     assert plan.force_n(plan.thickness_mm * 1e-3) == 0
 
 
-@pytest.mark.parametrize("job", JOBS)
+@pytest.mark.parametrize("job", [*STUDY, "catch"])
 def test_trials_are_the_same_by_seed_and_within_the_cell_s_limits(job):
     planned = trials(job, None, 3)
     assert planned == trials(job, None, 3)

@@ -70,9 +70,13 @@ def test_unseen_objects_have_a_row_each_and_one_for_all():
     test = data["object"] == "f"
     rows = detection.unseen(data.where(~test), data.where(test), [Model("logistic")], HOST)
     assert [(row["model"], row["object"]) for row in rows] == [
-        ("logistic", "f"), ("logistic", "all"), ("one-parameter rule", "f"), ("one-parameter rule", "all"),
-        ("majority", "f"), ("majority", "all"),
-    ]  # fmt: skip
+        ("logistic", "f"),
+        ("logistic", "all"),
+        ("one-parameter rule", "f"),
+        ("one-parameter rule", "all"),
+        ("majority", "f"),
+        ("majority", "all"),
+    ]
     assert rows[0]["accuracy"] == rows[1]["accuracy"]
 
 
@@ -185,9 +189,11 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
         jobs.FitJob("unseen", "logistic", labels="shuffled"),
         jobs.FitJob("severity-unseen", "linear-window", control="nuisance"),
         jobs.FitJob("leave-one-out", "linear-window", "no-such-set"),
-        *(jobs.FitJob(table, control="rules")
-          for table in ("cross-validation", "unseen", "leave-one-out", "severity-unseen")),
-    ]  # fmt: skip
+        *(
+            jobs.FitJob(table, control="rules")
+            for table in ("cross-validation", "unseen", "leave-one-out", "severity-unseen")
+        ),
+    ]
 
     def stopped(*_, **__):
         raise DataError("stopped before it collected")

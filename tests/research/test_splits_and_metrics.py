@@ -63,8 +63,10 @@ def test_random_folds_leak_on_purpose_and_are_stratified():
 def test_leaving_one_out():
     groups = np.array(["b", "a", "b", "c"], object)
     assert [(n, tr.tolist(), te.tolist()) for n, tr, te in leave_one_out(groups)] == [
-        ("a", [0, 2, 3], [1]), ("b", [1, 3], [0, 2]), ("c", [0, 1, 2], [3]),
-    ]  # fmt: skip
+        ("a", [0, 2, 3], [1]),
+        ("b", [1, 3], [0, 2]),
+        ("c", [0, 1, 2], [3]),
+    ]
 
 
 @given(seeds, st.integers(2, 200), st.booleans())

@@ -51,10 +51,16 @@ def numbers(observation, tracks):
     """Everything that an observation holds, copied now."""
     field, contact = observation.field, observation.contact
     parts = (
-        tracks.xy_px, tracks.flags, field.position_m, field.displacement_m, field.velocity_m_s, field.valid,
-        contact.depth_m, [contact.area_fraction, observation.dt_s, observation.t_ns, observation.seq],
+        tracks.xy_px,
+        tracks.flags,
+        field.position_m,
+        field.displacement_m,
+        field.velocity_m_s,
+        field.valid,
+        contact.depth_m,
+        [contact.area_fraction, observation.dt_s, observation.t_ns, observation.seq],
         observation.features.values,
-    )  # fmt: skip
+    )
     return [np.array(part) for part in parts]
 
 

@@ -40,7 +40,7 @@ def test_mocks_their_flags_and_their_choices_are_completed():
         (["hand-e", "--stroke-mm", "wide"], "stroke_mm: should be a valid number"),
         (["ur5e", "--host", "198.51.100.1"], "is not an address of the loopback interface"),
     ],
-)  # fmt: skip
+)
 def test_what_it_cannot_serve_is_one_clear_error(capsys, arguments, message):
     assert main(["mock", *arguments]) == 2
     said = capsys.readouterr().err

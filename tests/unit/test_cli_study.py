@@ -59,11 +59,15 @@ class Echo:
         rows = [{"key": key, "value": str(value)} for key, value in told.items()] or [{"key": "none", "value": ""}]
         draws = told.get("draws", True)
         return StudyResult(
-            "echo, simulated", (("key", "key", ""), ("value", "value", "")), rows,
+            "echo, simulated",
+            (("key", "key", ""), ("value", "value", "")),
+            rows,
             (lambda path: path.write_bytes(b"PNG")) if draws else None,
-            ["a note"], {"told": told, "seed": self.seed}, [StudyTable((("n", "number", ".1f"),), [{"n": 1}])],
+            ["a note"],
+            {"told": told, "seed": self.seed},
+            [StudyTable((("n", "number", ".1f"),), [{"n": 1}])],
             ["a warning"],
-        )  # fmt: skip
+        )
 
 
 def undrawable(options, context):
@@ -115,18 +119,61 @@ def told(done):
 
 
 def test_the_same_options_by_flags_and_by_set(lsds):
-    by_flags = told(lsds(
-        "study", "echo", "--of", "a", "--of", "b", "--count", "5", "--step-ms", "1", "--mode", "slow", "--grid", "4",
-        "--no-draws", "--table", "{a = 1}", "--json", "-",
-    ))  # fmt: skip
-    by_set = told(lsds(
-        "study", "echo", "--set", 'names=["a", "b"]', "--set", "count=5", "--set", "step_ms=1.0", "--set", "mode=slow",
-        "--set", "grid=4", "--set", "draws=false", "--set", "table={a = 1}", "--json", "-",
-    ))  # fmt: skip
+    by_flags = told(
+        lsds(
+            "study",
+            "echo",
+            "--of",
+            "a",
+            "--of",
+            "b",
+            "--count",
+            "5",
+            "--step-ms",
+            "1",
+            "--mode",
+            "slow",
+            "--grid",
+            "4",
+            "--no-draws",
+            "--table",
+            "{a = 1}",
+            "--json",
+            "-",
+        )
+    )
+    by_set = told(
+        lsds(
+            "study",
+            "echo",
+            "--set",
+            'names=["a", "b"]',
+            "--set",
+            "count=5",
+            "--set",
+            "step_ms=1.0",
+            "--set",
+            "mode=slow",
+            "--set",
+            "grid=4",
+            "--set",
+            "draws=false",
+            "--set",
+            "table={a = 1}",
+            "--json",
+            "-",
+        )
+    )
     assert by_flags["told"] == {
-        "names": ["a", "b"], "count": 5, "step_ms": 1.0, "mode": "slow", "grid": 4, "draws": False, "table": {"a": 1},
+        "names": ["a", "b"],
+        "count": 5,
+        "step_ms": 1.0,
+        "mode": "slow",
+        "grid": 4,
+        "draws": False,
+        "table": {"a": 1},
         "out": "",
-    }  # fmt: skip
+    }
     assert by_flags == by_set
     assert by_flags["tables"] == [[{"n": 1}]]
 
@@ -170,9 +217,15 @@ def test_all_are_listed_and_one_that_is_broken_hurts_no_other(lsds):
 def test_help_has_flags_defaults_choices_and_examples(lsds):
     text = " ".join(lsds("study", "echo", "--help").output.split())
     for part in (
-        "Measure what was asked for.", "--of WHO Of whom; repeatable.", "--count N How many. [default: 3]",
-        "--mode [fast|slow]", "--grid [1|2|4]", "--draws / --no-draws", "[default: echo.png]", "lsds study echo --of a",
-    ):  # fmt: skip
+        "Measure what was asked for.",
+        "--of WHO Of whom; repeatable.",
+        "--count N How many. [default: 3]",
+        "--mode [fast|slow]",
+        "--grid [1|2|4]",
+        "--draws / --no-draws",
+        "[default: echo.png]",
+        "lsds study echo --of a",
+    ):
         assert part in text
     text = lsds("study", "plain", "--help").output
     assert "Takes no options" in text

@@ -295,9 +295,13 @@ def test_estimates_are_finite_and_deviations_not_negative(seed, slip, jitter, lo
     estimate = estimator().update(seen)
     assert not estimate.abstained
     numbers = (
-        *estimate.velocity_m_s, *estimate.velocity_std_m_s, estimate.angular_rad_s, estimate.angular_std_rad_s,
-        estimate.speed_m_s, estimate.speed_std_m_s,
-    )  # fmt: skip
+        *estimate.velocity_m_s,
+        *estimate.velocity_std_m_s,
+        estimate.angular_rad_s,
+        estimate.angular_std_rad_s,
+        estimate.speed_m_s,
+        estimate.speed_std_m_s,
+    )
     assert all(map(math.isfinite, numbers))
     assert min(*estimate.velocity_std_m_s, estimate.angular_std_rad_s, estimate.speed_m_s, estimate.speed_std_m_s) >= 0
 

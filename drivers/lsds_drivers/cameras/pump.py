@@ -32,6 +32,7 @@ class Work(Protocol[T_co]):
 
     def __call__(self, image: NDArray[np.uint8], t_ns: int, seq: int) -> T_co:
         """Return what `read` is to hand out. Raises DataError for a picture that cannot be used."""
+        ...
 
 
 class Sample(NamedTuple, Generic[T]):

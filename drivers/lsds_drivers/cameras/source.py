@@ -36,13 +36,17 @@ class FrameSource(Protocol):
 
     def open(self, timeout_s: float) -> None:
         """Open it. Raises ConnectFailed with what a person can do about it."""
+        ...
 
     def shot(self, timeout_s: float) -> Shot:
         """Wait for the next picture. Raises DataError for one damaged picture, DeviceError where the camera is gone
         or silent, EOFError where a recording has ended."""
+        ...
 
     def interrupt(self) -> None:
         """Make a `shot` that waits in another thread give up soon, where the source can."""
+        ...
 
     def close(self) -> None:
         """Give the camera back; it can be opened again. Never raises."""
+        ...

@@ -17,15 +17,20 @@ class Transport(Protocol):
     @property
     def is_open(self) -> bool:
         """Whether requests can be made."""
+        ...
 
     def open(self, timeout_s: float) -> None:
         """Open it. Raises ConnectFailed with a remedy."""
+        ...
 
     def close(self) -> None:
         """Give the port or socket back. Never raises; does nothing where it is closed."""
+        ...
 
     def read(self) -> Status:
         """Ask for the status."""
+        ...
 
     def write(self, action: int, motion: Motion | None) -> None:
         """Write the action byte, and a motion where there is one; the request's counts stay as they are without."""
+        ...

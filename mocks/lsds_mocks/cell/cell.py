@@ -42,9 +42,11 @@ class Camera(Protocol):
     @property
     def next_exposure_ns(self) -> int:
         """When it exposes next."""
+        ...
 
     def expose(self, state: GelState) -> None:
         """Take the state at `next_exposure_ns`, and choose the next instant."""
+        ...
 
 
 class SimulatedCell:

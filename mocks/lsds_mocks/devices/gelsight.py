@@ -106,10 +106,6 @@ class MockGelSightMini(MotionlessLife):
             )
         return self._truth(snapshot.state, snapshot.t_ns, snapshot.seq)
 
-    def marker_truth_now(self) -> MarkerTruth:
-        """Return exact dots at the last step's end; `seq` is -1."""
-        return self._truth(self.cell.gel_state(), self.cell.t_ns, -1)
-
     def _truth(self, state: GelState, t_ns: int, seq: int) -> MarkerTruth:
         gel, scale = self.cell.plant.gel, self._renderer.metres_per_px
         xy = self._renderer.markers(gel, state)

@@ -25,23 +25,16 @@ QUORUM = 0.1
 """Part of a full patch's weight at which tips and kernel count alike."""
 
 
-def tip_weights(
-    xy_m: NDArray[np.float64], points_m: NDArray[np.float64], share: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return (M, N): how much each tip speaks for each dot; rows add up to less than 1, to 0 far from the contact.
-
-    `share` (N,) is 1 in the middle of the contact, 0 at its rim and beyond.
-    """
-    near = _nearness(xy_m, points_m)
-    return _normalised(near, share)
-
-
 def _nearness(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     square = (xy_m[:, 0, None] - points_m[0]) ** 2 + (xy_m[:, 1, None] - points_m[1]) ** 2
     return np.asarray(np.exp(-square / (2 * REACH_M**2)))
 
 
 def _normalised(near: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (M, N): how much each tip speaks for each dot; rows add up to less than 1, to 0 far from the contact.
+
+    `share` (N,) is 1 in the middle of the contact, 0 at its rim and beyond.
+    """
     weights = near * share
     total = weights.sum(axis=1, keepdims=True)
     crowd = float(near.sum(axis=1).max(initial=1e-12))

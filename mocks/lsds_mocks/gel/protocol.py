@@ -39,50 +39,65 @@ class GelModel(Protocol):
     @property
     def points_m(self) -> NDArray[np.float64]:
         """Where friction is asked for, (2, N); another array when they have changed, which `press` may do."""
+        ...
 
     @property
     def force_tolerance(self) -> float:
         """Error of forces, as part of the normal force, that the model leaves; no smaller error can be reached."""
+        ...
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
         """Set a rigid indentation; return the normal force (N). `reach_m` limits the contact to low <= y <= high."""
+        ...
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the friction coefficient at each of `points_m`, (N,)."""
+        ...
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Return the reaction to a rigid motion of the object since the last commit."""
+        ...
 
     def commit(self) -> None:
         """Make the last trial real."""
+        ...
 
     @property
     def sliding(self) -> NDArray[np.bool_]:
         """Which points slid in the last committed step, (N,)."""
+        ...
 
     @property
     def stick_ratio(self) -> float:
         """Fraction of the contact area that did not slide in the last committed step; 1 where nothing touches."""
+        ...
 
     @property
     def fully_sliding(self) -> bool:
         """Whether there is contact and every point of it slid in the last committed step."""
+        ...
 
     @property
     def elastic_energy_j(self) -> float:
         """Energy stored in the gel: of shear, and where the model solves for it, of pressing."""
+        ...
 
     def state(self) -> GelState:
         """Return a copy of the history."""
+        ...
 
     def restore(self, state: GelState) -> None:
         """Put a history back."""
+        ...
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement (M, 2) in metres of surface points `xy_m` (M, 2) of the undeformed gel."""
+        ...
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Depth in metres (>= 0, into the gel) of the surface on the grid of `y_m` (H,) by `x_m` (W,)."""
+        ...
 
     def contact_fraction(self, state: GelState, width_m: float, height_m: float) -> float:
         """Fraction of a centred window that the object touches."""
+        ...

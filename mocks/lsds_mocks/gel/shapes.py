@@ -28,38 +28,41 @@ class Shape(Protocol):
     @property
     def angle_rad(self) -> float:
         """How the shape's own axes are turned against the gel's."""
+        ...
 
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap of the shape without its texture, which only makes it larger."""
+        ...
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
         """Return whether a motion carries the surface along itself, so that the gap stays as it is all over a pad of
         width and height `pad_m`."""
+        ...
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap at touch, broadcast over `x_m` and `y_m`."""
+        ...
 
     def overlap_volume(self, indentation_m: float) -> float:
         """Volume (m^3) between the flat gel and the shape at an indentation."""
+        ...
 
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
         """Half extents (m) of the overlap along the shape's own axes."""
+        ...
 
     def area(self, indentation_m: float) -> float:
         """Area (m^2) of the overlap's outline."""
+        ...
 
     def perimeter_per_area(self, indentation_m: float) -> float:
         """Perimeter to area ratio (1/m) of the overlap's outline, free ends at the pad's walls not counted."""
+        ...
 
 
 @dataclass(frozen=True)
 class Surface:
     """What can be told of any shape from its gap alone; shapes that know better say so themselves."""
-
-    @property
-    def angle_rad(self) -> float:
-        """Not turned."""
-        return 0.0
 
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap of the shape: no texture."""
@@ -101,6 +104,16 @@ class Surface:
     def _lattice(self) -> NDArray[np.float64]:
         gap = self.gap(_ACROSS[None, :], _ALONG[:, None])
         return np.broadcast_to(gap, (len(_ALONG), len(_ACROSS)))
+
+
+@dataclass(frozen=True)
+class Unturned(Surface):
+    """A shape whose axes are the gel's."""
+
+    @property
+    def angle_rad(self) -> float:
+        """Not turned."""
+        return 0.0
 
 
 _LATTICE_M = 0.24e-3
@@ -177,7 +190,7 @@ class Sphere(Surface):
 
 
 @dataclass(frozen=True)
-class Flat(Surface):
+class Flat(Unturned):
     """A face without an end."""
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
@@ -251,7 +264,7 @@ _WALL = 20.0
 
 
 @dataclass(frozen=True)
-class Moved(Surface):
+class Moved(Unturned):
     """Another shape, its origin elsewhere on the pad."""
 
     base: Shape

@@ -24,15 +24,19 @@ class FingerLink(Protocol):
 
     def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
         """Go to an aperture at a finger speed, pushing with at most a force; takes effect at once. Never blocks."""
+        ...
 
     def hold(self) -> None:
         """Stay at the present aperture."""
+        ...
 
     def fingers(self) -> Fingers:
         """Return the newest state. Never blocks."""
+        ...
 
     def close(self) -> None:
         """Give the link back."""
+        ...
 
 
 class Load(NamedTuple):
@@ -47,12 +51,15 @@ class ArmLink(Protocol):
 
     def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
         """Tell where the TCP is (height in the base frame) and how fast it rises. Never blocks."""
+        ...
 
     def load(self) -> Load:
         """Return the newest load. Never blocks."""
+        ...
 
     def close(self) -> None:
         """Give the link back; the carrier comes to rest."""
+        ...
 
 
 class Scene(NamedTuple):
@@ -70,12 +77,15 @@ class GelLink(Protocol):
     @property
     def gel(self) -> GelModel:
         """The model whose states these are, for rendering."""
+        ...
 
     def at(self, t_ns: int) -> GelState | None:
         """Return the gel as it was at a past instant, None where that is not known (yet, or any more)."""
+        ...
 
     def close(self) -> None:
         """Give the link back."""
+        ...
 
 
 class SceneLink(Protocol):
@@ -83,6 +93,8 @@ class SceneLink(Protocol):
 
     def scene(self, t_ns: int) -> Scene | None:
         """Return the scene as it was at a past instant, None where that is not known (yet, or any more)."""
+        ...
 
     def close(self) -> None:
         """Give the link back."""
+        ...

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from lsds_mocks.gel.shapes import Surface
+from lsds_mocks.gel.shapes import Unturned
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Relief(Surface):
+class Relief(Unturned):
     """A shape whose surface lies `depth_m` (rows, columns) deeper; row 0 is at the smallest y, the map's middle at the
     shape's, and it repeats; `pitch_m` from sample to sample."""
 

@@ -107,4 +107,4 @@ def colour(
 def _axis(size: int, reduction: int, metres_per_px: float) -> NDArray[np.float64]:
     """Positions (m) of the reduced pixels' centres from the image's centre."""
     pixels = (np.arange(size // reduction) + 0.5) * reduction - 0.5
-    return np.asarray((pixels - (size - 1) / 2) * metres_per_px)
+    return np.asarray((pixels - (size - 1) / 2) * metres_per_px, np.float64)

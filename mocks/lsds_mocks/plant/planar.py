@@ -146,6 +146,7 @@ def _solve(
         tangent = np.diag(mass / h) + fingers * h * jacobian.T @ stiffness @ jacobian
         ahead = -np.linalg.solve(tangent, left)
         slope, share = float(left @ ahead), 1.0
+        taken, tried, new_moved, new_force = 0.0, left, moved, force
         for _ in range(_HALVINGS):
             tried, new_moved, new_force = excess(guess + share * ahead)
             stiffness = _learn(stiffness, new_moved - moved, new_force - force, scale)

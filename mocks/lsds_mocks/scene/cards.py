@@ -56,19 +56,3 @@ def marker_card(
     texture[top - quiet : top + side + quiet, left - quiet : left + side + quiet] = WHITE
     texture[top : top + side, left : left + side] = np.where(marker > 0, WHITE, INK)
     return Card(texture, (left + (side - 1) / 2, top + (side - 1) / 2))
-
-
-def board_card(columns: int, rows: int, square_mm: float, marker_mm: float, *, dictionary: str) -> Card:
-    """Return a ChArUco board on white paper; its frame's origin is the board's upper left corner, y up."""
-    board = cv2.aruco.CharucoBoard(
-        (columns, rows),
-        square_mm,
-        marker_mm,
-        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}")),
-    )
-    per_square = round(square_mm * TEXELS_PER_MM)
-    margin = per_square // 2
-    size = (columns * per_square + 2 * margin, rows * per_square + 2 * margin)
-    drawn = board.generateImage(size, marginSize=margin, borderBits=1)
-    texture = np.where(drawn > 127, WHITE, INK).astype(np.uint8)
-    return Card(texture, (margin - 0.5, margin - 0.5), per_square / (square_mm * 1e-3))

@@ -119,4 +119,4 @@ def _to_texels(card: Card, rotation: NDArray[np.float64], position: NDArray[np.f
     onto_card = np.linalg.inv(np.stack([rotation[:, 0], rotation[:, 1], position], axis=1))
     scale = card.texels_per_m
     texels = np.array([[scale, 0, card.origin[0]], [0, -scale, card.origin[1]], [0, 0, 1.0]])
-    return np.asarray(texels @ onto_card)
+    return np.asarray(texels @ onto_card, np.float64)

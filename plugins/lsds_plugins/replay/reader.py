@@ -28,6 +28,7 @@ class Reader(Protocol):
 
         Raises DataError that names the file and the frame.
         """
+        ...
 
 
 def open_reader(path: str) -> Reader:

@@ -165,6 +165,6 @@ def turn_about_normal(gripper: Pose, thing: Pose) -> float:
 
 def _true(truth: CellTruth | None) -> tuple[float, float, float, float, float]:
     if truth is None:
-        return (math.nan,) * 5
+        return math.nan, math.nan, math.nan, math.nan, math.nan
     x, y = truth.slip_velocity_m_s
     return x, y, truth.slip_angular_rad_s, truth.stick_ratio, truth.normal_force_n

@@ -25,7 +25,6 @@ from lsds_research.collecting.objects import PIPE, PLANS, SEEN, UNSEEN
 Job = Literal["detection", "severity", "pipe", "catch"]
 STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
 """What the study's tables are of."""
-JOBS: tuple[Job, ...] = (*STUDY, "catch")
 
 TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""

@@ -72,4 +72,4 @@ class Symmetry:
 def _turned(
     x: NDArray[np.float32], y: NDArray[np.float32], cos: NDArray[np.float32], sin: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    return cos * x - sin * y, sin * x + cos * y
+    return np.asarray(cos * x - sin * y, np.float32), np.asarray(sin * x + cos * y, np.float32)

@@ -60,7 +60,7 @@ class RandomForest(LearnerBase):
         model = RandomForestClassifier(
             n_estimators=own.n_estimators,
             max_depth=own.max_depth,
-            max_features=min(own.max_features, width),
+            max_features=min(own.max_features, width),  # pyright: ignore[reportArgumentType] scikit-learn is untyped
             min_samples_leaf=own.min_samples_leaf,
             min_samples_split=own.min_samples_split,
             bootstrap=True,

@@ -18,12 +18,10 @@ SHAPES = {
     "block": Box(8e-3, 6e-3, 0.5e-3, 0.3),
 }
 legs = st.lists(
-    st.tuples(
-        st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.3, 0.5), st.integers(1, 12)
-    ),
+    st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.3, 0.5), st.integers(1, 12)),
     min_size=1,
     max_size=4,
-)  # fmt: skip
+)
 
 
 def make(shape, *, friction=0.6, depth=0.3e-3, steps=5, **options):

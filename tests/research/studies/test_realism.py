@@ -159,9 +159,21 @@ def test_a_video_that_cannot_be_read_is_named(tmp_path):
 def test_chart_realism(tmp_path):
     plot, table, result = tmp_path / "r.png", tmp_path / "r.csv", tmp_path / "r.json"
     done = run(
-        "--recordings", str(DATA), "--videos", "2", "--clips", "2", "--seed", "9", "--plot", str(plot),
-        "--csv", str(table), "--json", str(result),
-    )  # fmt: skip
+        "--recordings",
+        str(DATA),
+        "--videos",
+        "2",
+        "--clips",
+        "2",
+        "--seed",
+        "9",
+        "--plot",
+        str(plot),
+        "--csv",
+        str(table),
+        "--json",
+        str(result),
+    )
     assert done.exit_code == 0, done.output
     assert "simulated: 2 clips" in done.output
     assert plot.stat().st_size > 10_000

@@ -49,8 +49,13 @@ def test_the_shipped_models_of_a_job_are_scored_where_none_is_named(folder):
     assert done.exit_code == 0, done.output
     rows = json.loads(done.stdout[done.stdout.index("{") :])["rows"]
     assert {row["model"] for row in rows} == {
-        "lstm", "field-gru", "mlp", "linear-window", "always zero", "constant in contact",
-    }  # fmt: skip
+        "lstm",
+        "field-gru",
+        "mlp",
+        "linear-window",
+        "always zero",
+        "constant in contact",
+    }
     assert {row["object"] for row in rows} == {"book", "duster", "all"}
     zero = next(row for row in rows if row["model"] == "always zero" and row["object"] == "all")
     test = np.isin((data := dataset((*SEEN[:2], "book", "duster")))["object"], ("book", "duster"))

@@ -23,8 +23,13 @@ def recording(name, thing, seed, frames=60):
     speed = np.where(slip, 0.03, 0.0)
     signals = np.exp(0.3 * rng.standard_normal((frames, len(SIGNALS)))).astype(np.float32) * 1e-4
     signals[:, [SIGNALS.index("residual_along"), SIGNALS.index("v_net")]] += (0.01 * speed)[:, None]
-    labels = {"slip": slip, "speed": speed, "velocity_x": 0 * speed, "velocity_y": speed,
-              "angular_velocity_label": 0 * speed}  # fmt: skip
+    labels = {
+        "slip": slip,
+        "speed": speed,
+        "velocity_x": 0 * speed,
+        "velocity_y": speed,
+        "angular_velocity_label": 0 * speed,
+    }
     return from_rows(name, thing, "slip", 0.04 * np.arange(frames), signals, labels)
 
 
@@ -39,10 +44,13 @@ def test_the_untrained_estimator_s_speed_is_worked_out_from_columns_as_it_tells_
     assert max(told[k] for k in known) > 0
 
 
-@pytest.mark.parametrize(("job", "name", "learner", "untrained"), [
-    ("detect", "detectors", "logistic", {"threshold", "rigid-residual"}),
-    ("estimate", "estimators", "linear-window", {"field"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("job", "name", "learner", "untrained"),
+    [
+        ("detect", "detectors", "logistic", {"threshold", "rigid-residual"}),
+        ("estimate", "estimators", "linear-window", {"field"}),
+    ],
+)
 def test_a_chart_has_every_model_scored_timed_and_ranked(tmp_path, monkeypatch, job, name, learner, untrained):
     things = ("can", "bottle", *UNSEEN[:2])
     parts = [recording(f"{thing}{k}", thing, 10 * i + k) for i, thing in enumerate(things) for k in range(2)]
@@ -60,9 +68,13 @@ def test_a_chart_has_every_model_scored_timed_and_ranked(tmp_path, monkeypatch, 
     assert main(["chart", name, "--data", str(tmp_path / "none")]) != 0
 
 
-@pytest.mark.parametrize(("learner", "score", "plain"), [
-    ("logistic", "accuracy", "majority"), ("linear-window", "r2", "always zero"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("learner", "score", "plain"),
+    [
+        ("logistic", "accuracy", "majority"),
+        ("linear-window", "r2", "always zero"),
+    ],
+)
 def test_a_learning_curve_has_every_count_and_what_knows_nothing(tmp_path, learner, score, plain):
     things = ("can", "bottle", "ruler", *UNSEEN[:2])
     parts = [recording(f"{thing}{k}", thing, 10 * i + k) for i, thing in enumerate(things) for k in range(2)]
@@ -71,9 +83,7 @@ def test_a_learning_curve_has_every_count_and_what_knows_nothing(tmp_path, learn
     options = LearningOptions(data=str(tmp_path / "data"), also=str(tmp_path / "other"), learners=[learner])
     result = LearningStudy(options, CONTEXT).run(lambda done, whole: None)
     fitted = [row for row in result.rows if row["model"] == learner]
-    assert [(row["objects"], row["on"]) for row in fitted] == [
-        (n, on) for n in (1, 2, 3) for on in ("unseen", "other")
-    ]  # fmt: skip
+    assert [(row["objects"], row["on"]) for row in fitted] == [(n, on) for n in (1, 2, 3) for on in ("unseen", "other")]
     known = {row["on"]: row[score] for row in result.rows if row["model"] == plain}
     assert fitted[-2][score] > known["unseen"]
     assert "simulated" in result.title

@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from lsds_mocks.scene.cards import board_card
+from lsds_mocks.scene.cards import INK, TEXELS_PER_MM, WHITE, Card
 from lsds_mocks.scene.lens import camera_model
 from lsds_mocks.scene.painter import Painter
 from lsds_mocks.scene.stage import finished
+
+
+def board_card(columns, rows, square_mm, marker_mm, *, dictionary):
+    """Return a ChArUco board on white paper; its frame's origin is the board's upper left corner, y up."""
+    board = cv2.aruco.CharucoBoard(
+        (columns, rows),
+        square_mm,
+        marker_mm,
+        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}")),
+    )
+    per_square = round(square_mm * TEXELS_PER_MM)
+    margin = per_square // 2
+    size = (columns * per_square + 2 * margin, rows * per_square + 2 * margin)
+    drawn = board.generateImage(size, marginSize=margin, borderBits=1)
+    texture = np.where(drawn > 127, WHITE, INK).astype(np.uint8)
+    return Card(texture, (margin - 0.5, margin - 0.5), per_square / (square_mm * 1e-3))
+
 
 COLUMNS, ROWS, SQUARE_MM, MARKER_MM, DICTIONARY = 8, 6, 30.0, 22.0, "4X4_50"
 CARD = board_card(COLUMNS, ROWS, SQUARE_MM, MARKER_MM, dictionary=DICTIONARY)

@@ -19,12 +19,34 @@ from tests.wire.ur.arms import fresh_host
 from tests.wire.ur.rtde_client import Client
 
 NAMES = (
-    "timestamp", "target_q", "target_qd", "target_qdd", "target_current", "target_moment", "actual_q", "actual_qd",
-    "actual_current", "joint_control_output", "actual_TCP_pose", "actual_TCP_speed", "actual_TCP_force",
-    "target_TCP_pose", "target_TCP_speed", "actual_digital_input_bits", "joint_temperatures", "robot_mode",
-    "joint_mode", "safety_mode", "speed_scaling", "target_speed_fraction", "runtime_state", "robot_status_bits",
-    "safety_status_bits", "standard_analog_input0", "standard_analog_output0",
-)  # fmt: skip
+    "timestamp",
+    "target_q",
+    "target_qd",
+    "target_qdd",
+    "target_current",
+    "target_moment",
+    "actual_q",
+    "actual_qd",
+    "actual_current",
+    "joint_control_output",
+    "actual_TCP_pose",
+    "actual_TCP_speed",
+    "actual_TCP_force",
+    "target_TCP_pose",
+    "target_TCP_speed",
+    "actual_digital_input_bits",
+    "joint_temperatures",
+    "robot_mode",
+    "joint_mode",
+    "safety_mode",
+    "speed_scaling",
+    "target_speed_fraction",
+    "runtime_state",
+    "robot_status_bits",
+    "safety_status_bits",
+    "standard_analog_input0",
+    "standard_analog_output0",
+)
 
 
 def quantiles(values, *shares):

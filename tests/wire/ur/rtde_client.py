@@ -5,8 +5,18 @@ from __future__ import annotations
 import socket
 import struct
 
-SIZES = {"DOUBLE": "d", "VECTOR6D": "6d", "VECTOR3D": "3d", "INT32": "i", "UINT32": "I", "UINT64": "Q", "UINT8": "B",
-         "BOOL": "?", "VECTOR6INT32": "6i", "VECTOR6UINT32": "6I"}  # fmt: skip
+SIZES = {
+    "DOUBLE": "d",
+    "VECTOR6D": "6d",
+    "VECTOR3D": "3d",
+    "INT32": "i",
+    "UINT32": "I",
+    "UINT64": "Q",
+    "UINT8": "B",
+    "BOOL": "?",
+    "VECTOR6INT32": "6i",
+    "VECTOR6UINT32": "6I",
+}
 
 
 class Client:

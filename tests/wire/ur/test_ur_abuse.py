@@ -31,10 +31,25 @@ EVERY_OUTPUT = [
     *(name for name in IN if output_type(name)),
     *(f"output_{kind}_register_{i}" for kind in ("int", "double") for i in range(48)),
     *(f"output_bit_register_{i}" for i in range(64, 128)),
-    "timestamp", "target_q", "target_qd", "target_qdd", "actual_q", "actual_qd", "actual_TCP_pose", "actual_TCP_speed",
-    "actual_TCP_force", "payload_cog", "payload_inertia", "target_gravity", "actual_digital_output_bits",
-    "tool_output_voltage", "speed_scaling", "elbow_position", "standard_analog_output0", "tcp_offset",
-]  # fmt: skip
+    "timestamp",
+    "target_q",
+    "target_qd",
+    "target_qdd",
+    "actual_q",
+    "actual_qd",
+    "actual_TCP_pose",
+    "actual_TCP_speed",
+    "actual_TCP_force",
+    "payload_cog",
+    "payload_inertia",
+    "target_gravity",
+    "actual_digital_output_bits",
+    "tool_output_voltage",
+    "speed_scaling",
+    "elbow_position",
+    "standard_analog_output0",
+    "tcp_offset",
+]
 
 
 def run(body, cycles=100):

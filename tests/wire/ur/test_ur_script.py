@@ -55,12 +55,12 @@ def says(body, cycles=3000):
         ("x =\n5\ny = 6 textmsg(x + y)", "11"),
         ("if 1 == 2 or\n  3 == 3:\n  textmsg(1)\nelse:\n  textmsg(2)\nend", "1"),
         ("i = 0\nwhile True:\n  i = i + 1\n  if i > 4:\n    break\n  end\nend\ntextmsg(i)", "5"),
-        ("textmsg(str_cat(\"q=\", [1, 2.5]))", "q=[1, 2.5]"),
-        ("textmsg(to_num(\"1.5\") + pow(2, 2))", "5.5"),
+        ('textmsg(str_cat("q=", [1, 2.5]))', "q=[1, 2.5]"),
+        ('textmsg(to_num("1.5") + pow(2, 2))', "5.5"),
         ("textmsg(norm([3, 4]))", "5"),
         ("textmsg(norm(-3))", "3"),
     ],
-)  # fmt: skip
+)
 def test_expressions_and_statements(body, expected):
     assert says(body) == [expected]
 
@@ -210,8 +210,11 @@ def test_a_stream_gives_the_same_programs_however_it_is_cut(cuts):
         found += stream.feed(text[at:cut])
         at = cut
     assert found == [
-        'textmsg("end")', "def a():\n if True: # end\n  x = 1\n end\nend", "sec b():\nend", "power on",
-    ]  # fmt: skip
+        'textmsg("end")',
+        "def a():\n if True: # end\n  x = 1\n end\nend",
+        "sec b():\nend",
+        "power on",
+    ]
 
 
 @settings(max_examples=200)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def _dots() -> NDArray[np.float64]:
     x, y = np.meshgrid((np.arange(9) - 4) * 2e-3, (np.arange(7) - 3) * 2e-3)
-    return np.stack([x.ravel(), y.ravel()], axis=1)
+    return np.asarray(np.stack([x.ravel(), y.ravel()], axis=1), np.float64)
 
 
 DOTS_M = _dots()

@@ -25,7 +25,8 @@ def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad
 
     Raises DataError where there is no correction for this pad.
     """
-    if not any(Path(relax.stats.cache_path).glob("dense.relax-*.nbi")):
+    cache = relax.stats.cache_path
+    if cache is None or not any(Path(cache).glob("dense.relax-*.nbi")):
         print("compiling the simulated gel, once on this machine: some 15 s", file=sys.stderr, flush=True)
     for fine in fines:
         operator(material, fine, kernel)

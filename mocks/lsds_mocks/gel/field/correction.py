@@ -62,13 +62,13 @@ def signs(hats: HatGrid, parity: tuple[int, int]) -> tuple[NDArray[np.int64], ND
     The share is zero where a motion that is odd under a reflection meets the mirror.
     """
     columns, rows = hats.columns + 1, hats.rows + 1
-    i, j = np.arange(columns) - hats.columns / 2, np.arange(rows) - hats.rows / 2
+    i, j = np.arange(float(columns)) - hats.columns / 2, np.arange(float(rows)) - hats.rows / 2
     quarter_x, quarter_y = np.floor(np.abs(i)).astype(int), np.floor(np.abs(j)).astype(int)
     wide, high = hats.columns // 2 + 1, hats.rows // 2 + 1
     number, share = [], []
     for d in range(3):
-        across = _share(np.asarray(i), parity[0] * (-1 if d == 0 else 1))
-        along = _share(np.asarray(j), parity[1] * (-1 if d == 1 else 1))
+        across = _share(i, parity[0] * (-1 if d == 0 else 1))
+        along = _share(j, parity[1] * (-1 if d == 1 else 1))
         share.append((along[:, None] * across[None, :]).ravel())
         number.append((d * high * wide + quarter_y[:, None] * wide + quarter_x[None, :]).ravel())
     return np.concatenate(number), np.concatenate(share)

@@ -105,12 +105,12 @@ class CellGrid:
     @cached_property
     def x_m(self) -> NDArray[np.float64]:
         """Centres of the columns."""
-        return np.asarray((np.arange(self.columns) + 0.5) * self.dx_m - self.material.width_m / 2)
+        return np.asarray((np.arange(self.columns) + 0.5) * self.dx_m - self.material.width_m / 2, np.float64)
 
     @cached_property
     def y_m(self) -> NDArray[np.float64]:
         """Centres of the rows."""
-        return np.asarray((np.arange(self.rows) + 0.5) * self.dy_m - self.material.height_m / 2)
+        return np.asarray((np.arange(self.rows) + 0.5) * self.dy_m - self.material.height_m / 2, np.float64)
 
     def centres_m(self, cells: NDArray[np.int32]) -> NDArray[np.float64]:
         """Return centres (2, N) of numbered cells (N,)."""

@@ -192,7 +192,7 @@ def halfspace_tables(grid: CellGrid) -> tuple[NDArray[np.float32], NDArray[np.fl
 
 def _wrapped(size: int) -> NDArray[np.float64]:
     """Return 0, 1, ... size / 2 - 1, -size / 2, ... -1."""
-    return np.asarray(np.fft.fftfreq(size, 1 / size))
+    return np.asarray(np.fft.fftfreq(size, 1 / size), np.float64)
 
 
 Kernel = Literal["half-space", "layer", "pad"]

@@ -51,7 +51,7 @@ class FreeSurface:
         sunk = np.zeros(self._grid.size, np.float32)
         sink(sunk, _depths(*self._of), state.cells, state.shear_n, state.pressure_n, grid.fine, grid.columns)
         sunk *= np.float32(1 / self._grid.cell_m2)
-        return np.asarray(self._down @ sunk.reshape(self._grid.rows, -1) @ self._across)
+        return np.asarray(self._down @ sunk.reshape(self._grid.rows, -1) @ self._across, np.float32)
 
 
 @lru_cache(maxsize=4)

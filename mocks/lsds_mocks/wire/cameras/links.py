@@ -25,14 +25,17 @@ class LinkOptions(Protocol):
     @property
     def cell(self) -> str:
         """Address of another process's cell, empty for none."""
+        ...
 
     @property
     def scene(self) -> Happening:
         """What happens in a scene of its own."""
+        ...
 
     @property
     def speed_mm_s(self) -> float:
         """How fast the arm lifts there."""
+        ...
 
 
 def gel_link(options: LinkOptions, clock: Clock, seed: int) -> GelLink:

@@ -40,9 +40,11 @@ class View(Protocol):
 
         `seq` counts exposures since the camera was switched on, `since_start` those since somebody began to stream.
         """
+        ...
 
     def close(self) -> None:
         """Give back what it holds."""
+        ...
 
 
 class CameraMock:

@@ -19,9 +19,11 @@ class Conversation(Protocol):
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""
+        ...
 
     def hang_up(self) -> None:
         """The client has gone."""
+        ...
 
 
 class TcpFace:

@@ -53,9 +53,11 @@ class Library(Protocol):
     @property
     def functions(self) -> Mapping[str, Callable[..., Any]]:
         """What a script can call."""
+        ...
 
     def close(self) -> None:
         """Give back what the program has opened."""
+        ...
 
 
 class Controller:

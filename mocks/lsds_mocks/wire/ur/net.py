@@ -32,9 +32,11 @@ class Session(Protocol):
 
     def received(self, data: bytes) -> None:
         """Take what the client sent. Raises ProtocolEnd where the connection has to be closed."""
+        ...
 
     def closed(self) -> None:
         """Learn that the client is gone."""
+        ...
 
 
 class ProtocolEnd(Exception):

@@ -12,7 +12,6 @@ Vec = tuple[float, float, float]
 Rotation = tuple[Vec, Vec, Vec]
 """Rows of a rotation matrix."""
 
-IDENTITY: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _SMALL = 1e-12
 
 

@@ -14,6 +14,7 @@ class Face(Protocol):
 
     def forget(self, link: Link) -> None:
         """Let go of a client."""
+        ...
 
 
 class ScriptSession:

@@ -60,7 +60,7 @@ def _table(hats: HatGrid, poisson: float, mesh: Mesh) -> NDArray[np.float64]:
         y, down = _wave(along[1], hats.pitch_y, 2 * np.pi * ky / hats.period_y)
         for kx in range(hats.period_x // 2 + 1):
             x, across = _wave(along[0], hats.pitch_x, 2 * np.pi * kx / hats.period_x)
-            work = _work(stiffness((x, y, through), poisson), np.asarray(np.kron(down, across)), layers)
+            work = _work(stiffness((x, y, through), poisson), np.asarray(np.kron(down, across), np.complex128), layers)
             waves[:, :, -ky, kx] = sign[:, None] * work[np.ix_(mirror, mirror)] * sign
             waves[:, :, ky, kx] = work
     table = np.fft.irfft2(waves, s=(hats.period_y, hats.period_x))
@@ -91,7 +91,7 @@ def _wave(along: Products, pitch: float, phase: float) -> tuple[Line, NDArray[np
     none = np.zeros(0)
     rise = load(edges, lambda at: at / pitch, none) * np.exp(1j * phase)  # in the interval before
     fall = load(edges, lambda at: 1 - at / pitch, none)
-    halves = np.stack([rise, fall]) @ fold.conj()
+    halves = np.asarray(np.stack([rise, fall]) @ fold.conj(), np.complex128)
     return Line(Products(folded(along.exact), folded(along.reduced))), halves
 
 

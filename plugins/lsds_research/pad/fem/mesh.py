@@ -40,7 +40,7 @@ def depth(mesh: Mesh) -> NDArray[np.float64]:
 def half_pad(mesh: Mesh, hats: int, pitch: float) -> NDArray[np.float64]:
     """Return edges from the middle, 0, to the wall of a pad of `hats` intervals, whether even or odd."""
     whole = np.arange(hats) * (pitch / PER_HAT)
-    return np.concatenate([whole, whole[-1] + _parts(mesh.wall)[1:] * (pitch / PER_HAT)])
+    return np.asarray(np.concatenate([whole, whole[-1] + _parts(mesh.wall)[1:] * (pitch / PER_HAT)]), np.float64)
 
 
 def interval(pitch: float) -> NDArray[np.float64]:

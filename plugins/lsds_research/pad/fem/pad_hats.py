@@ -74,12 +74,17 @@ def _work(
 
     loads = sparse.block_diag(
         [
-            sparse.vstack([on_surface, sparse.csr_matrix(((layers - 1) * on_surface.shape[0], on_surface.shape[1]))])
-            for on_surface in (sparse.csr_matrix(np.kron(y.T, x.T)) for x, y in zip(across, down, strict=True))
+            sparse.vstack(
+                [
+                    sparse.csr_matrix(np.kron(y.T, x.T)),
+                    sparse.csr_matrix(((layers - 1) * x.shape[1] * y.shape[1], len(x) * len(y))),
+                ]
+            )
+            for x, y in zip(across, down, strict=True)
         ],
         format="csc",
     )
-    count = loads.shape[1]
+    count = sum(len(x) * len(y) for x, y in zip(across, down, strict=True))
     work = np.empty((count, count))
     with Factors(matrix) as factors:
         for first in range(0, count, _AT_ONCE):

@@ -121,7 +121,7 @@ def scaled_lugre(s: Setting, at: Motion, dt: float, normal: float) -> Motion:
     def stretch(v: float) -> float:
         return (at.z_m + dt * v) / (1 + dt * k * abs(v) / s.sliding_n(normal, v))
 
-    low, high = at.v_m_s - dt * 50.0, at.v_m_s + dt * 50.0
+    v, low, high = at.v_m_s, at.v_m_s - dt * 50.0, at.v_m_s + dt * 50.0
     for _ in range(60):
         v = 0.5 * (low + high)
         excess = v - at.v_m_s - dt * (GRAVITY_M_S2 - k * stretch(v) / s.mass_kg)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,7 +54,7 @@ def _scene(ax: Axes, scene: str, rows: list[dict[str, Value]]) -> None:
         if row["pitch_mm"] or style == "*":
             label = str(row["model"]).split(" ", 1)[1]
             # Those of the choosing gel often lie upon each other.
-            side = (
+            side: dict[str, Any] = (
                 {"xytext": (0, 7 if label.startswith("20") else -12), "ha": "center"}
                 if style == "*"
                 else {"xytext": (5, 4)}

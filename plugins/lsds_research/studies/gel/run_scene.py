@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 from lsds.clock import perf_ns
 
 if TYPE_CHECKING:
-    from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.gel.protocol import GelModel, Reaction
     from numpy.typing import NDArray
 
     from lsds_research.studies.gel.scenes import Scene
@@ -23,41 +23,45 @@ _PAD_M = (24.96e-3, 20.16e-3)
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
     """Dots (frames, M, 2) and forces (frames, 4: x, y, torque, normal) after pressing and after each frame, stuck area
-    (frames,) in square metres, and times in nanoseconds: of all pressing, and of each frame (frames - 1,)."""
+    (frames,) in square metres, and the time that each frame took (frames - 1,)."""
 
     dots_m: NDArray[np.float64]
     forces: NDArray[np.float64]
     stuck_m2: NDArray[np.float64]
-    pressing_ns: int
     frame_ns: NDArray[np.int64]
+
+
+def _settled(gel: GelModel, friction: float, motion: Sequence[float]) -> Reaction:
+    # Cells may come and go; friction is of the scene, not of a cell.
+    gel.set_friction(np.full(gel.points_m.shape[1], friction))
+    reaction = gel.trial(*motion)
+    gel.commit()
+    return reaction
+
+
+def _forces(reaction: Reaction) -> tuple[float, float, float, float]:
+    return reaction.force_x_n, reaction.force_y_n, reaction.torque_nm, reaction.normal_n
 
 
 def lead(gel: GelModel, scene: Scene, xy_m: NDArray[np.float64], parts: int = 1) -> Trace:
     """Return what a gel does in a scene, each frame's motion in `parts` steps; dots are looked at once a frame."""
-    begun = perf_ns()
+    answers = []
     for step in range(1, scene.presses + 1):
         gel.press(step / scene.presses * scene.indentation_m)
-        gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
-        reaction = gel.trial(0.0, 0.0)
-        gel.commit()
+        answers.append(_settled(gel, scene.friction, (0.0, 0.0)))
     dots = [gel.marker_displacement(gel.state(), xy_m)]
-    pressing = perf_ns() - begun
-    forces = [(reaction.force_x_n, reaction.force_y_n, reaction.torque_nm, reaction.normal_n)]
+    forces = [_forces(answers[-1])]
     stuck = [_stuck_m2(gel)]
     times = []
     for motion in scene.frames:
         begun = perf_ns()
-        for _ in range(parts):
-            # Cells may come and go; friction is of the scene, not of a cell.
-            gel.set_friction(np.full(gel.points_m.shape[1], scene.friction))
-            reaction = gel.trial(*(part / parts for part in motion))
-            gel.commit()
+        answers = [_settled(gel, scene.friction, [part / parts for part in motion]) for _ in range(parts)]
         moved = gel.marker_displacement(gel.state(), xy_m)
         times.append(perf_ns() - begun)
         dots.append(moved)
-        forces.append((reaction.force_x_n, reaction.force_y_n, reaction.torque_nm, reaction.normal_n))
+        forces.append(_forces(answers[-1]))
         stuck.append(_stuck_m2(gel))
-    return Trace(np.array(dots), np.array(forces), np.array(stuck), pressing, np.array(times))
+    return Trace(np.array(dots), np.array(forces), np.array(stuck), np.array(times))
 
 
 def _stuck_m2(gel: GelModel) -> float:

@@ -67,7 +67,8 @@ class TradeoffStudy:
     """A `Study` of one job."""
 
     def __init__(self, options: TradeoffOptions, context: BuildContext, job: Job) -> None:
-        self.options, self._job, self._host, self._context = options, job, PluginHost(), context
+        self.options, self._host, self._context = options, PluginHost(), context
+        self._job: Job = job
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Fit, score and time. Raises DataError where there is no dataset with objects of both kinds."""

@@ -162,7 +162,7 @@ def joint_speeds(arm: ArmMotion, xd: np.ndarray[tuple[int], np.dtype[np.float64]
         qd = np.linalg.solve(jacobian, xd)
         worst = float(np.max(np.abs(qd) / limits))
     except np.linalg.LinAlgError:
-        worst = math.inf
+        qd, worst = np.zeros(JOINTS), math.inf
     if worst > _NEAR_SINGULAR:
         qd = np.linalg.solve(jacobian.T @ jacobian + _DAMPING**2 * np.eye(JOINTS), jacobian.T @ xd)
         worst = float(np.max(np.abs(qd) / limits))

@@ -26,13 +26,16 @@ class Before(Protocol):
     @property
     def end(self) -> Joints:
         """Where it ends."""
+        ...
 
     @property
     def ended(self) -> bool:
         """Whether it has."""
+        ...
 
     def rest(self, dt_s: float) -> Joints:
         """Advance it; return how far it still is from its end."""
+        ...
 
 
 class Coast:

@@ -26,9 +26,11 @@ class Move(Protocol):
     @property
     def done(self) -> bool:
         """Whether the script that called it may go on."""
+        ...
 
     def step(self, dt_s: float) -> Step:
         """Return the arm after a time step. Raises Unreachable."""
+        ...
 
 
 class Unreachable(Exception):
