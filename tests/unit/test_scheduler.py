@@ -119,8 +119,10 @@ def test_the_wall_clock_is_kept_without_drift():
     scheduler.add("a", times.append, 5 * MS, phase=0)
     start = clock.now()
     scheduler.run(start + 100 * MS)
+    ended = clock.now()
     (s,) = scheduler.statistics()
-    assert s.runs + s.overruns == 20
+    # On a busy machine the last run may end late: what has come due by then counts, too.
+    assert 20 <= s.runs + s.overruns <= (ended - start) // (5 * MS) + 1
     assert all(b > a for a, b in pairwise(times))
 
 
