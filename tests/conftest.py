@@ -41,6 +41,13 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _runs_that_have_ended_are_let_go():
+    """An engine and its tasks know each other, so only the collector frees a run and its frames."""
+    yield
+    gc.collect()
+
+
 @pytest.fixture
 def root() -> Path:
     return ROOT

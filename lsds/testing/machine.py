@@ -33,7 +33,7 @@ def check_any_order_of_calls(bench: Bench, examples: int | None = None, steps: i
             deadline=None,
             derandomize=True,
             database=None,
-            suppress_health_check=list(HealthCheck.__members__.values()),
+            suppress_health_check=list(HealthCheck),  # pyright: ignore[reportArgumentType] Hypothesis types it as its metaclass
         ),
     )
 
