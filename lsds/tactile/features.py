@@ -141,16 +141,17 @@ class _Operators:
         )
 
     def shape(self, field: DeformationField) -> _Shape:
-        displacement, valid = field.displacement_m, field.valid
+        valid, affine = field.valid, None
+        seen = whole = field.displacement_m
         complete = bool(valid.all())
         if not complete:
             if np.count_nonzero(valid) < max(3, LEAST_VALID * self.count):
                 return _UNDEFINED
-            filled, affine = fill_lost(field)
-            displacement = displacement[valid]
-        norm = np.abs(as_complex(displacement))
-        linear = (self._rows @ (displacement if complete else filled).ravel()).tolist()
-        if not complete and affine is not None:
+            whole, affine = fill_lost(field)
+            seen = field.displacement_m[valid]
+        norm = np.abs(as_complex(seen))
+        linear = (self._rows @ whole.ravel()).tolist()
+        if affine is not None:
             # The affine pair rests on markers really seen; the sums on the field with its holes filled.
             linear[4], linear[5] = affine.divergence, affine.curl
         return _Shape(tuple(linear), float(norm.sum()) / len(norm), displacement_entropy(norm), complete)

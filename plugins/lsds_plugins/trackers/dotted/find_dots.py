@@ -42,5 +42,5 @@ def find_dots(mask: NDArray[np.uint8]) -> Dots:
     keep = (area > np.where(cut, 0.15, 0.35) * typical) & (area < 2.5 * typical)
     keep &= cut | (np.maximum(wide, high) < 2.2 * np.minimum(wide, high))
     # A pixel of the half-size image covers pixels 2i and 2i + 1, whose middle is 2i + 0.5.
-    xy = centroids[1:][keep] * HALF + (HALF - 1) / 2
+    xy = np.asarray(centroids[1:][keep] * HALF + (HALF - 1) / 2, np.float64)
     return Dots(xy, ~cut[keep], 2.0 * HALF * float(np.sqrt(typical / np.pi)))

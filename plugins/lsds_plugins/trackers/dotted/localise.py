@@ -26,9 +26,11 @@ class Localiser(Protocol):
 
     def start(self, grey: NDArray[np.uint8], xy_px: NDArray[np.float64], diameter_px: float) -> NDArray[np.float64]:
         """Take the reference image and its dots (N, 2); return their refined positions."""
+        ...
 
     def refine(self, grey: NDArray[np.uint8], rough_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return refined positions (N, 2); what cannot be refined comes back NaN."""
+        ...
 
 
 class LucasKanade:
