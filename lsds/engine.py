@@ -324,6 +324,8 @@ class Engine:
         finally:
             self._watchdog = None
             self._yielding = None
+            # The tasks hold the engine, which holds them: without this, a run's frames wait for the garbage collector.
+            self.scheduler.clear()
             self._rig.stop()
 
     # -- a recording, frame by frame ----------------------------------------------------------------------

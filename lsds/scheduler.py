@@ -131,6 +131,13 @@ class Scheduler:
         """Return how each task fared, in the order in which they were added."""
         return tuple(task.statistics() for task in self._tasks)
 
+    def clear(self) -> None:
+        """Let go of all tasks, and so of whatever they hold; their statistics stay. Nothing runs after that."""
+        self._heap.clear()
+        self._waiting.clear()
+        for task in self._tasks:
+            task.callback = _nothing
+
     def run(self, until_ns: int) -> bool:
         """Run every task that comes due before `until_ns`, then sleep until then. Return False where `stop` ended it.
 
@@ -210,3 +217,7 @@ class Scheduler:
         missed = max((self._clock.now() - due) // task.period_ns, 0)
         task.overruns += missed
         return due + (missed + 1) * task.period_ns
+
+
+def _nothing(now_ns: int) -> None:
+    """What a task does that was let go of."""
