@@ -38,7 +38,7 @@ def test_a_program_holds_moves_and_lets_go():
     assert engine.released
     assert not alive()
     assert cv2.getNumThreads() == threads
-    assert gc.get_freeze_count() == frozen
+    assert gc.get_freeze_count() <= frozen
 
 
 def program(job, body, *overrides):

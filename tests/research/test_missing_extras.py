@@ -78,5 +78,5 @@ def test_without_matplotlib_only_the_picture_is_missing(tmp_path, monkeypatch, c
     assert (
         main(["study", "dynamics", "--step-ms", "40", "--reference-ms", "1", "--plot", "d.png", "--csv", "d.csv"]) == 3
     )
-    assert "pip install 'lsds[sim]'" in capsys.readouterr().err
+    assert "pip install 'lsds[plot]'" in capsys.readouterr().err
     assert (tmp_path / "d.csv").exists()
