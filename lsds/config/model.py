@@ -45,7 +45,7 @@ class BackendSection(BaseModel):
 class ControllerSection(BackendSection):
     """The controller's section, with the switch that tells a closed loop from an open one."""
 
-    enabled: bool = Field(default=True, strict=True, description="false watches slip and leaves the gripper as it is")
+    enabled: bool = Field(default=True, strict=True, description="false: detect slip but do not correct the grip")
 
 
 class ScheduleOptions(BaseModel):
@@ -53,9 +53,13 @@ class ScheduleOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the states of gripper and arm")
-    arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="commanding the arm, sampling a truth")
-    pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="reading the pose source")
+    gripper_rate_hz: float = Field(
+        default=100.0, gt=0, le=1000, description="rate of reading the states of gripper and arm"
+    )
+    arm_rate_hz: float = Field(
+        default=125.0, gt=0, le=1000, description="rate of commanding the arm and of sampling the simulated truth"
+    )
+    pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="rate of reading the pose source")
 
 
 class PluginOptions(BaseModel):
@@ -63,7 +67,7 @@ class PluginOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    block: tuple[str, ...] = Field(default=(), description="distributions or plugins that are not to be used")
+    block: tuple[str, ...] = Field(default=(), description="distributions or plugins not to load")
 
 
 class FingerSection(BackendSection):
@@ -72,7 +76,7 @@ class FingerSection(BackendSection):
     opposite: bool | None = Field(
         default=None,
         strict=True,
-        description="looks at the object from the other side; the first does not and all others do where not given",
+        description="true: this finger faces the first one; default: false for the first finger, true for all others",
     )
 
 
@@ -84,12 +88,12 @@ class _Settings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    seed: int = Field(default=0, strict=True, ge=0, lt=2**63, description="of every random stream in the run")
+    seed: int = Field(default=0, strict=True, ge=0, lt=2**63, description="seed of every random stream in the run")
     clock: Literal["auto", "virtual", "wall"] = Field(
-        default="auto", description="auto is virtual where every chosen device can run on simulated time"
+        default="auto", description="auto: virtual if every chosen device can run on simulated time, else wall"
     )
     sensors: dict[str, FingerSection] = Field(
-        default_factory=dict, description="several fingers by name, each like [sensor]; then there is no [sensor]"
+        default_factory=dict, description="several fingers by name, each like [sensor], which is then not allowed"
     )
     tactile: TactileOptions = TactileOptions()
     task: TaskOptions = TaskOptions()

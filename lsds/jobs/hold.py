@@ -21,7 +21,7 @@ class HoldOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    release_m: float = Field(default=0.01, gt=0, le=0.5, description="how far the fingers open to let go")
+    release_m: float = Field(default=0.01, gt=0, le=0.5, description="how far to open the fingers on release")
 
 
 class HoldJob:

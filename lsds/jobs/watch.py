@@ -13,7 +13,7 @@ class WatchOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    duration_s: float = Field(default=0.0, ge=0, le=1e6, description="how long to watch; 0: until the recording ends")
+    duration_s: float = Field(default=0.0, ge=0, le=1e6, description="time to watch; 0: until the recording ends")
 
 
 class WatchJob:

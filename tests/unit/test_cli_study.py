@@ -204,7 +204,7 @@ def test_what_was_mistyped_is_one_message(lsds, arguments, says):
         (["plain", "--set", "count=2"], ConfigError, "takes no options"),
         (["echo", "--csv", "no/such/t.csv"], DataError, "create the folder first"),
         (["echo", "--out", "no/such/model"], DataError, "create the folder first"),
-        (["undrawable", "--plot", "p.png"], MissingExtra, r"lsds\[sim\]"),
+        (["undrawable", "--plot", "p.png"], MissingExtra, r"lsds\[plot\]"),
     ],
 )
 def test_what_is_not_allowed_is_told_by_an_error_of_ours(lsds, monkeypatch, arguments, error, says):

@@ -249,7 +249,7 @@ def test_an_override_through_a_value_is_an_issue(tmp_path, host):
 def test_the_example_is_the_default_with_comments():
     text = example_config(host=PluginHost(entry_points=[]))
     assert RigConfig.model_validate(tomllib.loads(text)) == RigConfig()
-    assert "lift_s = 3.0  # how long to lift" in text
+    assert "lift_s = 3.0  # duration of the lift" in text
     assert "# mm_per_px =  # scale of the image" in text
 
 

@@ -34,12 +34,14 @@ class ProcessCellOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    socket: str = Field(default="", description="where the plant is found; empty: one for each user")
-    start: bool = Field(default=True, description="start plant and mocks where none are running")
-    plant: CellOptions = Field(default_factory=CellOptions, description="the object, its friction, the fingers")
+    socket: str = Field(default="", description="socket of the plant; empty: one per user")
+    start: bool = Field(default=True, description="start plant and mocks if none are running")
+    plant: CellOptions = Field(
+        default_factory=CellOptions, description="options of the plant: object, friction, fingers"
+    )
     mocks: dict[str, dict[str, Any]] = Field(
         default_factory=lambda: {"hand-e": {"activated": True}, "ur5e": {}, "gelsight-mini": {}},
-        description="wire mocks to start, by name, each with its options",
+        description="wire mocks to start, each with its options, by name",
     )
 
     @field_validator("mocks")

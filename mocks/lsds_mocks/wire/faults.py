@@ -47,13 +47,15 @@ class Fault(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     kind: FaultKind
-    face: str = Field(default="", description="name of the face it strikes; empty for all of them")
-    probability: float = Field(default=1.0, ge=0, le=1, description="for each message, frame or cycle")
-    after_s: float = Field(default=0.0, ge=0, description="begins this long after the mock started, or was told")
-    for_s: float | None = Field(default=None, gt=0, description="how long it lasts; for ever where not given")
-    count: int | None = Field(default=None, ge=1, description="most times that it strikes")
-    delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="of `delay`, `split` and `delayed-ack`")
-    code: int = Field(default=0, ge=0, le=255, description="of `gripper-fault`: the fault register's value")
+    face: str = Field(default="", description="name of the face it applies to; empty: all")
+    probability: float = Field(default=1.0, ge=0, le=1, description="probability for each message, frame or cycle")
+    after_s: float = Field(
+        default=0.0, ge=0, description="delay of its start after the mock's start, or after its injection"
+    )
+    for_s: float | None = Field(default=None, gt=0, description="duration; default: unlimited")
+    count: int | None = Field(default=None, ge=1, description="maximum number of times it occurs")
+    delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="delay of `delay`, `split` and `delayed-ack`")
+    code: int = Field(default=0, ge=0, le=255, description="value of the fault register for `gripper-fault`")
 
 
 @dataclass(slots=True)

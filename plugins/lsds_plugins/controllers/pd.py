@@ -1,11 +1,11 @@
-"""Controller `pd`: the paper's Algorithm 1, made to close on slip.
+"""Controller `pd`: Algorithm 1 of the paper, with the sign that closes on slip.
 
     e = severity - target;  de = e - e_prev;  p_new = clamp(p -+ (Kp e + Kd de), 0, 225)   while slip is detected
 
 With p = 0 open and 225 closed the printed minus sign opens the gripper on slip and the object drops; the plus sign is
-what the text describes. Gains keep the paper's units (ticks per cm/s, at 25 Hz), so its 3.10 and 0.42 can be used as
-they stand; ticks become metres through the stroke. The derivative is scaled to the measured frame interval, starts at
-zero, and forgets the last error when slip ends.
+what the text describes. Gains keep the paper's units (ticks per cm/s, at 25 Hz), so its 3.10 and 0.42 can be used
+unchanged; ticks are converted to metres by the stroke. The derivative is scaled to the measured frame interval, starts
+at zero, and drops the last error when slip ends.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, GripInput
 
-#: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is the unit of the gains and nothing else: where
-#: the fingers' range ends is the gripper's to say.
+#: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is only the unit of the gains; the
+#: range of the fingers is that of the gripper.
 TICK_M = 0.05 / 225
-#: The interval the paper's derivative gain is quoted at.
+#: The frame interval of the paper's derivative gain, s.
 NOMINAL_DT_S = 0.04
 
 
@@ -28,14 +28,16 @@ class PdOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    kp: float = Field(default=3.10, ge=0, le=1000, description="ticks per cm/s of slip")
-    kd: float = Field(default=0.42, ge=0, le=1000, description="ticks per cm/s of change over 0.04 s")
-    target_m_s: float = Field(default=0.0, ge=0, le=1, description="slip speed to leave alone")
-    literal_sign: bool = Field(default=False, description="the sign as printed, which opens on slip and drops")
-    release_m_s: float = Field(
-        default=0.0, ge=0, le=0.01, description="open this slowly while nothing slips; 0 never opens, as in the paper"
+    kp: float = Field(default=3.10, ge=0, le=1000, description="proportional gain, ticks per cm/s of slip")
+    kd: float = Field(default=0.42, ge=0, le=1000, description="derivative gain, ticks per cm/s of change over 0.04 s")
+    target_m_s: float = Field(default=0.0, ge=0, le=1, description="slip speed that is not corrected")
+    literal_sign: bool = Field(
+        default=False, description="use the printed sign, which opens on slip and drops the object"
     )
-    release_after_s: float = Field(default=2.0, ge=0, le=600, description="quiet time before a release begins")
+    release_m_s: float = Field(
+        default=0.0, ge=0, le=0.01, description="opening speed while nothing slips; 0: never open, as in the paper"
+    )
+    release_after_s: float = Field(default=2.0, ge=0, le=600, description="time without slip before the release begins")
 
 
 class PdController:

@@ -17,11 +17,13 @@ class LearnedOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    model: str = Field(default="", description="the model's .onnx, its card beside it; empty: the one shipped")
+    model: str = Field(default="", description="model file (.onnx) with its card next to it; empty: the shipped model")
     threshold: float | None = Field(
-        default=None, gt=0, lt=1, description="probability above which it slips; the card's where it is not given"
+        default=None, gt=0, lt=1, description="probability above which slip is detected; default: that of the card"
     )
-    abstain_below: float = Field(default=0.0, ge=0, le=1, description="less confidence than this: abstain")
+    abstain_below: float = Field(
+        default=0.0, ge=0, le=1, description="minimum confidence; below it the detector abstains"
+    )
 
 
 class LearnedDetector:

@@ -21,11 +21,16 @@ class RigidResidualOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     residual_m_s: float = Field(
-        default=5.0e-5, gt=0, le=1, description="RMS residual velocity above which it slips (0.8 px/s on a Mini)"
+        default=5.0e-5,
+        gt=0,
+        le=1,
+        description="RMS residual velocity above which slip is detected (0.8 px/s on a Mini)",
     )
-    motion: Motion = Field(default="quadratic", description="the motion that counts as sticking")
+    motion: Motion = Field(default="quadratic", description="motion model that counts as sticking")
     frames: int = Field(default=1, ge=1, le=100, description="frames whose residuals are pooled")
-    least_markers: int = Field(default=6, ge=4, le=1000, description="fewer valid markers than this: abstain")
+    least_markers: int = Field(
+        default=6, ge=4, le=1000, description="minimum number of valid markers; with fewer it abstains"
+    )
 
 
 class RigidResidualDetector:

@@ -19,7 +19,7 @@ class ThresholdOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     v_net_m_s: float = Field(
-        default=2.5e-4, gt=0, le=1, description="mean marker velocity above which it slips (4 px/s on a Mini)"
+        default=2.5e-4, gt=0, le=1, description="mean marker velocity above which slip is detected (4 px/s on a Mini)"
     )
 
 

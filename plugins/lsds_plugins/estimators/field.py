@@ -31,10 +31,16 @@ class FieldOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     frames: int = Field(default=2, ge=1, le=100, description="frames in the window")
-    gain: float = Field(default=100.0, gt=0, le=1e4, description="sliding speed per RMS residual velocity (simulated)")
-    gain_log_std: float = Field(default=0.65, ge=0, le=3, description="one sigma of the gain's logarithm (simulated)")
-    motion: Motion = Field(default="quadratic", description="the motion that counts as sticking")
-    least_markers: int = Field(default=6, ge=4, le=1000, description="fewer valid markers than this: abstain")
+    gain: float = Field(
+        default=100.0, gt=0, le=1e4, description="slip speed per RMS residual velocity (fitted in simulation)"
+    )
+    gain_log_std: float = Field(
+        default=0.65, ge=0, le=3, description="standard deviation of the gain's logarithm (fitted in simulation)"
+    )
+    motion: Motion = Field(default="quadratic", description="motion model that counts as sticking")
+    least_markers: int = Field(
+        default=6, ge=4, le=1000, description="minimum number of valid markers; with fewer it abstains"
+    )
 
 
 class FieldEstimator:

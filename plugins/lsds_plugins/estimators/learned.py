@@ -18,9 +18,12 @@ class LearnedOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    model: str = Field(default="", description="the model's .onnx, its card beside it; empty: the one shipped")
+    model: str = Field(default="", description="model file (.onnx) with its card next to it; empty: the shipped model")
     abstain_above_std_m_s: float | None = Field(
-        default=None, gt=0, le=10, description="abstain where the speed's standard deviation is larger"
+        default=None,
+        gt=0,
+        le=10,
+        description="maximum standard deviation of the speed; above it the estimator abstains",
     )
 
 

@@ -33,8 +33,8 @@ class TrialOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    protocol: Job = Field(default="pipe", description="what is recorded, as in lsds collect")
-    number: int = Field(default=0, ge=0, description="which of its recordings, from 0")
+    protocol: Job = Field(default="pipe", description="protocol to record, as in lsds collect")
+    number: int = Field(default=0, ge=0, description="number of the recording within the protocol, from 0")
 
 
 class _Phase(NamedTuple):

@@ -24,8 +24,8 @@ class LearnerOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    signals: str | list[str] = Field(default="field", description="a set of signals, or their names")
-    length: int = Field(default=1, ge=1, le=100, description="frames in a window")
+    signals: str | list[str] = Field(default="field", description="named set of signals, or their names")
+    length: int = Field(default=1, ge=1, le=100, description="window length, frames")
 
 
 class LearnerBase:

@@ -50,18 +50,20 @@ TURNED = 0.5
 class FieldGruOptions(NetOptions):
     """Options of the learner `field-gru`."""
 
-    signals: str | list[str] = Field(default="timed-field", description="a set of signals, or their names")
-    length: int = Field(default=16, ge=1, le=100, description="frames in a window")
-    learning_rate: float = Field(default=3e-3, gt=0, le=1, description="of Adam")
-    weight_decay: float = Field(default=0.01, ge=0, le=10, description="of Adam, decoupled")
+    signals: str | list[str] = Field(default="timed-field", description="named set of signals, or their names")
+    length: int = Field(default=16, ge=1, le=100, description="window length, frames")
+    learning_rate: float = Field(default=3e-3, gt=0, le=1, description="learning rate of Adam")
+    weight_decay: float = Field(default=0.01, ge=0, le=10, description="decoupled weight decay of Adam")
     hidden: int = Field(default=32, ge=1, le=1024, description="units of the recurrent layer")
-    second: int = Field(default=24, ge=1, le=1024, description="units of the layer after it")
-    block: int = Field(default=48, ge=1, le=1024, description="units for four frames of the other net")
-    block_dropout: float = Field(default=0.3, ge=0, lt=1, description="share of its units left out while training")
-    epochs: int = Field(default=40, ge=1, le=10000, description="passes over the data")
-    moving_weight: float = Field(default=3.0, ge=1, le=100, description="how much more a frame counts that slides")
-    turning_weight: float = Field(default=4.0, ge=1, le=100, description="and its angular velocity where it turns")
-    square: float = Field(default=0.3, ge=0, le=100, description="share of the squared error in what is minimised")
+    second: int = Field(default=24, ge=1, le=1024, description="units of the layer after the recurrent one")
+    block: int = Field(
+        default=48, ge=1, le=1024, description="units of the block net, which sees four frames at a time"
+    )
+    block_dropout: float = Field(default=0.3, ge=0, lt=1, description="dropout rate of the block net")
+    epochs: int = Field(default=40, ge=1, le=10000, description="number of epochs")
+    moving_weight: float = Field(default=3.0, ge=1, le=100, description="weight of a frame with slip")
+    turning_weight: float = Field(default=4.0, ge=1, le=100, description="weight of the angular velocity in rotation")
+    square: float = Field(default=0.3, ge=0, le=100, description="weight of the squared error in the loss")
 
 
 class FieldGru(LearnerBase):

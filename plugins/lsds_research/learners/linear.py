@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 class LogisticOptions(LearnerOptions):
     """Options of the learner `logistic`."""
 
-    length: int = Field(default=4, ge=1, le=100, description="frames in a window")
-    inverse_penalty: float = Field(default=1.0, gt=0, le=1e6, description="C of scikit-learn")
+    length: int = Field(default=4, ge=1, le=100, description="window length, frames")
+    inverse_penalty: float = Field(default=1.0, gt=0, le=1e6, description="inverse regularisation, C of scikit-learn")
 
 
 class LinearWindowOptions(LearnerOptions):
     """Options of the learner `linear-window`."""
 
-    signals: str | list[str] = Field(default="signed-field", description="a set of signals, or their names")
-    length: int = Field(default=12, ge=1, le=100, description="frames in a window")
-    penalty: float = Field(default=10.0, gt=0, le=1e9, description="alpha of scikit-learn's ridge")
+    signals: str | list[str] = Field(default="signed-field", description="named set of signals, or their names")
+    length: int = Field(default=12, ge=1, le=100, description="window length, frames")
+    penalty: float = Field(default=10.0, gt=0, le=1e9, description="regularisation, alpha of scikit-learn's ridge")
 
 
 class Logistic(LearnerBase):

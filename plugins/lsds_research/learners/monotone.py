@@ -40,9 +40,9 @@ RATES = (
 class MonotoneOptions(LearnerOptions):
     """Options of the learner `monotone`."""
 
-    signals: str | list[str] = Field(default=list(RATES), description="a set of signals, or their names")
-    floor: float = Field(default=1e-5, gt=0, le=1, description="added before logarithms are taken: what noise makes")
-    penalty: float = Field(default=1e-3, gt=0, le=10, description="on the squares of the weights")
+    signals: str | list[str] = Field(default=list(RATES), description="named set of signals, or their names")
+    floor: float = Field(default=1e-5, gt=0, le=1, description="noise floor added before the logarithm")
+    penalty: float = Field(default=1e-3, gt=0, le=10, description="L2 penalty of the weights")
 
 
 class Monotone(LearnerBase):

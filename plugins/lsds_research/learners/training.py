@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 class NetOptions(LearnerOptions):
     """Options of every net."""
 
-    learning_rate: float = Field(default=1e-3, gt=0, le=1, description="of Adam")
-    weight_decay: float = Field(default=0.0, ge=0, le=10, description="of Adam, decoupled")
-    batch: int = Field(default=512, ge=1, le=65536, description="windows in a step")
-    epochs: int = Field(default=100, ge=1, le=10000, description="passes over the data at most")
-    dropout: float = Field(default=0.1, ge=0, lt=1, description="share of units left out while training")
+    learning_rate: float = Field(default=1e-3, gt=0, le=1, description="learning rate of Adam")
+    weight_decay: float = Field(default=0.0, ge=0, le=10, description="decoupled weight decay of Adam")
+    batch: int = Field(default=512, ge=1, le=65536, description="batch size, windows")
+    epochs: int = Field(default=100, ge=1, le=10000, description="maximum number of epochs")
+    dropout: float = Field(default=0.1, ge=0, lt=1, description="dropout rate")
 
 
 class StoppingOptions(NetOptions):
     """Options of nets that stop when they get no better."""
 
-    patience: int = Field(default=8, ge=1, le=1000, description="passes without a better one after which it stops")
+    patience: int = Field(default=8, ge=1, le=1000, description="stop after this many epochs without improvement")
 
 
 _WARM_UP = 0.15

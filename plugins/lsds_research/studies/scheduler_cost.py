@@ -49,7 +49,7 @@ class SchedulerOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    repeats: int = Field(default=5, ge=1, description="runs of each, in turns")
+    repeats: int = Field(default=5, ge=1, description="runs of each scheduler, alternating")
 
 
 class SchedulerStudy:
