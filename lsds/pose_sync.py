@@ -1,4 +1,4 @@
-"""Matching streams of different rates by time: 60 Hz poses with 25 Hz tactile frames.
+"""Match streams of different rates by time, for example 60 Hz poses with 25 Hz tactile frames.
 
 Pure functions of samples that have a `t_ns`, in order of time.
 """
@@ -15,11 +15,11 @@ from lsds.contracts.values import Pose, Quaternion
 
 
 class Timed(Protocol):
-    """Anything with a time."""
+    """A sample with a time."""
 
     @property
     def t_ns(self) -> int:
-        """When it was true."""
+        """Time at which it was true, ns."""
 
 
 S = TypeVar("S", bound=Timed)
@@ -91,20 +91,20 @@ def slerp(early: Quaternion, late: Quaternion, share: float) -> Quaternion:
 
 
 class RecentSamples(Generic[S]):
-    """The newest samples of a stream, for looking up what was so when a slower stream's sample was taken."""
+    """The newest samples of a stream, for looking up the state at the time of a slower stream's sample."""
 
     def __init__(self, kept: int = 128) -> None:
         self._samples: deque[S] = deque(maxlen=kept)
 
     def add(self, sample: S) -> None:
-        """Keep a sample; one that is no newer than the last is not kept."""
+        """Add a sample; ignored if it is not newer than the last one."""
         if not self._samples or sample.t_ns > self._samples[-1].t_ns:
             self._samples.append(sample)
 
     def nearest(self, t_ns: int, slop_ns: int) -> S | None:
-        """Return the nearest within `slop_ns`, None where there is none."""
+        """Return the nearest sample within `slop_ns`, None if there is none."""
         return nearest(tuple(self._samples), t_ns, slop_ns)
 
     def around(self, t_ns: int, slop_ns: int) -> tuple[S, S] | None:
-        """Return those on both sides, for interpolation; None where one is missing or too far."""
+        """Return the samples before and after, for interpolation; None if one is missing or too far away."""
         return around(tuple(self._samples), t_ns, slop_ns)

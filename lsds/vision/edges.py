@@ -1,9 +1,9 @@
-"""A square marker's corners from its four sides, to hundredths of a pixel.
+"""The corners of a square marker from its four sides, to hundredths of a pixel.
 
-Where two edges meet at a corner, blur rounds it, and a search for the corner itself ends inside it: by 0.2 px at a blur
-of 0.6 px, which makes the marker smaller and so farther away. The side of a square has no such bias, because blur is
-the same on both sides of a straight edge. So each side is located by the centroid of the grey gradient across it, at
-many places; a line is fitted; neighbours are intersected.
+Blur rounds a corner, so a corner search converges inside it: by 0.2 px at a blur of 0.6 px, which makes the marker
+appear smaller and therefore farther away. A straight side has no such bias, because blur is the same on both sides of
+the edge. Therefore each side is located at many points by the centroid of the grey gradient across it, a line is
+fitted, and neighbouring lines are intersected.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _ENDS = 0.13
-"""Share of a side left out at each end, where the next side's blur reaches in."""
+"""Fraction of a side ignored at each end, where the blur of the next side has an effect."""
 _STEP_PX = 0.5
 _WIDEST_PX = 4.0
 _MODULES = 12.0
-"""Half a module of the smallest markers, by which neither the pattern inside nor the paper's rim is reached."""
+"""Half a module of the smallest markers, so that neither the pattern inside nor the edge of the paper is reached."""
 _FLOOR = 0.1
 _ROUNDS = 2
 _BEFORE = np.array([3, 0, 1, 2])
@@ -30,7 +30,7 @@ _BEFORE = np.array([3, 0, 1, 2])
 def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the corners (4, 2) of a dark square on light paper, found near `corners` in a grey picture.
 
-    Corners come back unchanged where no such edges are found within a twelfth of the side.
+    Corners are returned unchanged if no such edges are found within a twelfth of the side.
     """
     found = corners
     for _ in range(_ROUNDS):
@@ -58,7 +58,7 @@ def _once(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.f
     x, y = (feet[..., None, i] + across * outward[:, None, None, i] for i in (0, 1))
     columns, rows = (xy.astype(np.float32).reshape(-1, len(across)) for xy in (x, y))
     profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).reshape(4, len(shares), -1).astype(np.float32)
-    # From ink to paper it gets lighter outward; anything else is another edge.
+    # From ink to paper the brightness increases outward; anything else is another edge.
     rise = np.maximum(profiles[..., 1:] - profiles[..., :-1], 0)
     rise[rise < _FLOOR * rise.max(axis=2, keepdims=True)] = 0
     weight = rise.sum(axis=2)
@@ -81,7 +81,7 @@ def _lines(points: NDArray[np.float64], usable: NDArray[np.float64]) -> tuple[ND
 
 
 def _crossings(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return where each line meets the one before it; None where two that follow each other are all but parallel."""
+    """Return the intersection of each line with the previous one; None if two neighbours are almost parallel."""
     distances = np.einsum("si,si->s", points, normals)
     (a, b), (c, d) = normals[_BEFORE].T, normals.T
     determinant = a * d - b * c

@@ -37,7 +37,7 @@ def refused(capsys, arguments, extra):
         ("sklearn", "train logistic --data data --out m.onnx", "train"),
         ("torch", "train field-mlp --data data --out m.onnx", "train"),
         ("torch", "reproduce --quick --out out", "train"),
-        ("matplotlib", "reproduce --quick --out out", "sim"),
+        ("matplotlib", "reproduce --quick --out out", "plot"),
         ("pyarrow", "evaluate models data", "data"),
         ("sklearn", "evaluate incipient-slip data", "train"),
         ("numba", "study frame", "sim"),
@@ -78,5 +78,5 @@ def test_without_matplotlib_only_the_picture_is_missing(tmp_path, monkeypatch, c
     assert (
         main(["study", "dynamics", "--step-ms", "40", "--reference-ms", "1", "--plot", "d.png", "--csv", "d.csv"]) == 3
     )
-    assert "pip install 'lsds[sim]'" in capsys.readouterr().err
+    assert "pip install 'lsds[plot]'" in capsys.readouterr().err
     assert (tmp_path / "d.csv").exists()

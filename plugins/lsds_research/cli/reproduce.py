@@ -46,7 +46,8 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
     """
     require_writable(json_file)
     require("pyarrow", "sklearn", "torch", "onnx", "skl2onnx", extra="train", purpose="the reproduction")
-    require("numba", "matplotlib", extra="sim", purpose="the reproduction")
+    require("numba", extra="sim", purpose="the reproduction")
+    require("matplotlib", extra="plot", purpose="the reproduction")
     one_thread()
     from lsds.files import write_whole
     from lsds_research.reproduce.measure import measure
