@@ -49,17 +49,17 @@ class PdController:
 
     @property
     def may_open(self) -> bool:
-        """Whether these options ever open the gripper on purpose: the guard refuses it to all others."""
+        """True if these options can open the gripper on purpose; the guard allows opening only then."""
         return self._options.literal_sign or self._options.release_m_s > 0
 
     def reset(self) -> None:
-        """Forget the last error and the quiet time."""
+        """Clear the last error and the time without slip."""
         self._last_error: float | None = None
         self._quiet_s = 0.0
         self._released_to: float | None = None
 
     def update(self, state: GripInput) -> float | None:
-        """Return the new aperture in metres, or None to leave the gripper alone."""
+        """Return the new aperture in metres, or None to leave the gripper unchanged."""
         estimate = state.estimate
         if not state.detection.slip:
             self._last_error = None
@@ -77,21 +77,23 @@ class PdController:
         ticks = self._options.kp * error + self._options.kd * change
         if self._options.literal_sign:
             ticks = -ticks
-        # From where the fingers are, as the paper has it, not from where they were last sent: while a command is on
-        # its way the same correction is asked for again, not added once more, so delay does not wind the grip up.
+        # Start from the measured aperture, as in the paper, not from the last command: while a command is being
+        # executed, the # same correction is commanded again instead of added, so that delay does not accumulate
+        # corrections.
         aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
         wanted = max(0.0, aperture - TICK_M * ticks)
-        # A falling error, or fingers that lag behind their command, must not loosen the grip while the object slips.
+        # A decreasing error, or fingers behind their command, must not open the grip while the object slips.
         return wanted if self._options.literal_sign else min(wanted, state.aperture_m)
 
     def _release(self, state: GripInput) -> float | None:
-        """Open slowly after a quiet time. Abstention is not quiet: it neither counts nor releases."""
+        """Open slowly after a time without slip. Abstention does not count as time without slip, and does not
+        release."""
         if state.detection.slip is None or self._options.release_m_s <= 0 or not state.dt_s > 0:
             return None
         self._quiet_s += state.dt_s
         if self._quiet_s < self._options.release_after_s:
             return None
-        # Steps smaller than a tick would be rounded away, or up: add up what was asked for, not what was sent.
+        # The device rounds steps smaller than a tick, so integrate the requested aperture, not the sent one.
         base = state.aperture_m if self._released_to is None else self._released_to
         self._released_to = base + self._options.release_m_s * state.dt_s
         return self._released_to

@@ -40,11 +40,11 @@ class LearnedDetector:
         self._abstain_below = options.abstain_below
 
     def reset(self) -> None:
-        """Forget the past frames."""
+        """Clear the past frames."""
         self._model.reset()
 
     def update(self, observation: Observation) -> Detection:
-        """Decide; abstain where a signal is undefined, or where the model is less sure than asked for."""
+        """Detect slip; abstain if a signal is undefined, or if the confidence is below the option."""
         threshold = self._threshold
         numbers = self._model.update(observation)
         if numbers is None:

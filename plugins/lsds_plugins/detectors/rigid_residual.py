@@ -1,7 +1,7 @@
-"""Detector `rigid-residual`: what the best rigid or affine motion of the markers leaves unexplained.
+"""Detector `rigid-residual`: the residual of the markers' velocities after the best rigid or affine motion.
 
 Nothing is trained (cf. Dong et al. 2019, who take the residual of the rigid motion). The statistic is the residual's
-excess along the shear, see `lsds.tactile.slip_residual`; the threshold stands a few times above the tracker's jitter.
+excess along the shear, see `lsds.tactile.slip_residual`; the threshold is a few times the tracker's jitter.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ class RigidResidualDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past frames."""
+        """Clear the past frames."""
         self._squares: deque[float] = deque(maxlen=self._options.frames)
 
     def update(self, observation: Observation) -> Detection:
-        """Decide; abstain with too few markers or no velocity."""
+        """Detect slip; abstain with too few markers or no velocity."""
         threshold = self._options.residual_m_s
         evidence = slip_residual(observation, self._options.motion, self._options.least_markers)
         if evidence is None:

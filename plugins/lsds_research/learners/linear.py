@@ -1,4 +1,4 @@
-"""The cheapest: linear in a window of compressed signals."""
+"""Linear models of a window of compressed signals."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Logistic(LearnerBase):
         self._options = options
 
     def fit(self, examples: Examples, seed: int) -> FittedLogistic:
-        """Fit; the seed has no say. Raises DataError for examples that nothing can be learnt from."""
+        """Fit; the seed has no effect. Raises DataError for examples that nothing can be learnt from."""
         self.check(examples)
         from sklearn.linear_model import LogisticRegression
 
@@ -93,7 +93,7 @@ class LinearWindow(LearnerBase):
             x, y, held = np.concatenate([x, more[0]]), np.concatenate([y, more[1]]), np.tile(held, 2)
         flat, true = _flat(compression, x), targets(y)
         scale = np.sqrt((true**2).mean(axis=0)) + 1e-9
-        # The spread is learnt on what the regression was not fitted to.
+        # The spread is fitted on data that the regression was not fitted to.
         value = _Ridge(flat[~held], true[~held] / scale, self._penalty)
         wrong = np.log(np.abs(value(flat[held]) - true[held] / scale) + 1e-3)
         spread = _Ridge(flat[held], wrong, self._penalty)

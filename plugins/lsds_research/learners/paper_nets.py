@@ -1,8 +1,8 @@
 """Estimators with the paper's settings: LSTM and MLP trained on the mean square error.
 
-Theirs gives a speed; ours gives the speed, the velocity and the angular velocity from the same hidden layer. They know
-nothing of their own uncertainty: the standard deviations are constant, measured on groups that were held out. The
-batch is larger than the paper's 32, for speed, and training stops early.
+Theirs gives a speed; ours gives the speed, the velocity and the angular velocity from the same hidden layer. They do
+not estimate their uncertainty: the standard deviations are constants, measured on held-out groups. The batch is larger
+than the paper's 32, for speed, and training stops early.
 """
 
 from __future__ import annotations

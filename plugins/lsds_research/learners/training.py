@@ -1,5 +1,5 @@
-"""How nets are trained: Adam, one thread, the same by the same seed; stopping early by groups held out, or on everybody
-with a rate that falls to zero."""
+"""Training of nets: Adam, one thread, reproducible by seed; with early stopping on held-out groups, or on all data with
+a learning rate that decreases to zero."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class NetOptions(LearnerOptions):
 
 
 class StoppingOptions(NetOptions):
-    """Options of nets that stop when they get no better."""
+    """Options of nets with early stopping."""
 
     patience: int = Field(default=8, ge=1, le=1000, description="stop after this many epochs without improvement")
 
@@ -61,7 +61,7 @@ def train(
     options: StoppingOptions,
     seed: int,
 ) -> NDArray[np.bool_]:
-    """Train in place, to be called within `seeded`; return (n,) who was held out and chose the best epoch.
+    """Train in place, to be called within `seeded`; return (n,) the mask of held-out rows that chose the best epoch.
 
     `x` (n, length, F) as the net takes it, `y` as the loss does.
     """
@@ -94,9 +94,10 @@ def train_whole(
     options: NetOptions,
     seed: int,
 ) -> None:
-    """Train in place on everybody, to be called within `seeded`: nobody is held out, the rate falls to zero instead.
+    """Train in place on all data, to be called within `seeded`: nothing is held out, and the learning rate decreases to
+    zero.
 
-    `draw` gives x and y anew for each of `options.epochs` passes.
+    `draw` returns x and y for each of `options.epochs` passes.
     """
     import torch
 
