@@ -1,4 +1,4 @@
-"""What this package offers to lsds. Light on purpose: listing plugins imports neither cv2 nor a vendor's library."""
+"""The plugin manifest of the drivers. Listing plugins must import neither cv2 nor a vendor's library."""
 
 from __future__ import annotations
 

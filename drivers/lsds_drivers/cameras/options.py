@@ -1,4 +1,4 @@
-"""Options that every camera driver has."""
+"""Options common to all camera drivers."""
 
 from __future__ import annotations
 

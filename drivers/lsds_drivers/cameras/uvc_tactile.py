@@ -1,4 +1,4 @@
-"""Sensor `uvc-tactile`: any other fingertip with a camera in it, dotted or not, described by its options."""
+"""Sensor `uvc-tactile`: any other camera-based fingertip, with or without markers, described by its options."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAME = "uvc-tactile"
 
 
 class UvcTactileOptions(StreamOptions):
-    """Options of `[sensor.uvc-tactile]`. The defaults show the camera's picture whole and describe a DIGIT."""
+    """Options of `[sensor.uvc-tactile]`. The defaults use the whole picture and describe a DIGIT."""
 
     camera: str = Field(
         default="DIGIT", description="camera index, /dev path, part of the USB name, http:// stream or named pipe"

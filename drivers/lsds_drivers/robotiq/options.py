@@ -12,7 +12,7 @@ from lsds_drivers.robotiq.figures import HAND_E, TWO_FINGER, Figures
 
 
 class GripperOptions(BaseModel):
-    """What all Robotiq drivers share. A figure that is not given is the manual's for the model."""
+    """Options common to all Robotiq drivers. The default of a figure is the value of the model's manual."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -42,7 +42,7 @@ class GripperOptions(BaseModel):
         return self
 
     def figures(self) -> Figures:
-        """Return the gripper's figures: the model's, with what was given in their place."""
+        """Return the gripper's figures: those of the model, replaced by the options that are set."""
         base = self._base()
         slow, fast = base.speed_m_s
         weak, strong = base.force_n
