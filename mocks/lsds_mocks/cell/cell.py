@@ -1,7 +1,7 @@
 """The simulated cell: steps the plant lazily to the present and hands out what was so at past instants.
 
 Physics runs on an absolute grid of steps, commands are ordered by when they take effect, and every random stream is
-seeded by name: the same calls at the same times give bit-identical results, whatever was read in between.
+seeded by name: the same calls at the same times give bit-identical results, independent of reads in between.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class SimulatedCell:
             return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
 
     def history(self) -> tuple[CellTruth, ...]:
-        """Return the truth of each step kept, oldest first; empty unless the option `history_s` asks for it."""
+        """Return the truth of each step kept, oldest first; empty unless the option `history_s` is set."""
         with self._lock:
             return tuple(self._history)
 

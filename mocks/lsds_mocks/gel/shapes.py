@@ -54,7 +54,7 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Surface:
-    """What can be told of any shape from its gap alone; shapes that know better say so themselves."""
+    """Properties of any shape computed from its gap alone; shapes with a better solution override them."""
 
     @property
     def angle_rad(self) -> float:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 NAME = "plant"
 LAG_NS = 8_000_000
-"""How far the physics runs behind the present: long enough for what the arm's process tells to have come."""
+"""Delay of the physics behind the present, long enough for messages of the arm's process to arrive."""
 
 LATEST_NS = 200_000_000
 LATE_NS = 20_000_000
@@ -58,7 +58,7 @@ class _Client:
         self.want = Want.NOTHING
 
     def send(self, packet: bytes) -> None:
-        # One that does not read loses packets, and holds nobody up.
+        # A client that does not read loses packets, and does not delay others.
         with contextlib.suppress(OSError):
             self.link.send(packet)
 
@@ -141,7 +141,7 @@ class PlantMock:
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Refuse: physics has no faults."""
-        raise ConfigError(NAME, [ConfigIssue("fault.kind", f"'{fault.get('kind')}': the plant knows no faults")])
+        raise ConfigError(NAME, [ConfigIssue("fault.kind", f"'{fault.get('kind')}': the plant has no faults")])
 
     def close(self) -> None:
         """Close the socket and take it away."""
@@ -164,7 +164,7 @@ class PlantMock:
         self._cell = make_cell(self._options, self._context)
         plant = self._cell.plant
         self._axis = FollowedAxis(plant.parameters.grip_height_m, self._cell.t_ns)
-        # The same motion, from another source: where it is and how fast it goes is all that the plant asks of it.
+        # The same interface as `ArmAxis`: the plant needs only position and velocity.
         plant.arm = self._axis  # type: ignore[assignment]
         plant.fingers.aperture_m = plant.fingers.target_m = self.options.aperture_mm * 1e-3
         self._cell.watch(self._exposures)

@@ -46,7 +46,7 @@ class ArmLink(Protocol):
     """The way of an arm face to what it carries."""
 
     def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
-        """Tell where the TCP is (height in the base frame) and how fast it rises. Never blocks."""
+        """Send the TCP's height in the base frame and its vertical velocity. Never blocks."""
 
     def load(self) -> Load:
         """Return the newest load. Never blocks."""

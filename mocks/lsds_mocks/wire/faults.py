@@ -42,7 +42,7 @@ MESSAGE_FAULTS: tuple[FaultKind, ...] = ("drop", "delay", "corrupt", "truncate",
 
 
 class Fault(BaseModel):
-    """One fault. The default strikes every message from the start on; narrow it by the other fields."""
+    """One fault. By default it applies to every message from the start; the other fields limit it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -81,10 +81,10 @@ class _Armed:
 
 
 class FaultInjector:
-    """All faults of one mock. `knows` lists the kinds that the mock can show and `faces` what its faces are called;
+    """All faults of one mock. `knows` lists the kinds that the mock supports and `faces` the names of its faces;
     others are refused.
 
-    The same seed and the same messages strike alike: each fault draws from a stream of its own, once a message.
+    The same seed and messages give the same faults: each fault draws from its own random stream, once per message.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class FaultInjector:
         return not self._armed
 
     def strikes(self, kind: FaultKind, face: str) -> Fault | None:
-        """Draw whether a fault of this kind strikes this face now; return it, or None."""
+        """Draw whether a fault of this kind occurs at this face now; return it, or None."""
         if not self._armed:
             return None
         now = self._clock.now()
@@ -166,7 +166,7 @@ class FaultInjector:
         return parts
 
     def remaining_s(self, fault: Fault) -> float | None:
-        """How long a fault that has struck goes on; None where it never ends."""
+        """Duration of a fault that has occurred; None if it never ends."""
         for armed in self._armed:
             if armed.fault is fault and armed.ends_ns is not None:
                 return max(0.0, (armed.ends_ns - self._clock.now()) / NS_PER_S)

@@ -362,7 +362,7 @@ class AutoGel:
         return self._main.state()
 
     def restore(self, state: GelState) -> None:
-        """Put a state back; what led there is not known, so audits begin anew."""
+        """Restore a state; its path is not known, so audits start again."""
         self._main = self._view(state)
         self._main.restore(state)
         self._indentation, self._reach = state.indentation_m, state.reach_m

@@ -38,7 +38,7 @@ class View(Protocol):
     def picture(self, t_ns: int, seq: int, since_start: int) -> NDArray[np.uint8] | None:
         """Return a new uint8 RGB image of the instant `t_ns`, None where nothing is known of it.
 
-        `seq` counts exposures since the camera was switched on, `since_start` those since somebody began to stream.
+        `seq` counts exposures since the camera was switched on, `since_start` those since streaming began.
         """
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ SILENCE_NS = NS_PER_S
 REFRESH_NS = 5_000_000
 """Status registers are refreshed at 200 Hz."""
 PASSING_NS = NS_PER_S // 2
-"""How long an injected fault that passes by itself goes on after it was last injected."""
+"""Duration of a self-clearing fault after its last injection."""
 
 NEEDS_RESET = frozenset(
     {

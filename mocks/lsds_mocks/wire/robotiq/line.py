@@ -1,4 +1,4 @@
-"""A serial line's end at the gripper: byte time, turnaround and the faults of a wire, whatever carries the bytes."""
+"""A serial line's end at the gripper: byte time, turnaround and line faults, over any transport."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The register machine of a Robotiq gripper: what a written command does, and what the status says about it.
 
-No I/O and no clock of its own: every call is told the time (ns). The fingers are behind a `FingerLink`.
+No I/O and no clock of its own: every call gets the time (ns). The fingers are behind a `FingerLink`.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class RegisterMachine:
         self._health.heard(now_ns)
 
     def write(self, offset: int, data: bytes, now_ns: int) -> None:
-        """Write bytes into the command block; what they ask for begins at once."""
+        """Write bytes into the command block; the command starts at once."""
         self.step(now_ns)
         if now_ns < self._frozen_until:
             return
@@ -156,7 +156,7 @@ class RegisterMachine:
             self._go(now_ns)
 
     def _go(self, now_ns: int) -> None:
-        """Begin the motion that the command block asks for, where anything does."""
+        """Start the motion of the command block, if there is one."""
         if not (self._can_go() and self._command[layout.ACTION] & GTO):
             return
         _, _, _, position, speed, force = self._command[:6]

@@ -87,7 +87,7 @@ class TcpFace:
             self._listener = None
 
     def hold(self, taken: bool) -> None:
-        """Let the next client in, or be in use by somebody else."""
+        """Accept the next client, or act as in use by another one."""
         if taken:
             for client in list(self._clients):
                 self._hang_up(client)

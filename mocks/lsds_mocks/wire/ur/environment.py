@@ -25,7 +25,7 @@ class Environment:
         self.external = [0.0] * 6
 
     def follow(self, time_s: float, tcp_pose: Sequence[float], tcp_speed: Sequence[float]) -> None:
-        """Tell what the arm carries where it is."""
+        """Send the tool's position to the plant."""
         if self._link is not None:
             now_ns = self._clock.now() if self._clock is not None else nanoseconds(time_s)
             self._link.follow(now_ns, tcp_pose[2], tcp_speed[2])

@@ -1,4 +1,4 @@
-"""Scripts on their way to the controller: compiled beside the control loop, in the order in which they came."""
+"""Uploaded scripts: compiled in parallel with the control loop, in the order of their arrival."""
 
 from __future__ import annotations
 

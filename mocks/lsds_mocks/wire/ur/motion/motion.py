@@ -1,4 +1,4 @@
-"""The one place where the arm's joints change: whatever move a script has under way, one control cycle at a time."""
+"""The only place where the arm's joints change: runs the present move of a script, one control cycle at a time."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ class Compliance:
 
 
 class Motion:
-    """Owns the arm's joints. A script starts a move and asks whether it is done; who drops one lets the arm brake."""
+    """Owns the arm's joints. A script starts a move and polls whether it is done; when a move is dropped, the arm
+    brakes."""
 
     def __init__(self, arm: ArmMotion) -> None:
         self.arm = arm
@@ -67,16 +68,16 @@ class Motion:
         return not self.arm.moving and (self._move is None or not self._driven)
 
     def start(self, move: Move) -> None:
-        """Begin a move; it takes over whatever is under way."""
+        """Start a move, which takes over from the present one."""
         self._move, self._driven = move, True
 
     def drop(self, move: Move) -> None:
-        """Nobody drives this move any more. One along a path that has blended out still runs to its end."""
+        """Drop this move. A move along a path that is already blended out still runs to its end."""
         if self._move is move:
             self._driven = isinstance(move, PathMove) and move.done
 
     def drop_all(self) -> None:
-        """Nobody drives anything any more, and nothing yields."""
+        """Drop all moves and end all waiting."""
         self._driven = False
         self.compliance = None
 

@@ -22,7 +22,7 @@ LENGTH = 65_536
 
 
 class Program:
-    """One uploaded program. `step` runs it through one control cycle; `running` tells whether more is to come.
+    """One uploaded program. `step` runs it through one control cycle; `running` is true until it has ended.
 
     `functions` are the controller's own, by name; `at_end` is called when the program has ended, however it did. An
     error ends it; it is in `error`.
