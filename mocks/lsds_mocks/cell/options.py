@@ -16,7 +16,7 @@ _PROPORTIONS = (1.0, 10.0)
 class CellOptions(BaseModel):
     """Options of `[cell.simulated]`. The default: a weighted PVC pipe standing on a table, gripped at its foot.
 
-    Lengths in millimetres here, because people type them; SI inside.
+    Lengths are in millimetres here for convenience; SI units inside.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -110,7 +110,7 @@ class CellOptions(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _take_object(cls, data: Any) -> Any:
-        """Fill in what the catalogue says of the object, where nothing else is said."""
+        """Fill in the catalogue's values of the object for options that are not set."""
         name = data.get("object", "") if isinstance(data, dict) else None
         spec = CATALOGUE.get(cast(ObjectName, name)) if isinstance(name, str) else None
         if spec is None:

@@ -1,4 +1,4 @@
-"""The cell on the wire: a plant and its devices' wire faces in processes of their own, joined or started by a rig."""
+"""The cell on the wire: a plant and wire mocks in separate processes, started by a rig or already running."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ProcessCell:
         self._truth: RemoteTruth | None = None
 
     def connect(self) -> None:
-        """Join a running plant and put its object back; where there is none, start it and all mocks.
+        """Connect to a running plant and reset its object; if there is none, start it and all mocks.
 
         Raises ConnectFailed.
         """
@@ -96,7 +96,7 @@ class ProcessCell:
 
     @property
     def broken(self) -> str:
-        """Name of a mock that has ended by itself, empty for none."""
+        """Name of a mock that has ended unexpectedly, empty if none."""
         return next((process.name for process in self._processes if not process.alive), "")
 
     def advance(self, t_ns: int) -> None:

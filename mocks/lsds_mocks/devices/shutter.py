@@ -1,4 +1,4 @@
-"""When a mock camera exposes, when each frame becomes readable, and which frames get lost on the way."""
+"""Timing of a mock camera: exposures, when each frame becomes readable, and lost frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`lsds mock plant`: the physics of one cell in a process of its own, in real time, for all wire faces around it."""
+"""`lsds mock plant`: the physics of one cell in a separate process, in real time, for all its wire mocks."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class _Exposures:
         self._asked.append((t_ns, client))
 
     def expose(self, state: GelState) -> None:
-        """Answer all who asked for the earliest instant."""
+        """Answer all requests for the earliest instant."""
         now = self.next_exposure_ns
         for t_ns, client in self._asked:
             if t_ns == now:
@@ -144,7 +144,7 @@ class PlantMock:
         raise ConfigError(NAME, [ConfigIssue("fault.kind", f"'{fault.get('kind')}': the plant has no faults")])
 
     def close(self) -> None:
-        """Close the socket and take it away."""
+        """Close and remove the socket."""
         for client in self._clients.values():
             client.link.close()
         self._clients.clear()
@@ -207,7 +207,7 @@ class PlantMock:
             try:
                 self._take(packet, client)
             except (struct.error, ValueError):
-                # Not one of ours: whoever sends such packets cannot be understood any further.
+                # Not a packet of this protocol; disconnect this client.
                 poll.unregister(descriptor)
                 self._clients.pop(descriptor).link.close()
                 return
@@ -226,7 +226,7 @@ class PlantMock:
             if t_ns <= self._cell.t_ns - LATE_NS:
                 client.send(pack_gel(t_ns, None))
             elif t_ns <= self._cell.t_ns:
-                # Asked a little late: the gel as it is now is as near as can be had.
+                # The request is slightly late: the present state of the gel is the nearest available.
                 client.send(pack_gel(t_ns, self._cell.gel_state()))
             else:
                 self._exposures.ask(t_ns, client)

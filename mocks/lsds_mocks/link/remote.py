@@ -1,4 +1,4 @@
-"""Links to a plant in another process, over a Unix socket that keeps packets whole."""
+"""Links to a plant in another process, over a Unix socket that preserves packet boundaries."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PlantSocket:
             raise ConnectFailed("shared plant", f"no plant at '{address}': {error.strerror}", remedy=remedy) from error
 
     def send(self, packet: bytes) -> None:
-        """Send, or lose it: a plant that does not listen must not hold up a device."""
+        """Send without waiting; a packet is dropped if the plant does not read, so that it cannot block a device."""
         with contextlib.suppress(OSError):
             self._socket.send(packet)
 

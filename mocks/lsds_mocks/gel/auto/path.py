@@ -1,4 +1,4 @@
-"""What has been done to a gel, in legs long enough to be retraced cheaply on another grid."""
+"""The motion history of a gel, in legs long enough to be retraced cheaply on another grid."""
 
 from __future__ import annotations
 

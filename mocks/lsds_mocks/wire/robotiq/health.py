@@ -1,4 +1,4 @@
-"""What is wrong with the gripper: which fault is shown, and which stays until a reset."""
+"""The faults of the gripper: the one that is reported, and those that stay until a reset."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The register machine of a Robotiq gripper: what a written command does, and what the status says about it.
+"""The register machine of a Robotiq gripper: the effect of a written command, and the resulting status.
 
 No I/O and no clock of its own: every call gets the time (ns). The fingers are behind a `FingerLink`.
 """
@@ -72,7 +72,7 @@ class RegisterMachine:
         return self._status
 
     def heard(self, now_ns: int) -> None:
-        """Take note that a client asked for something."""
+        """Record a client's request."""
         self._health.heard(now_ns)
 
     def write(self, offset: int, data: bytes, now_ns: int) -> None:
@@ -195,7 +195,7 @@ class RegisterMachine:
             self._go(now_ns)
 
     def _release(self, now_ns: int) -> None:
-        """Go slowly all the way in the direction that was asked for; nothing but a reset ends it."""
+        """Move slowly to the end in the requested direction; only a reset ends it."""
         if self._health.latched is Trouble.RELEASING:
             return
         self._under_way.clear()

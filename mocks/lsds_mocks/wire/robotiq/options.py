@@ -14,7 +14,7 @@ OFF = -1
 
 
 class RobotiqOptions(BaseModel):
-    """What all of them share; the figures are a Hand-E's."""
+    """Options common to all grippers; the figures are those of a Hand-E."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

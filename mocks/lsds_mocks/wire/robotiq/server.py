@@ -46,7 +46,7 @@ _URCAP_CLIENTS = 16
 class RobotiqMock:
     """A `WireMock`: serial line, RTU over TCP and URCap strings.
 
-    Faults on the wire strike the face that they name ("pty", "tcp", "urcap"). `busy` holds a port as another program
+    Wire faults apply to the face that they name ("pty", "tcp", "urcap"). `busy` holds a port as another program
     would; `disconnect` takes it away and, after `for_s`, gives it back; `freeze` stops the registers; `gripper-fault`
     with a code is the gripper's own.
     """

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Conversation(Protocol):
-    """What a face holds for one client."""
+    """The state of a face for one client."""
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""

@@ -42,7 +42,7 @@ class TerminalFace:
 
     @property
     def address(self) -> str:
-        """What a client opens."""
+        """The path that a client opens."""
         return str(self._link.absolute()) if self._link is not None else os.ttyname(self._far)
 
     @property

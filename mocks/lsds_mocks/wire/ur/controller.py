@@ -52,7 +52,7 @@ class Library(Protocol):
 
     @property
     def functions(self) -> Mapping[str, Callable[..., Any]]:
-        """What a script can call."""
+        """The interface of a controller for scripts."""
 
     def close(self) -> None:
         """Give back what the program has opened."""

@@ -1,4 +1,4 @@
-"""What the tool meets: a floor, where there is one, what a client says it feels, and the load of a shared plant."""
+"""External forces on the tool: an optional floor, a wrench set by a client, and the load of a shared plant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person does at the teach pendant: load and play programs, remote control, operational modes."""
+"""The teach pendant: load and play programs, remote control, operational modes."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class GelStudyOptions(BaseModel):
     """Measure every model of the simulated gel on every scene: the dots' error against the time a frame takes.
 
-    Without --reference the finest grid stands in for the truth. Grids of the choosing model are tried on random
+    Without --reference the finest grid is the reference. Grids of the automatic model are tried on random
     scenes, and their cost, audits included, compared with the cheapest grid that would have met the tolerance.
 
     \b

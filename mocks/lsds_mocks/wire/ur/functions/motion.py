@@ -116,7 +116,7 @@ class Functions:
     # -- force, freedrive, contact ------------------------------------------------------------------------
 
     def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: int, limits: Any) -> None:
-        """Let the tool yield along the chosen axes of a frame until it pushes with the wrench asked for."""
+        """Let the tool yield along the chosen axes of a frame until it pushes with the requested wrench."""
         frame = numbers(task_frame)
         if int(type) == 3:
             frame = list(self._c.tcp_pose)

@@ -1,4 +1,4 @@
-"""What the moves work on: joints, tool and limits."""
+"""The state used by moves: joints, tool and limits."""
 
 from __future__ import annotations
 

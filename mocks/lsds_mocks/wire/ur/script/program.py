@@ -12,7 +12,7 @@ from lsds_mocks.wire.ur.script.errors import Halt, ScriptError
 from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList, copied
 
 Waiting = Generator[None, None, Any]
-"""What takes time: yields once for each control cycle that it waits."""
+"""A function that takes time: it yields once per control cycle."""
 
 THREADS = 256
 """A program that starts more threads than these without end is ended."""
