@@ -18,7 +18,7 @@ class Progress:
 
     def __init__(self, label: str) -> None:
         self._label = label
-        self._told_ns = perf_ns()
+        self._reported_ns = perf_ns()
         self._bar = click.progressbar(length=_STEPS, label=label, file=sys.stderr) if sys.stderr.isatty() else None
 
     def __enter__(self) -> Progress:
@@ -32,8 +32,8 @@ class Progress:
         """Report progress: `done` of `whole` items."""
         if self._bar is not None:
             self._bar.update(_STEPS * done // max(whole, 1) - self._bar.pos)
-        elif perf_ns() - self._told_ns > EVERY_S * NS_PER_S:
-            self._told_ns = perf_ns()
+        elif perf_ns() - self._reported_ns > EVERY_S * NS_PER_S:
+            self._reported_ns = perf_ns()
             click.echo(f"{self._label}: {done} of {whole}", err=True)
 
     def __exit__(

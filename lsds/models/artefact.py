@@ -82,11 +82,11 @@ def save(path: Path, onnx: bytes, card: Card) -> None:
     Raises DataError if a file cannot be written, or if the card contains NaN because the fit has diverged.
     """
     try:
-        told = json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n"
+        text = json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n"
     except ValueError as error:
         raise DataError(f"{path}: its card contains NaN ({error}), because the fit has diverged") from error
     write_whole(path, onnx)
-    write_whole(path.with_suffix(".json"), told.encode())
+    write_whole(path.with_suffix(".json"), text.encode())
 
 
 class Artefact:
@@ -150,8 +150,8 @@ def load(path: Path, job: str) -> Artefact:
         onnx = path.read_bytes()
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one with lsds train)") from error
-    card, told = _card(path, job)
-    if hashlib.sha256(onnx).hexdigest() != told.get("sha256"):
+    card, fields = _card(path, job)
+    if hashlib.sha256(onnx).hexdigest() != fields.get("sha256"):
         raise ModelError(
             f"{path}: does not match its card {path.stem}.json; copy both files together, or train the model again"
         )
@@ -185,28 +185,28 @@ def _check_interface(path: Path, card: Card, session: Any) -> None:
 
 
 def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
-    beside = path.with_suffix(".json")
+    card_file = path.with_suffix(".json")
     try:
-        told = json.loads(beside.read_text(encoding="utf-8"))
+        fields = json.loads(card_file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ModelError(f"{beside}: cannot read the model's card: {error.strerror or error}") from error
+        raise ModelError(f"{card_file}: cannot read the model's card: {error.strerror or error}") from error
     except ValueError as error:
-        raise ModelError(f"{beside}: not a model's card: {error}") from error
-    if isinstance(told, dict) and told.get("format") == CLIPS:
+        raise ModelError(f"{card_file}: not a model's card: {error}") from error
+    if isinstance(fields, dict) and fields.get("format") == CLIPS:
         raise ModelError(
             f"{path}: a model of whole clips, for lsds evaluate incipient-slip; it cannot run on single frames"
         )
-    if not isinstance(told, dict) or told.get("format") != FORMAT:
-        raise ModelError(f"{beside}: not the card of an '{FORMAT}'; train the model again")
-    if told.get("job") != job:
-        raise ModelError(f"{path}: is there to {told.get('job')}, not to {job}")
+    if not isinstance(fields, dict) or fields.get("format") != FORMAT:
+        raise ModelError(f"{card_file}: not the card of an '{FORMAT}'; train the model again")
+    if fields.get("job") != job:
+        raise ModelError(f"{path}: is a model to {fields.get('job')}, not to {job}")
     try:
-        signals = dict(told["signals"])
+        signals = dict(fields["signals"])
         card = Card(
-            str(told["name"]), job, tuple(signals), int(told["length"]), str(told["figures_are"]),
-            float(told["threshold"]), tuple(float(v) for v in told["intervals"]),
-            tuple(float(v) for v in told.get("moving_intervals") or ()), told.get("trained_on"),
-            told.get("scores"), told.get("versions"),
+            str(fields["name"]), job, tuple(signals), int(fields["length"]), str(fields["figures_are"]),
+            float(fields["threshold"]), tuple(float(v) for v in fields["intervals"]),
+            tuple(float(v) for v in fields.get("moving_intervals") or ()), fields.get("trained_on"),
+            fields.get("scores"), fields.get("versions"),
         )  # fmt: skip
         signal_names(card.signals)
         complete = all(len(factors) == 4 for factors in card.factors)
@@ -215,13 +215,13 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
         if not all(0 < factor < math.inf for factors in card.factors for factor in factors):
             raise ValueError("intervals must be positive factors")
     except (KeyError, TypeError, ValueError) as error:
-        raise ModelError(f"{beside}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error
+        raise ModelError(f"{card_file}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error
     except DataError as error:
-        raise ModelError(f"{beside}: {error}") from error
+        raise ModelError(f"{card_file}: {error}") from error
     for name, unit in signals.items():
         if unit != UNITS[name]:
-            raise ModelError(f"{beside}: was trained on {name} in {unit}, here it is in {UNITS[name]}")
-    return card, told
+            raise ModelError(f"{card_file}: was trained on {name} in {unit}, here it is in {UNITS[name]}")
+    return card, fields
 
 
 def _session(path: Path, onnx: bytes) -> Any:

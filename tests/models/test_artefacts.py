@@ -153,7 +153,7 @@ def test_signals_and_units_that_this_version_does_not_know(model):
 
 
 def test_a_model_of_the_other_job(model):
-    refused(model, "is there to detect, not to estimate", "estimate")
+    refused(model, "is a model to detect, not to estimate", "estimate")
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 not onnx", b"\x08\x08" * 50])

@@ -1,4 +1,4 @@
-"""A dataset comes back as it was; whatever is wrong with one is one clear DataError, and nothing is half written."""
+"""A dataset is read back unchanged; any damage gives one clear DataError, and files are written atomically."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`lsds train`: from one dataset or several, scores beside what knows nothing, and what is wrong is told."""
+"""`lsds train`: training on one or several datasets, scores compared with trivial baselines, clear errors."""
 
 import json
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Work over processes: crashes stay where they happen, errors come out, nobody outlives the parent."""
+"""Parallel work: a crash affects only its item, errors are raised, workers end with their parent."""
 
 import os
 import signal

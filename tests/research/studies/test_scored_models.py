@@ -1,4 +1,4 @@
-"""`lsds evaluate models`: scores of models as they are, on objects that they have not learnt from."""
+"""`lsds evaluate models`: scores of finished models on held-out objects."""
 
 import json
 
@@ -18,7 +18,7 @@ from lsds.plugins.host import PluginHost
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Four objects, two of them learnt from, and a detector trained on these."""
+    """Four objects, and a detector trained on two of them."""
     monkeypatch.chdir(tmp_path)
     data = dataset((*SEEN[:2], "book", "duster"))
     data.save(tmp_path / "data")
@@ -75,7 +75,7 @@ def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):
     ("arguments", "told"),
     [
         (["--object", "bok"], "did you mean 'book'"),
-        (["--model", "mine.onnx", "--job", "estimate"], "is there to detect, not to estimate"),
+        (["--model", "mine.onnx", "--job", "estimate"], "is a model to detect, not to estimate"),
         (["--model", "field-mpl"], "did you mean 'field-mlp'"),
         (["--plot", "nowhere/p.png"], "there is no such folder"),
     ],

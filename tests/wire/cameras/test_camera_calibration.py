@@ -1,4 +1,4 @@
-"""`lsds calibrate camera` finds a known camera again, and refuses what cannot tell."""
+"""`lsds calibrate camera` recovers a known camera, and refuses views that do not constrain it."""
 
 from __future__ import annotations
 
