@@ -68,7 +68,9 @@ def camera(
     seconds: float,
     json_file: str | None,
 ) -> None:
-    """Calibrate a camera with a printed ChArUco board, for ground-truth poses.
+    """Calibrate a camera with a ChArUco board.
+
+    The calibration is needed for ground-truth poses (pose source aruco). --board writes the board to print.
 
     SOURCE is a picture, a folder or glob pattern of pictures, a video, a camera index, a /dev path or a URL. With a
     video or a live camera, move the board over the whole picture, near and far, and tilt it in both directions: a view

@@ -8,9 +8,10 @@ from lsds.cli.study_command import study_command
 from lsds_research.incipient.options import IncipientOptions
 from lsds_research.studies.models.options import ModelsOptions
 
-MODELS = """Score finished models on the objects of a dataset that they were not trained on. Nothing is trained.
+MODELS = """Score finished models on held-out objects.
 
-DATA is a folder written by lsds collect, or a folder in data/ of lsds reproduce. Needs the data extra.
+Scores are over the objects of a dataset that the models were not trained on. Nothing is trained. DATA is a folder
+written by lsds collect, or a folder in data/ of lsds reproduce. Needs the data extra.
 
 \b
 Examples:
@@ -19,12 +20,13 @@ Examples:
   lsds evaluate models detection --job estimate --object book --json book.json
 """
 
-INCIPIENT = """Classify real recordings as slip or no slip, on held-out objects.
+INCIPIENT = """Classify real recordings as slip or no slip.
 
-PATH holds index.csv (columns video, recording, object, camera, slip, and optionally label_conflict) and the videos that
-it names. All models get clips of equal length, because the length of a recording reveals its label. The table compares
-offline with causal models and both with controls: a threshold on one feature, the majority class, shuffled labels and
-nuisance controls. A video that cannot be read is reported and left out.
+Models are trained on some objects and tested on others. PATH holds index.csv (columns video, recording, object, camera,
+slip, and optionally label_conflict) and the videos that it names. All models get clips of equal length, because the
+length of a recording reveals its label. The table compares offline with causal models and both with controls: a
+threshold on one feature, the majority class, shuffled labels and nuisance controls. A video that cannot be read is
+reported and left out.
 
 \b
 Examples:
