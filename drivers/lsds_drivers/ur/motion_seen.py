@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 REST_M_S, REST_RAD_S = 5e-3, 2e-2
-"""States below this, and below half of the fastest that was seen since the arm was set in motion, or told to stop, show
-it at rest."""
+"""States below this, and below half of the fastest that was seen since the arm was set in motion, or commanded to stop,
+show it at rest."""
 LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
 """But not below this, where a controller's own noise begins."""
 _SLOWS = 0.99

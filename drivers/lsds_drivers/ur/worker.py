@@ -82,8 +82,8 @@ class Worker:
         self._seq = 0
         self._command: Command | None = None
         self._sent_ns = 0
-        # Whether it has been commanded to move and not been seen at rest since; when it was told to stop, 0 if it was
-        # not; whether the controller has refused a motion since.
+        # Whether it has been commanded to move and not been seen at rest since; when it was commanded to stop, 0 if it
+        # was not; whether the controller has refused a motion since.
         self._moving, self._halted_ns, self._refused, self._refused_ns = False, 0, False, 0
         self._two_states_ns = 2e9 / options["state_rate_hz"]
         # Whether its program has been seen to run since it was armed; whether it is over, whatever runs there now.

@@ -77,7 +77,7 @@ def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):
         (["--object", "bok"], "did you mean 'book'"),
         (["--model", "mine.onnx", "--job", "estimate"], "is a model to detect, not to estimate"),
         (["--model", "field-mpl"], "did you mean 'field-mlp'"),
-        (["--plot", "nowhere/p.png"], "there is no such folder"),
+        (["--plot", "nowhere/p.png"], "the folder does not exist"),
     ],
 )
 def test_what_is_wrong_is_told(folder, arguments, told):

@@ -240,7 +240,7 @@ class RegisterMachine:
 
 
 def _stuck_towards(fingers: Fingers, aperture_m: float) -> bool:
-    """Whether they are held up on this way; a plant in another process may still tell of the one before."""
+    """True if an object blocks this motion; a plant in another process may still report the previous motion."""
     return abs(fingers.target_m - aperture_m) <= _NEAR_M and fingers.stalled
 
 
