@@ -1,4 +1,4 @@
-"""Feel slip through a camera-based tactile fingertip and close the gripper just enough.
+"""Detect slip with a camera-based tactile fingertip and close the gripper just enough.
 
     import lsds
 
@@ -14,7 +14,7 @@ from __future__ import annotations
 
 __version__ = "0.1.0"
 
-# Not imported: `typing` alone takes longer than all of this.
+# Not imported: `typing` alone would take longer than this whole module.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -52,7 +52,7 @@ _HOMES = {
     "lsds.session.run": ("Session", "run"),
     "lsds.tracking": ("TrackResult", "track", "watch"),
 }
-"""Where each public name lives: PEP 562 imports it on first use."""
+"""The module of each public name, imported on first use (PEP 562)."""
 
 __all__ = [
     "Cycle",

@@ -1,4 +1,4 @@
-"""Commands to gripper and arm: the one way out of the engine. All of them pass the guard, and all of them expire."""
+"""Commands from the engine to gripper and arm. Each is clamped by the guard and has an expiry."""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ if TYPE_CHECKING:
 
 
 class Actuation:
-    """Sends what is wanted. `held_m` is the aperture last really sent, NaN before the first; `opened` whether the last
-    wish of a job was wider than what was held."""
+    """Sends commands to gripper and arm.
+
+    `held_m` is the aperture last sent, NaN before the first command; `opened` is true if the last grip wanted by the
+    job was wider than the held aperture.
+    """
 
     def __init__(self, gripper: Gripper | None, arm: Arm | None, config: RigConfig, clock: Clock) -> None:
         self.guard = Guard(config.safety)
@@ -35,9 +38,9 @@ class Actuation:
         self._correction = (task.grip_speed_m_s, task.grip_force_n)
 
     def grip(self, wanted: Grip | None, state: GripperState | None, now_ns: int) -> None:
-        """Send the fingers where a job wants them: once, and again where the gripper did not hear it.
+        """Send the grip that a job wants: once, and again if the gripper did not receive it.
 
-        The same wish again is no new command: a correction may have closed the grip further since.
+        The same grip again is not a new command, because a correction may have closed the fingers further since.
         """
         if wanted is None or self._gripper is None:
             return
@@ -46,21 +49,21 @@ class Actuation:
         held = self.held_m
         sent = self._send(wanted, allow_opening=True)
         if sent is not None:
-            self.opened = sent > held  # Not where nothing was held: NaN compares false.
+            self.opened = sent > held  # False while nothing is held, because a comparison with NaN is false.
             self._wanted = wanted
             self._correction = (wanted.speed_m_s, wanted.force_n)
             self._arrival.sent(sent, now_ns)
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
-        """Return whether the fingers rest where the last wish sent them; true without a gripper."""
+        """Return whether the fingers rest at the last wanted grip; true without a gripper."""
         return self._gripper is None or self._arrival.arrived(state, now_ns)
 
     def correct(self, aperture_m: float, *, may_open: bool) -> float | None:
-        """Send a correction of the grip; return the aperture really sent, None where it came too late."""
+        """Send a correction of the grip; return the aperture sent, None if it came too late."""
         return self._send(Grip(aperture_m, *self._correction), allow_opening=may_open)
 
     def move(self, twist: Twist, acceleration_m_s2: float) -> None:
-        """Send the arm a velocity."""
+        """Send a velocity to the arm."""
         if self._arm is not None:
             command = ArmCommand(twist, acceleration_m_s2, self._clock.now() + self._lifetime_ns)
             self._arm.command(self.guard.arm(command))
@@ -71,14 +74,14 @@ class Actuation:
             return None
         stroke = gripper.spec.stroke_m
         aperture_m = min(max(grip.aperture_m, 0.0), stroke) if math.isfinite(grip.aperture_m) else grip.aperture_m
-        # The command lives from when it is sent, not from when its frame came.
+        # The lifetime of a command starts when it is sent, not when its frame arrived.
         expires = self._clock.now() + self._lifetime_ns
         command = GripperCommand(aperture_m, grip.speed_m_s, grip.force_n, expires)
         held = self.held_m if math.isfinite(self.held_m) else stroke
         try:
             sent = gripper.command(self.guard.gripper(command, held, allow_opening=allow_opening))
         except CommandExpired:
-            # The grip stays as it is; the next frame decides anew.
+            # Leave the grip unchanged; the next frame gives a new command.
             return None
         self.held_m = sent.aperture_m
         return sent.aperture_m

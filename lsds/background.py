@@ -1,4 +1,4 @@
-"""A run in a thread of its own, next to somebody else's program."""
+"""Run an engine in its own thread, in parallel with another program."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Protocol
 
 from lsds.errors import DataError
 
-#: How often a stage is looked at, s.
+#: Interval of checking the stage, s.
 _LOOK_S = 0.01
 
 
 class Runs(Protocol):
-    """What can run in the background: an engine."""
+    """What can run in the background, such as an engine."""
 
     @property
     def stage(self) -> str:
-        """Where its job is."""
+        """The stage of its job."""
         ...
 
     def run(self) -> None:
@@ -24,12 +24,12 @@ class Runs(Protocol):
         ...
 
     def stop(self) -> None:
-        """End the run soon; from any thread."""
+        """Request the end of the run; from any thread."""
         ...
 
 
 class Background:
-    """An engine that runs in a thread of its own."""
+    """An engine that runs in its own thread."""
 
     def __init__(self, engine: Runs) -> None:
         self._engine = engine
@@ -38,31 +38,31 @@ class Background:
 
     @property
     def stage(self) -> str:
-        """Where the job is."""
+        """The stage of the job."""
         return self._engine.stage
 
     @property
     def alive(self) -> bool:
-        """Whether the run still goes on."""
+        """True while the run is in progress."""
         return self._thread.is_alive()
 
     def check(self) -> None:
-        """Raise what ended the run, if it was an error."""
+        """Raise the error that ended the run, if there was one."""
         if self._error is not None:
             raise self._error
 
     def start(self) -> None:
-        """Begin to run."""
+        """Start the run."""
         self._thread.start()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait for the job to be done; return whether it is. Raises what ended the run."""
+        """Wait until the job is done; return whether it is. Raises the error that ended the run."""
         self._thread.join(timeout_s)
         self.check()
         return not self._thread.is_alive()
 
     def wait_for(self, stage: str, timeout_s: float = 30.0) -> None:
-        """Wait until the job is at a stage. Raises what ended the run, DataError where it is not there in time."""
+        """Wait until the job reaches a stage. Raises the error that ended the run, DataError on a time-out."""
         for _ in range(max(1, round(timeout_s / _LOOK_S))):
             if self.stage == stage:
                 return
@@ -71,7 +71,7 @@ class Background:
         raise DataError(f"the job did not reach '{stage}' within {timeout_s:g} s; it is at '{self.stage}'")
 
     def end(self) -> None:
-        """End the run and wait for that."""
+        """End the run and wait until it has ended."""
         self._engine.stop()
         self._thread.join()
 

@@ -1,4 +1,4 @@
-"""The report of a failed bring-up: one readable tree with a line for each device."""
+"""The report of a failed bring-up: a tree with a line for each device."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lsds.errors import BringUpError, DeviceError
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How one device fared; `error` None for well."""
+    """The result of one device; `error` is None for success."""
 
     kind: str
     backend: str
@@ -18,7 +18,7 @@ class Result:
 
 
 def bring_up_error(step: str, results: Sequence[Result], close_failures: Sequence[Exception] = ()) -> BringUpError:
-    """Return the error that shows the whole rig: each device, ok or failed with its reason and remedy."""
+    """Return an error that lists each device of the rig: ok, or failed with reason and remedy."""
     failed = sum(result.error is not None for result in results)
     lines = [f"the rig did not come up: {failed} of {len(results)} devices failed to {step}, all are closed again"]
     widths = [max(len(getattr(result, name)) for result in results) for name in ("kind", "backend")]

@@ -1,6 +1,7 @@
-"""Time as data: the only module of the core that may read the wall clock or sleep.
+"""Clocks. This is the only module of the core that may read the wall clock or sleep.
 
-All times are integer nanoseconds on a monotonic axis. Code below the command line is given a `Clock` and asks it.
+All times are integer nanoseconds on a monotonic axis. Code below the command line reads the time from the `Clock` that
+it is given.
 """
 
 from __future__ import annotations
@@ -23,34 +24,34 @@ def nanoseconds(s: float) -> int:
 
 @runtime_checkable
 class Clock(Protocol):
-    """Where time comes from."""
+    """A source of time."""
 
     def now(self) -> int:
-        """Return the present in nanoseconds; never goes back."""
+        """Return the present time in nanoseconds; never decreases."""
         ...
 
     def sleep_until(self, t_ns: int) -> None:
-        """Return when the present is at least `t_ns`; at once where it already is."""
+        """Wait until the time is at least `t_ns`; returns at once if it already is."""
         ...
 
 
 class WallClock:
-    """Real time: `time.monotonic_ns`, so that a clock set by an operator or NTP cannot move the loop."""
+    """Real time: `time.monotonic_ns`, which is not affected when an operator or NTP sets the system clock."""
 
     virtual = False
 
     def now(self) -> int:
-        """Return monotonic nanoseconds since some fixed past instant."""
+        """Return monotonic nanoseconds since a fixed instant in the past."""
         return time.monotonic_ns()
 
     def sleep_until(self, t_ns: int) -> None:
-        """Sleep to an absolute deadline, which is what keeps a rate from drifting."""
+        """Sleep until an absolute deadline, so that a rate does not drift."""
         while (left := t_ns - time.monotonic_ns()) > 0:
             time.sleep(left / NS_PER_S)
 
 
 class VirtualClock:
-    """Simulated time: stands still until somebody sleeps, then jumps. Single-threaded by design."""
+    """Simulated time: changes only when the program sleeps, and then jumps. For a single thread."""
 
     virtual = True
     __slots__ = ("_now",)
@@ -63,10 +64,10 @@ class VirtualClock:
         return self._now
 
     def sleep_until(self, t_ns: int) -> None:
-        """Jump to `t_ns`; stay where that is in the past."""
+        """Jump to `t_ns`; does nothing if that is in the past."""
         if t_ns > self._now:
             self._now = t_ns
 
 
 perf_ns = time.perf_counter_ns
-"""A high-resolution counter in nanoseconds, for measuring computing cost; never for deciding anything in the loop."""
+"""A high-resolution counter in nanoseconds, for measuring computing time only, never for decisions in the loop."""

@@ -1,7 +1,7 @@
 """Every error that lsds raises on purpose, in one tree.
 
-A message says what happened, where, and what to do next. Catch `LsdsError` to catch them all;
-each class below names the scenario in which it is raised.
+A message states what happened, where, and what to do next. Catch `LsdsError` to catch them all;
+the docstring of each class states when it is raised.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 
 class LsdsError(Exception):
-    """The root of the tree: an error that lsds raised on purpose and can explain."""
+    """The base class of all errors that lsds raises on purpose."""
 
     exit_code = 1
 
@@ -21,7 +21,7 @@ class LsdsError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ConfigIssue:
-    """One problem in a configuration: the dotted path, what is wrong there, and the remedy if one is known."""
+    """One problem in a configuration: the dotted path, the problem, and the remedy if known."""
 
     path: str
     problem: str
@@ -32,7 +32,7 @@ class ConfigIssue:
 
 
 class ConfigError(LsdsError):
-    """The configuration is wrong; `issues` holds every problem found, not only the first."""
+    """The configuration is invalid; `issues` holds all problems found."""
 
     exit_code = 2
 
@@ -47,7 +47,7 @@ class ConfigError(LsdsError):
 
 
 class PluginError(LsdsError):
-    """Something is wrong with a plugin or with the way it was asked for."""
+    """A plugin failed, or was requested in a wrong way."""
 
     exit_code = 3
 
@@ -61,19 +61,19 @@ class PluginLoadError(PluginError):
 
 
 class PluginConflict(PluginError):
-    """Two distributions offer the same kind and name; the config has to say `distribution:name`."""
+    """Two distributions offer the same kind and name; the config must name `distribution:name`."""
 
 
 def raised_by(backend: str, error: Exception, where: str = "") -> PluginError:
-    """Return the error for an exception that a backend should not have let out; raise it `from` that exception."""
+    """Return the error for an unexpected exception of a backend; raise it `from` that exception."""
     at = f" at {where}" if where else ""
     return PluginError(
-        f"{backend} raised {type(error).__name__}{at}: {error} (a mistake in that plugin; lsds --debug shows where)"
+        f"{backend} raised {type(error).__name__}{at}: {error} (a bug in that plugin; lsds --debug shows where)"
     )
 
 
 class ContractMismatch(PluginError):
-    """What the plugin's factory returned lacks members that the contract of its kind asks for."""
+    """The object returned by a plugin's factory lacks members of its kind's contract."""
 
 
 class MissingExtra(PluginLoadError):
@@ -84,7 +84,7 @@ class MissingExtra(PluginLoadError):
 
 
 class DeviceError(LsdsError):
-    """A device (sensor, gripper, arm, pose source, cell) did not do what it was asked.
+    """A device (sensor, gripper, arm, pose source, cell) failed.
 
     `device` names the backend, `remedy` what a person at the cell can do, and `code` carries the device's own
     fault code where it has one.
@@ -106,15 +106,15 @@ class ConnectFailed(DeviceError):
 
 
 class ProtocolFault(DeviceError):
-    """The device answered with bytes that its protocol does not allow."""
+    """The device sent bytes that its protocol does not allow."""
 
 
 class DeviceTimeout(DeviceError):
-    """The device did not answer in the time that its protocol allows."""
+    """The device did not answer within the time that its protocol allows."""
 
 
 class StaleData(DeviceError):
-    """No sample has arrived yet, or the newest one is older than allowed."""
+    """No sample has arrived yet, or the newest sample is too old."""
 
 
 class DeviceFault(DeviceError):
@@ -122,19 +122,19 @@ class DeviceFault(DeviceError):
 
 
 class LifecycleError(DeviceError):
-    """A call came in a state that does not allow it, for example `command` before `arm`."""
+    """A call in a state that does not allow it, for example `command` before `arm`."""
 
 
 class LimitExceeded(DeviceError):
-    """A command asks for more than the device or the cell's safety limits allow."""
+    """A command exceeds the limits of the device or of the cell."""
 
 
 class CommandExpired(DeviceError):
-    """A motion command reached the device after its expiry and was not carried out."""
+    """A motion command reached the device after its expiry and was not executed."""
 
 
 class BringUpError(LsdsError):
-    """One or more devices failed to come up; the message shows the whole rig as a tree of results."""
+    """One or more devices failed to connect or arm; the message lists the result of each device of the rig."""
 
     exit_code = 4
 
@@ -155,6 +155,6 @@ class ModelError(LsdsError):
 
 
 class SafetyStop(LsdsError):
-    """The cell was stopped on purpose: watchdog, limit, stale sensing or a person's request."""
+    """The cell was stopped on purpose: watchdog, limit, stale data or a person's request."""
 
     exit_code = 7

@@ -1,4 +1,4 @@
-"""Libraries that come with an extra of lsds, and what to install where one is missing."""
+"""Libraries installed by the extras of lsds, and the error for a missing one."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ EXTRAS = {
     "matplotlib": "plot",
     "numba": "sim",
 }
-"""Import name -> extra of lsds that brings it."""
+"""Import name -> extra of lsds that installs it."""
 
 
 def require(*names: str, extra: str, purpose: str = "this") -> None:
-    """Raise MissingExtra where one of the libraries cannot be imported. Imports none of them.
+    """Raise MissingExtra if one of the libraries is not installed. Imports none of them.
 
-    `purpose` is what needs them, as the message says it. Call it before long work, not after.
+    `purpose` names what needs them in the message. Call it before long work, not after.
     """
     if missing := [name for name in names if not importable(name)]:
         raise _missing(purpose, missing, extra)
 
 
 def explained(error: ImportError) -> MissingExtra | None:
-    """Return the error of a missing library as one that names its extra; None where no extra brings it."""
+    """Return a MissingExtra for the import error of a library; None if no extra installs it."""
     name = (error.name or "").partition(".")[0]
     if name not in EXTRAS or not isinstance(error, ModuleNotFoundError) or importable(name):
         return None
@@ -37,7 +37,7 @@ def explained(error: ImportError) -> MissingExtra | None:
 
 
 def importable(name: str) -> bool:
-    """Tell whether a module is installed, without importing it."""
+    """Return whether a module is installed, without importing it."""
     try:
         return importlib.util.find_spec(name) is not None
     except (ImportError, ValueError):

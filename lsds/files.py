@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Atomic writing of files."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from lsds.errors import DataError
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all. Raises DataError where it cannot, naming the remedy."""
+    """Write a file atomically. Raises DataError with a remedy if it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             beside = Path(file.name)
             try:
                 file.write(content)
-                # On the disk before it has the name: a power cut leaves the old file or the new one.
+                # Flush to disk before renaming, so that a power failure leaves either the old or the new file.
                 file.flush()
                 os.fsync(file.fileno())
                 file.close()
@@ -28,6 +28,6 @@ def write_whole(path: Path, content: bytes) -> None:
                 raise
     except OSError as error:
         raise DataError(
-            f"{path}: cannot be written: {error.strerror or error} (make room or choose another folder; what was "
-            "recorded before is kept)"
+            f"{path}: cannot be written: {error.strerror or error} (free some space or choose another folder; earlier "
+            "recordings are kept)"
         ) from error

@@ -1,4 +1,4 @@
-"""The front door's one-liners, for notebooks and programs: `lsds.bring_up`, next to `lsds.run` and `lsds.track`."""
+"""`lsds.bring_up`, for notebooks and programs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from lsds.rig import Rig
 def bring_up(
     config: RigConfig | str | Path | None = None, overrides: Sequence[str] = (), *, job: Job | None = None
 ) -> Iterator[Engine]:
-    """Connect and arm a rig, and give the engine that runs it; at the end stop and close everything.
+    """Connect and arm a rig and return the engine that runs it; at the end, stop and close everything.
 
         with lsds.bring_up("rig.toml") as engine:
             for cycle in engine:
                 print(cycle.stage, cycle.estimate.speed_m_s)
 
-    `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys. `job` takes
-    the place of the one that the config names. The engine's rig is `engine.rig`.
+    `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys. `job`
+    replaces the job of the config. The engine's rig is `engine.rig`.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
     with Rig(chosen) as rig:

@@ -1,6 +1,7 @@
-"""Several fingers, one answer: what all of them say of the same object, in the plane of the first.
+"""Fusion of several fingers: one detection and one estimate of the object, in the plane of the first finger.
 
-Fingers face each other: what one sees going right, the opposite one sees going left, and turning the other way.
+Fingers face each other: motion to the right for one is motion to the left for the opposite one, and rotations are
+reversed.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from lsds.contracts import Detection, SlipEstimate
 if TYPE_CHECKING:
     from lsds.contracts import FingerCycle
 
-#: A standard deviation below this counts as this: no finger's word is final. m/s and rad/s.
+#: Lower bound of standard deviations, so that no finger gets infinite weight, m/s and rad/s.
 LEAST_STD = 1e-6
 
 
 def fused_detection(fingers: Sequence[FingerCycle]) -> Detection:
-    """Return slip where any finger detects it, as a finger that slips no longer holds; none where all who decide agree.
+    """Return slip if any finger detects it, because a slipping finger no longer holds; otherwise no slip.
 
-    The answer is that of the finger surest of it. All abstain: so does the answer.
+    The confidence is that of the most confident finger. If all fingers abstain, the result abstains.
     """
     if len(fingers) == 1:
         return fingers[0].detection
@@ -30,7 +31,7 @@ def fused_detection(fingers: Sequence[FingerCycle]) -> Detection:
     holds = [detection for detection in said if detection.slip is False]
     if slips:
         return max(slips, key=lambda detection: detection.confidence)
-    # Nothing slips only as surely as the least sure of them says so.
+    # "No slip" is only as reliable as the least confident finger.
     return min(holds, key=lambda detection: detection.confidence) if holds else said[0]
 
 
@@ -51,7 +52,7 @@ def fused_estimate(fingers: Sequence[FingerCycle]) -> SlipEstimate:
 
 
 def _weighted(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Inverse-variance mean of (value, standard deviation), and its own standard deviation."""
+    """Return the inverse-variance mean of (value, standard deviation) pairs, and its standard deviation."""
     weights = [1.0 / max(std, LEAST_STD) ** 2 for _, std in values]
     total = sum(weights)
     mean = sum(weight * value for weight, (value, _) in zip(weights, values, strict=True)) / total

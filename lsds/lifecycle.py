@@ -1,7 +1,7 @@
-"""The life of a device, guarded: NEW -> CONNECTED -> ARMED -> CONNECTED -> CLOSED.
+"""The life cycle of a device: NEW -> CONNECTED -> ARMED -> CONNECTED -> CLOSED.
 
-A driver or a mock holds one `LifecycleGuard` and wraps its transitions in it. `stop` is legal in every state and from
-every thread, so it does not ask here at all: asking would mean waiting for a lock that a stuck `connect` holds.
+A driver or a mock holds one `LifecycleGuard` and wraps its transitions in it. `stop` is allowed in every state and from
+every thread, so it does not use the guard: it would have to wait for a lock that a blocked `connect` holds.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _REMEDY = {
 
 
 class LifecycleGuard:
-    """Keeps one device's state and refuses calls that come in the wrong one.
+    """Holds the state of one device and refuses calls in the wrong state.
 
     Transitions exclude each other by a lock; `state`, `require_readable` and `require_armed` never wait.
     """
@@ -34,7 +34,7 @@ class LifecycleGuard:
 
     @property
     def state(self) -> Lifecycle:
-        """Where the device is in its life."""
+        """The state of the device's life cycle."""
         return self._state
 
     def require_readable(self, call: str = "read") -> None:
@@ -65,9 +65,9 @@ class LifecycleGuard:
 
     @contextmanager
     def disarming(self) -> Iterator[bool]:
-        """Give True where the device is armed and has something to switch off.
+        """Yield True if the device is armed, so that there is something to switch off.
 
-        Counts as disarmed even where the body raises: refusing commands is the safe side.
+        The state is CONNECTED afterwards even if the body raises: refusing commands is the safe side.
         """
         with self._lock:
             armed = self._state is Lifecycle.ARMED
@@ -79,7 +79,7 @@ class LifecycleGuard:
 
     @contextmanager
     def closing(self) -> Iterator[bool]:
-        """Give True the first time. Closed is final, even where the body raises."""
+        """Yield True on the first call. CLOSED is final, even if the body raises."""
         with self._lock:
             first = self._state is not Lifecycle.CLOSED
             try:
@@ -98,7 +98,7 @@ class LifecycleGuard:
 
 
 class MotionlessLife:
-    """The part of a life that sensors share, to mix in: there is nothing to activate, to stop or to take power from.
+    """A mixin with the life cycle of sensors: there is nothing to activate or to stop.
 
     The class sets `_guard` and writes `connect` and `close` itself.
     """
@@ -111,7 +111,7 @@ class MotionlessLife:
         return self._guard.state
 
     def arm(self) -> None:
-        """Nothing to activate."""
+        """Go to ARMED; there is nothing to activate."""
         with self._guard.arming():
             pass
 

@@ -1,4 +1,4 @@
-"""Observers (recorder, live view) behind bounded queues: a slow one loses samples, never time of the loop."""
+"""Observers (recorder, live view) behind bounded queues: a slow observer loses samples and never delays the loop."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class ObserverStatistics:
-    """How one observer fared. `failure` tells why it was taken off, empty where it was not."""
+    """Statistics of one observer. `failure` is the reason why it was removed, empty if it was not."""
 
     name: str
     delivered: int
@@ -22,11 +22,11 @@ class ObserverStatistics:
 
 
 class Observers(Generic[T]):
-    """Hands every published item to each observer.
+    """Passes every published item to each observer.
 
-    `threaded=True` (wall clock): each observer has its own thread and its own queue of `queue` items; where that is
-    full the oldest item is dropped and counted. `threaded=False` (virtual clock): observers run inline, in the order
-    in which they were added, and nothing is ever dropped. An observer that raises is taken off and hurts nobody else.
+    `threaded=True` (wall clock): each observer has its own thread and its own queue of `queue` items; when it
+    is full the oldest item is dropped and counted. `threaded=False` (virtual clock): observers run inline, in the order
+    in which they were added, and nothing is dropped. An observer that raises is removed; the others continue.
     """
 
     def __init__(self, *, threaded: bool, queue: int = 256) -> None:
@@ -36,24 +36,24 @@ class Observers(Generic[T]):
         self._closed = False
 
     def add(self, name: str, observe: Callable[[T], object], close: Callable[[], object] | None = None) -> None:
-        """Add an observer; `close` is called once after its last item. Raises ValueError for a name taken."""
+        """Add an observer; `close` is called once after its last item. Raises ValueError if the name is in use."""
         if any(outlet.name == name for outlet in self._outlets):
-            raise ValueError(f"there is an observer '{name}' already")
+            raise ValueError(f"an observer named '{name}' already exists")
         outlet = _ThreadedOutlet(name, observe, close, self._queue) if self._threaded else _Outlet(name, observe, close)
         self._outlets.append(outlet)
 
     def publish(self, item: T) -> None:
-        """Hand an item to every observer. Never raises, never waits for a threaded observer."""
+        """Pass an item to every observer. Never raises and never waits for a threaded observer."""
         if not self._closed:
             for outlet in self._outlets:
                 outlet.put(item)
 
     def statistics(self) -> tuple[ObserverStatistics, ...]:
-        """Return how each observer fared, in the order in which they were added."""
+        """Return the statistics of each observer, in the order in which they were added."""
         return tuple(outlet.statistics() for outlet in self._outlets)
 
     def close(self, timeout_s: float = 2.0) -> None:
-        """Let every observer finish its queue, for at most `timeout_s` each. Does nothing the second time."""
+        """Let every observer finish its queue, for at most `timeout_s` each. A second call does nothing."""
         if not self._closed:
             self._closed = True
             for outlet in self._outlets:

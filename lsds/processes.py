@@ -1,4 +1,4 @@
-"""Work spread over processes: each its own item, none harmed by another's crash, all gone when their parent is."""
+"""Parallel work in processes: a crash affects only its own item, and workers end with their parent."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Result = TypeVar("Result")
 
 
 def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Result | None]]:
-    """Yield each item with what `work` makes of it, as they are done; None where its process died.
+    """Yield each item with the result of `work` as it is done; the result is None if its process died.
 
-    `work` has to be picklable where `jobs` > 1, and returns no None of its own. What it raises is raised here, after
-    the one to each process that is under way has ended; so it is where the iteration is broken off, by Ctrl-C for one.
-    Raises DataError where no process can be started.
+    `work` must be picklable if `jobs` > 1, and must not return None. An exception of `work` is raised here after the
+    items in progress have ended; the same holds when the iteration is interrupted, for example by Ctrl-C. Raises
+    DataError if no process can be started.
     """
     if jobs <= 1 or len(items) <= 1:
         yield from ((item, work(item)) for item in items)
@@ -30,7 +30,7 @@ def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> 
     waiting, suspects = deque(items), list[Item]()
     while waiting:
         yield from _together(work, waiting, min(jobs, len(items)), suspects)
-        # One of those under way took its process down, and the others with it: now each has a process to itself.
+        # One of the items in progress crashed the pool. Repeat each of them in its own process to find it.
         for item in suspects:
             with _pool(1) as pool:
                 try:
@@ -43,12 +43,12 @@ def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> 
 def _together(
     work: Callable[[Item], Result], waiting: deque[Item], jobs: int, suspects: list[Item]
 ) -> Iterator[tuple[Item, Result]]:
-    """Yield items with their results until there are none left, or until a process dies: `suspects` were under way."""
+    """Yield items with their results until all are done or a process dies; `suspects` holds the items in progress."""
     pending: dict[Future[Result], Item] = {}
     with _pool(jobs) as pool:
 
         def hand_over() -> None:
-            # No more at a time than there are processes: what has been handed over cannot be taken back.
+            # Submit no more items than there are processes, because a submitted item cannot be withdrawn.
             while waiting and len(pending) < jobs:
                 pending[pool.submit(work, waiting[0])] = waiting[0]
                 waiting.popleft()
@@ -69,20 +69,20 @@ def _together(
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:
-    # Spawned, not forked: a fork in the middle of another thread's work inherits its locks.
+    # Spawn instead of fork: a forked process inherits locks held by other threads.
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_quiet)
     try:
         pool.submit(os.getpid).result()
     except BrokenProcessPool:
         raise DataError(
-            "no process can be started beside this one (a script needs its main part below 'if __name__ == "
+            "no worker process can be started (a script needs its main part below 'if __name__ == "
             '"__main__":\', or one job only)'
         ) from None
     return pool
 
 
 def _quiet() -> None:
-    """One thread a process; Ctrl-C is the parent's to answer; killed without a word, it takes its children along."""
+    """Initialise a worker: one thread, Ctrl-C handled by the parent, exit when the parent dies."""
     import signal
     from threading import Thread
 

@@ -1,4 +1,4 @@
-"""Keeping the interpreter and OpenCV out of the way of a running engine, and putting everything back afterwards."""
+"""Suspend full garbage collections and OpenCV threads while an engine runs, and restore them afterwards."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import cv2
 
 @contextmanager
 def quiet_process() -> Iterator[None]:
-    """Keep full garbage collections and OpenCV's threads away until the end; then all is as it was before.
+    """Suspend full garbage collections and OpenCV's threads until the end, then restore the previous settings.
 
-    A full collection walks over every object of every imported library, some ten milliseconds in the middle of a
-    frame; frozen, only what the loop itself makes is looked at. Where the program has frozen objects of its own, they
-    are left alone. Tactile images are too small to share: waking OpenCV's threads costs several times what they save.
+    A full collection visits every object of every imported library, which takes some ten milliseconds in the middle of
+    a frame; after freezing, only objects created by the loop are visited. Objects that the program has frozen itself
+    stay frozen. Tactile images are small: waking OpenCV's threads costs several times what they save.
     """
     threads = cv2.getNumThreads()
     freezes = gc.get_freeze_count() == 0

@@ -1,4 +1,4 @@
-"""Recordings, frame by frame: every frame of every finger in order of time, so that no clock can make one be missed."""
+"""Iterate over recordings: every frame of every finger in order of time, independent of any clock."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def all_frames(lines: Sequence[FingerLine], start_ns: int) -> Iterator[tuple[Frame, FingerLine]]:
     """Yield each frame with the line that it belongs to; the first frames are stamped `start_ns`.
 
-    Raises DataError where a recording breaks off; what a decoder trips over names the frame that it was to give.
+    Raises DataError if a recording ends early; an error of a decoder names the frame.
     """
     recordings = [_frames(line, start_ns) for line in lines]
     yield from heapq.merge(*recordings, key=lambda item: item[0].t_ns)

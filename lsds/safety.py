@@ -1,6 +1,6 @@
-"""Limits and the watchdog: an aid that keeps mistakes small. It is not a safety function.
+"""Limits and watchdog. They limit the effect of mistakes and are not a safety function.
 
-Nothing here is certified or redundant, and all of it runs on the computer that it guards. People are protected by the
+Nothing here is certified or redundant, and all of it runs on the computer that it monitors. People are protected by the
 emergency stop, the arm's own safety configuration and the layout of the cell, never by this module.
 """
 
@@ -19,28 +19,28 @@ from lsds.errors import LimitExceeded, SafetyStop
 
 
 class SafetyOptions(BaseModel):
-    """Options of the `[safety]` table: limits of the cell, over and above those of each device."""
+    """Options of the `[safety]` table: limits of the cell, in addition to those of each device."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    max_grip_force_n: float = Field(default=100.0, gt=0, le=500, description="most that the gripper may push with")
-    max_finger_speed_m_s: float = Field(default=0.15, gt=0, le=1, description="fastest closing or opening")
-    max_arm_speed_m_s: float = Field(default=0.1, gt=0, le=2, description="fastest linear TCP velocity")
-    max_arm_angular_rad_s: float = Field(default=0.5, gt=0, le=10, description="fastest TCP rotation")
-    max_arm_acceleration_m_s2: float = Field(default=1.0, gt=0, le=20, description="hardest TCP acceleration")
-    min_aperture_m: float = Field(default=0.0, ge=0, le=0.5, description="never close further than this")
-    max_aperture_m: float | None = Field(default=None, gt=0, le=0.5, description="never open further than this")
-    stale_after_s: float = Field(default=0.2, gt=0, le=10, description="stop where no new frame came for so long")
+    max_grip_force_n: float = Field(default=100.0, gt=0, le=500, description="maximum force of the gripper")
+    max_finger_speed_m_s: float = Field(default=0.15, gt=0, le=1, description="maximum finger speed")
+    max_arm_speed_m_s: float = Field(default=0.1, gt=0, le=2, description="maximum linear TCP speed")
+    max_arm_angular_rad_s: float = Field(default=0.5, gt=0, le=10, description="maximum angular TCP speed")
+    max_arm_acceleration_m_s2: float = Field(default=1.0, gt=0, le=20, description="maximum TCP acceleration")
+    min_aperture_m: float = Field(default=0.0, ge=0, le=0.5, description="minimum aperture")
+    max_aperture_m: float | None = Field(default=None, gt=0, le=0.5, description="maximum aperture")
+    stale_after_s: float = Field(default=0.2, gt=0, le=10, description="stop if no new frame has arrived for this time")
     frozen_after_s: float = Field(
-        default=1.0, gt=0, le=3600, description="stop where the camera repeats one image for so long"
+        default=1.0, gt=0, le=3600, description="stop if the camera repeats one image for this time"
     )
-    watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop where the loop is silent for so long")
-    command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="a motion command expires after so long")
+    watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop if the loop is silent for this time")
+    command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="lifetime of a motion command")
 
 
 @dataclass(slots=True)
 class GuardCounts:
-    """How often each limit changed a command."""
+    """Number of commands that each limit changed."""
 
     force: int = 0
     finger_speed: int = 0
@@ -52,19 +52,19 @@ class GuardCounts:
 
 
 class Guard:
-    """Keeps commands within the cell's limits: clamps and counts; refuses what is not a number."""
+    """Clamps commands to the cell's limits and counts the changes; refuses NaN and infinity."""
 
     def __init__(self, options: SafetyOptions) -> None:
         self._options = options
         self.counts = GuardCounts()
 
     def gripper(self, command: GripperCommand, held_aperture_m: float, *, allow_opening: bool) -> GripperCommand:
-        """Return the command within the limits.
+        """Return the command clamped to the limits.
 
-        `held_aperture_m` is what the gripper was last really sent, so what it holds the object with. An automatic
-        grip correction passes `allow_opening=False` and can then only close: a sign error or a bad estimate in the
-        chain must not let go of the object. A release asked for by the task, and the demonstration of the paper's
-        literal sign, pass True. Raises LimitExceeded where a number is NaN or infinite, or speed or force negative.
+        `held_aperture_m` is the aperture last sent to the gripper. An automatic grip correction passes
+        `allow_opening=False` and can then only close: a sign error or a bad estimate must not release the object. A
+        release requested by the task, and the demonstration of the paper's literal sign, pass True. Raises
+        LimitExceeded if a number is NaN or infinite, or if speed or force is negative.
         """
         _require_finite("gripper", command.aperture_m, command.speed_m_s, command.force_n)
         if command.speed_m_s < 0 or command.force_n < 0:
@@ -86,14 +86,14 @@ class Guard:
         return replace(command, aperture_m=aperture, speed_m_s=speed, force_n=force)
 
     def arm(self, command: ArmCommand) -> ArmCommand:
-        """Return the command within the limits; a twist that is too fast keeps its direction.
+        """Return the command clamped to the limits; a twist that is too fast keeps its direction.
 
-        Raises LimitExceeded where a number is NaN or infinite, or the acceleration is not positive.
+        Raises LimitExceeded if a number is NaN or infinite, or if the acceleration is not positive.
         """
         twist = command.twist
         _require_finite("arm", *twist.linear_m_s, *twist.angular_rad_s, command.acceleration_m_s2)
         if command.acceleration_m_s2 <= 0:
-            raise LimitExceeded("arm", "the acceleration must be positive, or the arm could never come to rest")
+            raise LimitExceeded("arm", "the acceleration must be positive, otherwise the arm could not come to rest")
         limits, counts = self._options, self.counts
         linear, changed = _scaled(twist.linear_m_s, limits.max_arm_speed_m_s)
         counts.arm_speed += changed
@@ -105,11 +105,11 @@ class Guard:
 
 
 class Watchdog:
-    """Calls `stop` once where the loop has been silent for longer than `timeout_s`.
+    """Calls `stop` once if the loop has not called `feed()` for longer than `timeout_s`.
 
-    `now` is a monotonic source in nanoseconds. `start` runs the check in a thread of its own; a loop feeds with
-    `feed()` and asks `check()`, which raises SafetyStop after the watchdog has fired. Under the virtual clock there is
-    nothing to watch: a single thread cannot stall against itself.
+    `now` is a monotonic source in nanoseconds. `start` runs the check in its own thread; the loop calls `feed()` and
+    `check()`, which raises SafetyStop after the watchdog has fired. Not used with the virtual clock, where a single
+    thread cannot stall in simulated time.
     """
 
     def __init__(self, stop: Callable[[], object], timeout_s: float, now: Callable[[], int]) -> None:
@@ -124,24 +124,24 @@ class Watchdog:
 
     @property
     def fired(self) -> bool:
-        """Whether the watchdog has stopped the cell."""
+        """True if the watchdog has stopped the cell."""
         return self._silence_ns is not None
 
     def feed(self) -> None:
-        """Tell that the loop is alive."""
+        """Report that the loop is running."""
         self._fed_ns = self._now()
 
     def check(self) -> None:
-        """Raise SafetyStop where the watchdog has fired."""
+        """Raise SafetyStop if the watchdog has fired."""
         if self._silence_ns is not None:
             raise SafetyStop(
-                f"watchdog: the loop was silent for {seconds(self._silence_ns):.3f} s, allowed are "
-                f"{seconds(self._timeout_ns):.3f} s; the cell was stopped{self._failure}. Look for what blocked the "
-                "loop (lsds run --json shows each task's longest run), or raise safety.watchdog_s"
+                f"watchdog: the loop was silent for {seconds(self._silence_ns):.3f} s, the limit is "
+                f"{seconds(self._timeout_ns):.3f} s; the cell was stopped{self._failure}. Find what blocked the "
+                "loop (lsds run --json shows the longest run of each task), or increase safety.watchdog_s"
             )
 
     def poll(self) -> bool:
-        """Check once; call `stop` where the loop has been silent too long. Return whether the watchdog has fired."""
+        """Check once; call `stop` if the loop has been silent for too long. Return whether the watchdog has fired."""
         silence = self._now() - self._fed_ns
         if self._silence_ns is None and silence > self._timeout_ns:
             self._silence_ns = silence
@@ -152,13 +152,13 @@ class Watchdog:
         return self.fired
 
     def start(self) -> None:
-        """Begin to watch. The silence counts from now."""
+        """Start watching. The time of silence counts from now."""
         self.feed()
         self._thread = threading.Thread(target=self._watch, name="lsds-watchdog", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """End watching. Does nothing the second time."""
+        """Stop watching. A second call does nothing."""
         self._closing.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(timeout=1.0)
@@ -171,7 +171,7 @@ class Watchdog:
         self.close()
 
     def _watch(self) -> None:
-        # A quarter of the time-out, so that the stop comes at most 25 % late.
+        # Check every quarter of the time-out, so that the stop is at most 25 % late.
         while not self._closing.wait(seconds(self._timeout_ns) / 4):
             if self.poll():
                 return
@@ -179,7 +179,7 @@ class Watchdog:
 
 def _require_finite(device: str, *numbers: float) -> None:
     if not all(map(math.isfinite, numbers)):
-        raise LimitExceeded(device, "a command held NaN or infinity and was not sent")
+        raise LimitExceeded(device, "a command contained NaN or infinity and was not sent")
 
 
 def _at_most(value: float, limit: float) -> tuple[float, bool]:

@@ -1,7 +1,7 @@
 """Several rates in one thread: a heap of (due, phase, order), absolute deadlines, missed cycles skipped.
 
-It only schedules. Every task keeps to a grid, first due + k * period, and nothing ever moves the grid: a cycle that
-could not be run in time is skipped and counted, so a rate does not drift and a backlog does not build up.
+Every task has a fixed grid, first due + k * period. A cycle that could not run in time is skipped and counted, so that
+rates do not drift and no backlog builds up.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from lsds.clock import Clock, perf_ns
 from lsds.histogram import LogHistogram
 
 _BATCH = 512
-"""Execution times are folded into the histogram so many at a time: the fold costs less than a call each."""
+"""Execution times are added to the histogram in batches of this size, which is faster than one at a time."""
 
 
 class Phase(IntEnum):
@@ -33,11 +33,11 @@ class Phase(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class TaskStatistics:
-    """How one task fared. `runs + overruns` is the number of its cycles that have come due.
+    """Statistics of one task. `runs + overruns` is the number of its cycles that were due.
 
-    `overruns` counts missed cycles. Lateness is due to start, on the scheduler's clock; execution times are computing
-    cost on a high-resolution counter, quantiles to 1.6 %; for a task that did not have to wait for its time they
-    include its dispatching, about half a microsecond. All in nanoseconds.
+    `overruns` counts missed cycles. Lateness is the time from due to start on the scheduler's clock; execution times
+    are measured with a high-resolution counter, quantiles to 1.6 %. If a task starts without waiting, its execution
+    time includes dispatching, about half a microsecond. All in nanoseconds.
     """
 
     name: str
@@ -110,7 +110,7 @@ class Scheduler:
     ) -> None:
         """Add a task: `callback(now_ns)` every `period_ns`, first `offset_ns` after the first `run` began.
 
-        Not while running. Raises ValueError for a period below 1 ns, a negative offset or a name taken, RuntimeError
+        Not while running. Raises ValueError for a period below 1 ns, a negative offset or a name in use, RuntimeError
         while running.
         """
         if self._running:
@@ -118,17 +118,18 @@ class Scheduler:
         if period_ns < 1 or offset_ns < 0:
             raise ValueError(f"task '{name}': the period must be at least 1 ns and the offset not negative")
         if any(task.name == name for task in self._tasks):
-            raise ValueError(f"there is a task '{name}' already")
+            raise ValueError(f"a task named '{name}' already exists")
         task = _Task(name, callback, period_ns)
         self._waiting.append((offset_ns, int(phase), len(self._tasks), task))
         self._tasks.append(task)
 
     def stop(self) -> None:
-        """Ask `run` to return before the next task starts; from any thread. Without a run, the next one returns."""
+        """Make `run` return before the next task starts; from any thread. If it is not running, the next `run` returns
+        at once."""
         self._stop_requested = True
 
     def statistics(self) -> tuple[TaskStatistics, ...]:
-        """Return how each task fared, in the order in which they were added."""
+        """Return the statistics of each task, in the order in which they were added."""
         return tuple(task.statistics() for task in self._tasks)
 
     def clear(self) -> None:
@@ -139,13 +140,13 @@ class Scheduler:
             task.callback = _nothing
 
     def run(self, until_ns: int) -> bool:
-        """Run every task that comes due before `until_ns`, then sleep until then. Return False where `stop` ended it.
+        """Run every task that is due before `until_ns`, then sleep until that time. Return False if `stop` ended it.
 
-        May be called again to go on. An exception of a task ends the run and propagates, with the task's name as a
+        May be called again to continue. An exception of a task ends the run and propagates, with the task's name as a
         note and the task counted. Raises RuntimeError from within a task.
         """
         if self._running:
-            raise RuntimeError("the scheduler is running already")
+            raise RuntimeError("the scheduler is already running")
         self._take_waiting()
         self._running = True
         try:
@@ -164,14 +165,14 @@ class Scheduler:
             self._epoch_ns = now
         for offset, phase, order, task in self._waiting:
             due = self._epoch_ns + offset
-            if due < now:  # Added after the first run: join the grid at its next point.
+            if due < now:  # A task added after the first run starts at the next point of its grid.
                 due += -(-(now - due) // task.period_ns) * task.period_ns
             self._heap.append((due, phase, order, task))
         self._waiting.clear()
         heapify(self._heap)
 
     def _dispatch(self, until_ns: int) -> bool:
-        """Run the heap. Every line here is paid some thousand times a second: locals, no calls that can be spared."""
+        """Run the heap. This loop runs some thousand times per second: it uses locals and avoids calls."""
         heap = self._heap
         clock_now = self._clock.now
         sleep_until = self._clock.sleep_until

@@ -1,4 +1,4 @@
-"""The newest states of gripper, arm and pose source, and how fresh they are."""
+"""The newest states of gripper, arm and pose source, with checks of their age."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class States:
-    """What was read last of each device, None before the first. A gripper or an arm that goes quiet stops the cell."""
+    """The newest state of each device, None before the first. A silent gripper or arm stops the cell."""
 
     def __init__(self, rig: Rig, start_ns: int) -> None:
         self.gripper: GripperState | None = None
@@ -27,7 +27,7 @@ class States:
         self._follow = FollowWatch()
 
     def read_gripper(self, now_ns: int) -> None:
-        """Read the gripper. Raises SafetyStop where it was silent for too long."""
+        """Read the gripper. Raises SafetyStop if it was silent for too long."""
         gripper, fresh = self._rig.gripper, self._gripper_fresh
         if gripper is None:
             return
@@ -42,9 +42,9 @@ class States:
         fresh.require(now_ns)
 
     def read_arm(self, now_ns: int, wanted: Twist) -> None:
-        """Read the arm, and hold it against the velocity that is wanted of it.
+        """Read the arm, and compare its motion with the commanded velocity.
 
-        Raises SafetyStop where it was silent, or has not followed, for too long.
+        Raises SafetyStop if it was silent, or did not follow, for too long.
         """
         arm, fresh = self._rig.arm, self._arm_fresh
         if arm is None:
@@ -61,7 +61,7 @@ class States:
         fresh.require(now_ns)
 
     def read_pose(self, now_ns: int) -> None:
-        """Take the newest poses; they are for jobs and observers, so that going without stops nothing."""
+        """Read the newest poses. They serve jobs and observers only, so missing poses do not stop the cell."""
         if self._rig.pose_source is not None:
             try:
                 self.pose = self._rig.pose_source.read()

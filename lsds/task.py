@@ -1,4 +1,4 @@
-"""The `[task]` table: how the jobs of a cell grip and move."""
+"""The `[task]` table: parameters of gripping and lifting."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class TaskOptions(BaseModel):
-    """How to grip and move. The default is the paper's demonstration: lift a PVC pipe at 3.8 cm/s."""
+    """Parameters of gripping and lifting. The default is the paper's demonstration: lift a PVC pipe at 3.8 cm/s."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture to grasp with")
+    grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture of the grasp")
     grip_speed_m_s: float = Field(default=0.05, gt=0, le=1, description="finger speed of grasping and correcting")
-    grip_force_n: float = Field(default=60.0, gt=0, le=500, description="most that the gripper may push with")
+    grip_force_n: float = Field(default=60.0, gt=0, le=500, description="maximum force of the gripper")
     lift_speed_m_s: float = Field(default=0.038, ge=0, le=1, description="vertical TCP velocity while lifting")
-    lift_acceleration_m_s2: float = Field(default=0.5, gt=0, le=20, description="of the start and end of the lift")
-    settle_s: float = Field(default=0.6, ge=0, le=60, description="wait between grasp and lift")
-    lift_s: float = Field(default=3.0, ge=0, le=600, description="how long to lift")
-    hold_s: float = Field(default=1.0, ge=0, le=600, description="how long to hold still afterwards")
-    timeout_s: float = Field(default=10.0, gt=0, le=600, description="most that reference or grasp may take")
+    lift_acceleration_m_s2: float = Field(
+        default=0.5, gt=0, le=20, description="acceleration at the start and end of the lift"
+    )
+    settle_s: float = Field(default=0.6, ge=0, le=60, description="settling time between grasp and lift")
+    lift_s: float = Field(default=3.0, ge=0, le=600, description="duration of the lift")
+    hold_s: float = Field(default=1.0, ge=0, le=600, description="duration of holding still after the lift")
+    timeout_s: float = Field(
+        default=10.0, gt=0, le=600, description="time limit of taking the reference and of the grasp"
+    )

@@ -1,4 +1,4 @@
-"""Following slip through a recording: every frame through the same perception as in the running cell."""
+"""Track slip in a recording, with the same perception as in the running cell."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class TrackResult:
-    """What tracking a recording gave. Lists are one entry per frame after the reference, in order.
+    """The result of tracking a recording. Lists have one entry per frame after the reference, in order.
 
     `displacement_m` entries are (N, 2), NaN where lost; `features` (F,) in the order of `FEATURES`. `failures` names
-    each frame that could not be used and why; `error` is what ended the recording early, None for a good end, and
-    `cause` the exception behind it, if any. `frames` counts all frames read, those of the reference and unusable ones
-    included.
+    each frame that could not be used and why; `error` is what ended the recording early, None if it was read to the
+    end, and `cause` the exception behind it, if any. `frames` counts all frames read, those of the reference and
+    unusable ones included.
     """
 
     source: str
@@ -61,11 +61,11 @@ class TrackResult:
     largest_m: float = -1.0
 
     def __post_init__(self) -> None:
-        # A file's name need not be text, but what is written about it has to be.
+        # A file name may contain bytes that are not valid text; the output must be text.
         self.source = self.source.encode(errors="backslashreplace").decode()
 
     def summary(self) -> dict[str, Any]:
-        """Return the figures of the whole recording."""
+        """Return the summary figures of the recording."""
         kept = self.kept_fraction
         return {
             "source": self.source,
@@ -122,7 +122,7 @@ def track(
     """Track a recording: a video file, a folder of images, or a pattern such as "clip/*.png".
 
     `config` is a configuration or its file; `overrides` change a file's keys ("tracker.backend=centroid"). Raises
-    ConfigError, PluginError; what is wrong with the recording is in the result's `error`.
+    ConfigError, PluginError; an error of the recording is in the result's `error`.
     """
     host = PluginHost()
     return track_recording(_of_recording(source, config, overrides, host), host, progress)
@@ -131,7 +131,7 @@ def track(
 def watch(
     source: str | Path, config: RigConfig | str | Path | None = None, overrides: Sequence[str] = ()
 ) -> Iterator[Cycle]:
-    """Yield a cycle for each usable frame of a recording, with all that was made of it; arguments as for `track`.
+    """Yield a cycle for each usable frame of a recording, with all results; arguments as for `track`.
 
     Raises ConfigError, PluginError, and DataError for a recording that cannot be read.
     """
@@ -150,12 +150,12 @@ def engine_of(
 def _of_recording(
     source: str | Path, config: RigConfig | str | Path | None, overrides: Sequence[str], host: PluginHost
 ) -> RigConfig:
-    """Return the configuration with the recording for its only sensor."""
+    """Return the configuration with the recording as its only sensor."""
     if isinstance(config, RigConfig):
         options = {**config.section("sensor").tables.get("video", {}), "path": str(source)}
         video = BackendSection.model_validate({"backend": "video", "video": options})
         return config.model_copy(update={"sensor": video, "sensors": {}})
-    # Recordings begin untouched for one frame only; a config or an override may know better.
+    # Only the first frame of a recording is assumed to be without contact; a config or an override can change this.
     defaults = ["tactile.reference_frames=1"] if config is None else []
     path = f"sensor.video.path={value_text(str(source))}"
     return load_config(config, [*defaults, *overrides, "sensor.backend=video", path], host=host, without=("sensors",))
@@ -166,14 +166,14 @@ def track_recording(
 ) -> TrackResult:
     """Track the recording that the config's sensor names, its first settled frames as reference.
 
-    `progress(done, claimed)` is called after every frame. An unusable frame is listed and passed over; a recording
-    that cannot be opened, has no usable reference or ends early is `error`, with all frames before it kept.
+    `progress(done, claimed)` is called after every frame. An unusable frame is listed and skipped; if the recording
+    cannot be opened, has no usable reference or ends early, `error` is set and all earlier frames are kept.
     """
     options = config.section("sensor").options()
     source = str(options.get("path", config.section("sensor").backend))
     result = TrackResult(source, str(options.get("timestamps", "nominal")))
     host = host or PluginHost()
-    # Only the recording and the algorithms: whatever else the config names is not built.
+    # Build only the recording and the algorithms, and no device of the config.
     rig = Rig(only_watching(config), host, clock=VirtualClock())
     try:
         with _explained("frame 0"):
@@ -208,7 +208,7 @@ def track_recording(
 
 
 def only_watching(config: RigConfig) -> RigConfig:
-    """Return the configuration with its first sensor and its algorithms, and nothing that moves."""
+    """Return the configuration with only its first sensor and its algorithms."""
     none = {kind: BackendSection(backend=NO_DEVICE) for kind in ("gripper", "arm", "pose_source", "cell")}
     alone = {"sensor": config.section("sensor"), "sensors": {}, "job": BackendSection(backend="watch"), "clock": "auto"}
     return config.model_copy(update=none | alone)
@@ -238,7 +238,7 @@ def _take(result: TrackResult, cycle: Cycle, start_ns: int) -> None:
 
 @contextmanager
 def _explained(place: str) -> Iterator[None]:
-    """Turn an exception that does not explain itself into a DataError: a plugin's mistake ends one recording."""
+    """Convert an unexpected exception into a DataError, so that a plugin's bug ends only one recording."""
     try:
         yield
     except LsdsError:

@@ -1,6 +1,6 @@
-"""Watches: a device that has gone quiet, a gripper that did not hear, an arm that does not follow.
+"""Monitors for a silent device, a gripper command that was lost, and an arm that does not follow.
 
-Pure bookkeeping over times that are handed in, so that every rule can be tested without a device.
+They only compare times passed as arguments, so that every rule can be tested without a device.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from lsds.errors import SafetyStop
 if TYPE_CHECKING:
     from lsds.contracts import ArmState, GripperState, Twist
 
-#: A sample stamped further ahead of the rig's clock than this is from another clock.
+#: A sample stamped further ahead of the rig's clock than this uses another clock, ns.
 AHEAD_NS = 50_000_000
 
 
 class Freshness:
-    """When a source last gave something usable, by the rig's own clock; its stamps are checked, not believed.
+    """The time since the last usable sample of a source, on the rig's clock; its time stamps are checked.
 
-    `limit_ns` is how long it may be without, `allowance_ns` how much longer at the start; `remedy` is told where the
-    source itself gave no reason.
+    `limit_ns` is the longest time without a usable sample, `allowance_ns` an extra time at the start; `remedy` is shown
+    if the source gave no reason.
     """
 
     def __init__(self, source: str, start_ns: int, limit_ns: int, *, allowance_ns: int = 0, remedy: str = "") -> None:
@@ -36,51 +36,55 @@ class Freshness:
 
     @property
     def reason(self) -> str:
-        """Why there is none, empty where nothing is known."""
+        """The reason for the missing sample, empty if unknown."""
         return self._reason
 
     def good(self, now_ns: int) -> None:
-        """Take note of a usable sample."""
+        """Record a usable sample."""
         self._good_ns, self._allowance_ns, self._reason = now_ns, 0, ""
 
     def bad(self, reason: str) -> None:
-        """Take note of why there is none."""
+        """Record the reason for a missing sample."""
         self._reason = reason
 
     def stamped(self, stamp_ns: int, now_ns: int) -> bool:
-        """Take note of a sample's own time; return whether it may be used: newer than the last, not from the future,
-        and not already too old when it came."""
+        """Record a sample's time stamp; return whether it is usable: newer than the last one, not in the future, and
+        not too old on arrival."""
         last = self._stamp_ns
         if stamp_ns > now_ns + AHEAD_NS:
-            self.bad(f"samples are stamped {seconds(stamp_ns - now_ns):.3f} s ahead of the rig's clock: use its clock")
+            self.bad(
+                f"samples are stamped {seconds(stamp_ns - now_ns):.3f} s ahead of the rig's clock; stamp them by it"
+            )
             return False
         self._stamp_ns = stamp_ns if last is None else max(last, stamp_ns)
         if last is not None and stamp_ns <= last:
-            self.bad("its newest sample is still the one of before, or stamped no later: has the device gone quiet?")
+            self.bad(
+                "its newest sample is the previous one or is not stamped later; check whether the device still measures"
+            )
             return False
         if now_ns - stamp_ns > self._limit_ns:
-            self.bad(f"samples come {seconds(now_ns - stamp_ns):.3f} s after they were taken")
+            self.bad(f"samples arrive {seconds(now_ns - stamp_ns):.3f} s after they were taken")
             return False
         return True
 
     def require(self, now_ns: int) -> None:
-        """Raise SafetyStop where the source has been without for too long."""
+        """Raise SafetyStop if there was no usable sample for too long."""
         silence = now_ns - self._good_ns
         if silence > self._limit_ns + self._allowance_ns:
             raise SafetyStop(
-                f"{self._source}: nothing usable for {seconds(silence):.2f} s, allowed are "
+                f"{self._source}: nothing usable for {seconds(silence):.2f} s, the limit is "
                 f"{seconds(self._limit_ns + self._allowance_ns):.2f} s; the arm was stopped and the grip kept "
                 f"({self._reason or self._remedy})"
             )
 
 
 class ArrivalWatch:
-    """Decides from the gripper's own states whether it has done what it was sent to do.
+    """Decides from the gripper's states whether it has executed a command.
 
-    "Not moving" alone also holds before a motion has begun and where the command was lost.
+    "Not moving" is not enough: it also holds before the motion starts, and if the command was lost.
     """
 
-    #: The gripper counts as arrived when it has rested this long.
+    #: The gripper has arrived when it has rested this long.
     REST_NS = 150_000_000
     #: A command that is not echoed for this long is lost.
     ECHO_NS = 500_000_000
@@ -93,18 +97,18 @@ class ArrivalWatch:
         self._resting_since: int | None = None
 
     def sent(self, aperture_m: float, now_ns: int) -> None:
-        """Take note of the aperture that was really sent."""
+        """Record the aperture that was sent."""
         self._sent_m, self._sent_ns, self._heard, self._resting_since = aperture_m, now_ns, False, None
 
     def lost(self, state: GripperState | None, now_ns: int) -> bool:
-        """Return whether the gripper has not echoed the command in time. One that it has heard once is never lost: a
-        correction may have changed the target since, and going back would open."""
+        """Return whether the gripper has not echoed the command in time. A command that was echoed once is never lost:
+        a correction may have changed the target since, and sending it again would open the gripper."""
         if state is not None and self._echoes(state):
             self._heard = True
         return not self._heard and now_ns - self._sent_ns > self.ECHO_NS
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
-        """Return whether the fingers rest where they were sent, or on an object on the way there."""
+        """Return whether the fingers rest at the target, or on an object on the way there."""
         if state is None or math.isnan(self._sent_m) or state.t_ns <= self._sent_ns or not self._echoes(state):
             self._resting_since = None
             return False
@@ -121,9 +125,9 @@ class ArrivalWatch:
 
 
 class FollowWatch:
-    """Notices an arm that takes velocity commands and does not move."""
+    """Detects an arm that accepts velocity commands but does not move."""
 
-    #: How long an arm may take to get going, and the share of the speed that counts as going.
+    #: Time allowed until the arm moves, and the fraction of the commanded speed that counts as moving.
     PATIENCE_NS = 1_000_000_000
     SHARE = 0.3
 
@@ -131,9 +135,9 @@ class FollowWatch:
         self._lagging_since: int | None = None
 
     def check(self, state: ArmState, commanded: Twist, now_ns: int) -> None:
-        """Raise SafetyStop for a protective stop, and for an arm that has not followed for too long."""
+        """Raise SafetyStop on a protective stop, or if the arm has not followed for too long."""
         if state.protective_stop:
-            raise SafetyStop("arm: protective stop; the grip was kept (find its cause, then unlock it at the arm)")
+            raise SafetyStop("arm: protective stop; the grip was kept (find the cause, then unlock the arm)")
         wanted, speed, unit = math.hypot(*commanded.linear_m_s), math.hypot(*state.tcp_twist.linear_m_s), "m/s"
         if wanted <= 0:
             wanted, speed = math.hypot(*commanded.angular_rad_s), math.hypot(*state.tcp_twist.angular_rad_s)
@@ -145,6 +149,6 @@ class FollowWatch:
             self._lagging_since = now_ns
         if now_ns - self._lagging_since > self.PATIENCE_NS:
             raise SafetyStop(
-                f"arm: commanded {wanted:.3f} {unit} and moving {speed:.3f} {unit} for "
-                f"{seconds(now_ns - self._lagging_since):.1f} s; the grip was kept (is it in remote control, and free?)"
+                f"arm: commanded {wanted:.3f} {unit} but moving at {speed:.3f} {unit} for "
+                f"{seconds(now_ns - self._lagging_since):.1f} s; the grip was kept (check remote control and obstacles)"
             )

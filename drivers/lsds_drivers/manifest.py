@@ -1,4 +1,4 @@
-"""What this package offers to lsds. Light on purpose: listing plugins imports neither cv2 nor a vendor's library."""
+"""The plugin manifest of the drivers. Listing plugins must import neither cv2 nor a vendor's library."""
 
 from __future__ import annotations
 
@@ -47,21 +47,21 @@ def lsds_backends() -> list[BackendSpec]:
             "uvc-tactile",
             "lsds_drivers.cameras.uvc_tactile:build",
             "lsds_drivers.cameras.uvc_tactile:UvcTactileOptions",
-            summary="any fingertip with a camera in it (DIGIT and others), described by its options",
+            summary="any camera-based fingertip (DIGIT and others), described by its options",
         ),
         BackendSpec(
             "pose_source",
             "aruco",
             "lsds_drivers.aruco.source:ArucoPoseSource",
             "lsds_drivers.aruco.options:ArucoOptions",
-            summary="bodies by printed ArUco or ChArUco markers, from any camera or a RealSense",
+            summary="poses of bodies with printed ArUco or ChArUco markers, by any camera or a RealSense",
         ),
         BackendSpec(
             "arm",
             "ur5e",
             "lsds_drivers.ur.arm:UrArm",
             "lsds_drivers.ur.options:UrOptions",
-            summary="Universal Robots e-Series over RTDE (model = other sizes): Cartesian velocities",
+            summary="Universal Robots e-Series over RTDE (model = other sizes): Cartesian velocity commands",
             requires=("rtde_control", "rtde_receive", "dashboard_client"),
             extra="ur",
         ),

@@ -1,1 +1,1 @@
-"""The command line. Commands are imported when they are called, so that `lsds --help` imports nothing heavy."""
+"""The command line. A command is imported when it is called, so `lsds --help` imports nothing heavy."""

@@ -1,4 +1,4 @@
-"""`lsds calibrate`: what a rig has to know about its devices before it can measure with them."""
+"""`lsds calibrate`: calibrate the devices of a rig before measuring with them."""
 
 from __future__ import annotations
 
@@ -14,29 +14,43 @@ _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 @click.group(context_settings=_HELP)
 def calibrate() -> None:
-    """Calibrate what a rig measures with.
+    """Calibrate the measuring devices of a rig.
 
     \b
     Examples:
       lsds calibrate camera --board board.pdf                  print the board
-      lsds calibrate camera views/ --out camera.yaml           from pictures of it
+      lsds calibrate camera views/ --out camera.yaml           calibrate from pictures of it
     """
 
 
 @calibrate.command(context_settings=_HELP)
 @click.argument("sources", nargs=-1, metavar="[SOURCE...]")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the calibration: .yaml or .json.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Calibration file to write: .yaml or .json."
+)
 @click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw coverage and residuals to a PNG.")
-@click.option("--board", type=click.Path(dir_okay=False, path_type=Path), help="Only draw the board: .png or .pdf.")
-@click.option("--columns", type=click.IntRange(3, 50), default=8, show_default=True, help="Squares across.")
-@click.option("--rows", type=click.IntRange(3, 50), default=6, show_default=True, help="Squares down.")
-@click.option("--square-mm", type=click.FloatRange(1, 1000), default=30.0, show_default=True, help="Side of a square.")
-@click.option("--marker-mm", type=click.FloatRange(0.5, 1000), default=22.0, show_default=True, help="Of a marker.")
-@click.option("--dictionary", default="4X4_50", show_default=True, help="Markers' dictionary, as OpenCV names it.")
+@click.option("--board", type=click.Path(dir_okay=False, path_type=Path), help="Only write the board: .png or .pdf.")
+@click.option(
+    "--columns", type=click.IntRange(3, 50), default=8, show_default=True, help="Number of columns of squares."
+)
+@click.option("--rows", type=click.IntRange(3, 50), default=6, show_default=True, help="Number of rows of squares.")
+@click.option(
+    "--square-mm", type=click.FloatRange(1, 1000), default=30.0, show_default=True, help="Side length of a square."
+)
+@click.option(
+    "--marker-mm", type=click.FloatRange(0.5, 1000), default=22.0, show_default=True, help="Side length of a marker."
+)
+@click.option("--dictionary", default="4X4_50", show_default=True, help="OpenCV name of the marker dictionary.")
 @click.option("--legacy", is_flag=True, help="Board printed by OpenCV before 4.6, with an even number of rows.")
-@click.option("--views", type=click.IntRange(3, 500), default=30, show_default=True, help="Most views taken.")
-@click.option("--least-views", type=click.IntRange(3, 500), default=8, show_default=True, help="Fewer are refused.")
-@click.option("--seconds", type=click.FloatRange(1, 3600), default=60.0, show_default=True, help="Watch a live camera.")
+@click.option(
+    "--views", type=click.IntRange(3, 500), default=30, show_default=True, help="Maximum number of views to use."
+)
+@click.option(
+    "--least-views", type=click.IntRange(3, 500), default=8, show_default=True, help="Minimum number of views required."
+)
+@click.option(
+    "--seconds", type=click.FloatRange(1, 3600), default=60.0, show_default=True, help="Time to watch a live camera."
+)
 @json_option
 def camera(
     sources: tuple[str, ...],
@@ -54,11 +68,14 @@ def camera(
     seconds: float,
     json_file: str | None,
 ) -> None:
-    """Calibrate a camera with a printed ChArUco board, for ground-truth poses.
+    """Calibrate a camera with a ChArUco board.
 
-    SOURCE is a picture, a folder or pattern of pictures, a video, a camera's index or /dev path, or a URL. Before a
-    live camera, or in a video, move the board over the whole picture, near and far, and tilt it both ways: views are
-    taken as they differ from those before. Views that are too few, or too much alike, are refused.
+    The calibration is needed for ground-truth poses (pose source aruco). --board writes the board to print.
+
+    SOURCE is a picture, a folder or glob pattern of pictures, a video, a camera index, a /dev path or a URL. With a
+    video or a live camera, move the board over the whole picture, near and far, and tilt it in both directions: a view
+    is used only if it differs from the earlier ones. The command fails if there are too few views or if they are too
+    similar.
 
     \b
     Examples:
@@ -78,18 +95,20 @@ def camera(
         _draw(board, shape, dictionary)
         return
     if not sources:
-        raise click.UsageError("name pictures, a video or a camera; or --board FILE for the board to print")
+        raise click.UsageError(
+            "SOURCE is missing: give pictures, a video or a camera, or --board FILE to write the board"
+        )
     for target in (out, plot, json_file):
         require_writable(target)
     if out is not None and out.suffix.lower() not in (".yaml", ".yml", ".json", ".xml"):
-        raise click.UsageError(f"--out {out}: the name ends in .yaml or .json")
+        raise click.UsageError(f"--out {out}: the name must end in .yaml or .json")
     from lsds.cli.calibrate_views import collect
 
     finder = BoardFinder(shape, dictionary)
     found = collect(finder, sources, most=views, live_s=seconds)
     if finder.size is None or not found.views:
         raise DataError(
-            f"no board was found in {found.looked} pictures "
+            f"no board found in {found.looked} pictures "
             f"(is it {columns} x {rows} squares, with markers of dictionary {dictionary}?)"
         )
     result = solve(found.views, finder.size, least_views=least_views)
@@ -141,7 +160,7 @@ def _draw(path: Path, shape: object, dictionary: str) -> None:
     assert isinstance(shape, Board)
     require_writable(path)
     if path.suffix.lower() not in (".png", ".pdf"):
-        raise click.UsageError(f"--board {path}: the name ends in .png or .pdf")
+        raise click.UsageError(f"--board {path}: the name must end in .png or .pdf")
     width, height = draw_board(path, shape, dictionary)
     click.echo(
         f"{path}: {width:.0f} x {height:.0f} mm; print it at 100 %, glue it to something flat, and measure a square"

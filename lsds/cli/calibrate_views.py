@@ -1,4 +1,4 @@
-"""Where `lsds calibrate camera` takes its views from: pictures, videos, live cameras."""
+"""The sources of views for `lsds calibrate camera`: pictures, videos, live cameras."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
 class Found(NamedTuple):
-    """The views taken, and how many pictures were looked at."""
+    """The views used, and the number of pictures searched."""
 
     views: list[View]
     looked: int
 
 
 def collect(finder: BoardFinder, sources: Sequence[str], *, most: int, live_s: float) -> Found:
-    """Look for the board in all sources; of pictures every view is taken, of moving ones those that are new.
+    """Find the board in all sources. Every picture gives a view; a video or live camera only those that differ.
 
-    Raises DataError for what cannot be read, ConnectFailed for a camera that cannot be opened.
+    Raises DataError for a source that cannot be read, ConnectFailed for a camera that cannot be opened.
     """
     views: list[View] = []
     looked = 0
@@ -55,7 +55,7 @@ def collect(finder: BoardFinder, sources: Sequence[str], *, most: int, live_s: f
 
 
 def _pictures(source: str) -> list[Path] | None:
-    """Return the pictures that a source names, None where it is a video or a camera. Raises DataError."""
+    """Return the pictures that a source names, None if it is a video or a camera. Raises DataError."""
     path = Path(source).expanduser()
     if path.is_dir():
         found = sorted(p for p in path.iterdir() if p.suffix.lower() in PICTURES)
@@ -66,7 +66,7 @@ def _pictures(source: str) -> list[Path] | None:
     else:
         return None
     if not found:
-        raise DataError(f"{source}: no pictures there (looked for {', '.join(PICTURES)})")
+        raise DataError(f"{source}: no pictures found (searched for {', '.join(PICTURES)})")
     return found
 
 
@@ -74,7 +74,7 @@ def _still(pictures: Sequence[Path]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     for path in pictures:
         image = cv2.imread(str(path), cv2.IMREAD_COLOR)
         if image is None:
-            raise DataError(f"{path}: cannot be read as a picture (is it there, and whole?)")
+            raise DataError(f"{path}: cannot be read as a picture; check that the file exists and is complete")
         yield str(path), np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)
 
 
@@ -90,7 +90,9 @@ def _moving(source: str, live_s: float) -> Iterator[tuple[str, NDArray[np.uint8]
     try:
         if not capture.isOpened():
             raise ConnectFailed(
-                f"camera {source}", "cannot be opened", remedy="a picture, a video, an index, /dev/videoN or a URL?"
+                f"camera {source}",
+                "cannot be opened",
+                remedy="check the name: a picture, video, index, /dev/videoN or URL",
             )
         while is_file or clock.now() < deadline:
             good, image = capture.read()

@@ -1,4 +1,4 @@
-"""`lsds completion`: make the shell complete commands and options."""
+"""`lsds completion`: shell completion of commands and options."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from click.shell_completion import get_completion_class
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 def completion(shell: str) -> None:
-    """Print the completion script of a shell.
+    """Print the completion script for a shell.
 
     \b
     Examples:
@@ -20,10 +20,10 @@ def completion(shell: str) -> None:
     from lsds.cli.main import cli
 
     found = get_completion_class(shell)
-    if found is None:  # click.Choice has made sure of the three that click knows.
+    if found is None:  # click.Choice admits only the shells that click supports.
         raise click.ClickException(f"no completion for {shell}")
     if shell == "bash":
-        # click's bash class runs bash to learn its version before it gives the text; the text needs no bash here.
+        # click's bash class runs bash to check its version first; printing the script does not need bash.
         click.echo(
             found.source_template
             % {"complete_func": "_lsds_completion", "complete_var": "_LSDS_COMPLETE", "prog_name": "lsds"}

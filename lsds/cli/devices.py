@@ -1,4 +1,4 @@
-"""`lsds devices`: what is plugged in, and what the backends still need."""
+"""`lsds devices`: connected cameras and serial ports, and what each backend is missing."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from lsds.plugins.host import PluginHost
 CAMERAS = Path("/dev/v4l/by-id")
 SERIAL_PORTS = Path("/dev/serial/by-id")
 _FINGERTIPS = ("gelsight", "digit")
-"""Parts of the names under which tactile cameras announce themselves on USB."""
+"""Parts of the USB names of tactile cameras."""
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @json_flag
 def devices(json_file: str | None) -> None:
-    """List cameras and serial ports by their stable names, and what each device backend still needs.
+    """List cameras and serial ports by their stable names, and what each device backend is missing.
 
-    Nothing is opened and nothing moves: only names are read.
+    Reads names only: no device is opened and nothing moves.
 
     \b
     Examples:

@@ -16,32 +16,32 @@ from lsds.errors import LsdsError
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("lsds.cli.run:run", "Run the closed loop: grasp, lift, hold, on hardware or in the simulated cell."),
-    "track": ("lsds.cli.track:track", "Track slip through recordings, moving nothing."),
-    "study": ("lsds.cli.study:study", "Run a study: measure what things cost and what they give for it."),
-    "chart": ("lsds.cli.study:study", "The same as study."),
-    "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol, for any client."),
+    "track": ("lsds.cli.track:track", "Track slip in recordings. No device moves."),
+    "study": ("lsds.cli.study:study", "Run a study: measure speed against accuracy."),
+    "chart": ("lsds.cli.study:study", "Another name for study."),
+    "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol."),
     "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera with a printed board."),
-    "plugins": ("lsds.cli.plugins:plugins", "List the backends on offer and the plugins that failed."),
+    "plugins": ("lsds.cli.plugins:plugins", "List the installed backends and the plugins that failed to load."),
     "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),
-    "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend still needs."),
+    "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend is missing."),
     "completion": ("lsds.cli.completion:completion", "Print a shell completion script."),
 }
-"""Built-in commands: name -> where the command lives, and its one line in `lsds --help`."""
+"""Built-in commands: name -> (module:attribute, the summary in `lsds --help`)."""
 
 
 class LazyGroup(click.Group):
-    """A group that knows its commands' names and summaries, and imports each on use.
+    """A command group with a table of names and summaries; a command is imported when it is used.
 
-    Plugins add commands (kind `command`). Their manifests are read only where all names are wanted, or a name is not
-    a built-in one; a built-in command goes before a plugin's of the same name.
+    Plugins add commands (kind `command`). Their manifests are read only if all names are needed, or if a name is
+    not built in. A built-in command takes precedence over a plugin's command of the same name.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return all names: built-in ones in the order of the table, then those of plugins."""
+        """Return all names: built-in commands in the order of the table, then those of plugins."""
         return list(_summaries(ctx))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command. Raises click.ClickException where its module cannot be imported, PluginError likewise."""
+        """Import a command. Raises click.ClickException or PluginError if it cannot be imported."""
         if cmd_name not in COMMANDS:
             return plugin_command(ctx, cmd_name)
         module, _, attribute = COMMANDS[cmd_name][0].partition(":")
@@ -56,12 +56,12 @@ class LazyGroup(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands, without importing any."""
+        """Write the list of commands without importing any."""
         with formatter.section("Commands"):
             formatter.write_dl(list(_summaries(ctx).items()))
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Complete command names, importing no command: it would make each press of Tab wait."""
+        """Complete command names without importing any command, so that Tab responds at once."""
         if incomplete.startswith("-"):
             return click.Command.shell_complete(self, ctx, incomplete)
         found = [item for item in _summaries(ctx).items() if item[0].startswith(incomplete)]
@@ -70,7 +70,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command; for an unknown one say which was probably meant. Raises click.UsageError."""
+        """Find the command; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
         if args and args[0] not in COMMANDS and ":" not in args[0]:
             from lsds.cli.output import require_known
 
@@ -79,7 +79,7 @@ class LazyGroup(click.Group):
 
 
 def _summaries(ctx: click.Context) -> dict[str, str]:
-    """Return name and summary of every command."""
+    """Return the name and summary of every command."""
     own = {name: summary for name, (_, summary) in COMMANDS.items()}
     return own | {name: summary for name, summary in command_summaries(ctx).items() if name not in own}
 
@@ -88,14 +88,14 @@ def _summaries(ctx: click.Context) -> dict[str, str]:
 @click.option("--debug", is_flag=True, help="Show the traceback of an error.")
 @click.version_option(__version__, prog_name="lsds")
 def cli(debug: bool) -> None:
-    """Feel slip through a camera-based tactile fingertip, and close the gripper just enough.
+    """Detect slip with a camera-based tactile fingertip and close the gripper just enough.
 
     \b
     Examples:
-      lsds run                                  the simulated cell, closed loop
-      lsds run rig.toml --set seed=7            your cell
-      lsds plugins                              what is installed
-      lsds schema --example > rig.toml          a config to start from
+      lsds run                                  run the simulated cell, closed loop
+      lsds run rig.toml --set seed=7            run your own cell
+      lsds plugins                              list what is installed
+      lsds schema --example > rig.toml          write a config to start from
     """
 
 
@@ -107,9 +107,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def run_command(command: click.Command, name: str, arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code.
 
-    An error that lsds can explain becomes one message on stderr and the exit code of its class; `--debug` shows the
-    traceback instead. A missing library that an extra of lsds brings is such an error. An interrupt gives 130, a reader
-    that went away 141, as a shell expects.
+    An `LsdsError` is printed as one message on stderr and gives the exit code of its class; `--debug` shows the
+    traceback instead. A missing library that an extra of lsds installs is reported the same way. An interrupt gives
+    130, a closed output pipe 141, as a shell expects.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -127,7 +127,7 @@ def run_command(command: click.Command, name: str, arguments: Sequence[str] | No
         error.show()
         return error.exit_code
     except BrokenPipeError:
-        # Python flushes stdout once more on its way out; give it somewhere to go.
+        # Python flushes stdout once more at exit; point it at a stream that can still be written.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except LsdsError as error:

@@ -1,4 +1,4 @@
-"""`lsds mock`: serve a mock device's wire face in this process. One subcommand for each installed one."""
+"""`lsds mock`: serve a mock device on its wire protocol. One subcommand for each installed wire mock."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 class MockGroup(click.Group):
-    """Subcommands made from the installed wire mocks; their flags from each mock's options model."""
+    """Subcommands made from the installed wire mocks, with flags made from each mock's options model."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all wire mocks, and `rig`."""
         return [*host_of(ctx).names("wire_mock"), "rig"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Make the command of one mock. Raises PluginConflict, PluginLoadError."""
+        """Return the command of one mock. Raises PluginConflict, PluginLoadError."""
         if cmd_name == "rig":
             return rig
         host = host_of(ctx)
@@ -38,24 +38,24 @@ class MockGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the mock; for an unknown one say which was probably meant. Raises click.UsageError."""
+        """Find the mock; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
         if args and ":" not in args[0]:
             require_known(ctx, args, self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write each mock's line from its manifest, importing none."""
+        """List the mocks from their manifests without importing any."""
         rows = [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "wire_mock"]
         with formatter.section("Mocks"):
-            formatter.write_dl([*rows, ("rig", "all mocks of a rig's [cell.wire], around one plant")])
+            formatter.write_dl([*rows, ("rig", "all mocks of a rig's [cell.wire], sharing one plant")])
 
 
 @click.group(cls=MockGroup, context_settings=_HELP)
 def mock() -> None:
-    """Serve a mock device on its own wire protocol, so that real drivers and anybody's clients run on it.
+    """Serve a mock device on its own wire protocol, for the real drivers and any other client.
 
-    Everything listens on loopback only. Ctrl-C ends it. With --control it also reads faults from standard input, a JSON
-    object a line, and ends when the input does: for tests.
+    Mocks listen on loopback addresses only. Ctrl-C stops the command. With --control, for tests, it also reads faults
+    from standard input, one JSON object per line, and stops when the input ends.
 
     \b
     Examples:
@@ -63,18 +63,18 @@ def mock() -> None:
       lsds mock ur5e --host 127.0.0.2              an arm, all its ports
       lsds mock gelsight-mini --port 8080          a fingertip as MJPEG
       lsds mock hand-e --fault kind=drop,probability=0.05
-      lsds mock rig examples/rigs/wire.toml        all of a rig's mocks around one plant
+      lsds mock rig examples/rigs/wire.toml        all mocks of a rig, sharing one plant
     """
 
 
 @click.command(context_settings=_HELP)
 @click.argument("config", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
-@click.option("--json", "as_json", is_flag=True, help="Tell the addresses as one line of JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the addresses as one line of JSON.")
 def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Serve all mocks of a rig around one plant, each in a process of its own, until Ctrl-C.
+    """Serve all mocks of a rig until Ctrl-C, each in its own process, with one shared plant.
 
-    The rig's cell says which: [cell] backend = "wire". A run of the same file joins them.
+    The mocks are those of the config's cell, [cell] backend = "wire". `lsds run` with the same file connects to them.
 
     \b
     Examples:
@@ -96,13 +96,15 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
                 ["--fault", "faults"],
                 multiple=True,
                 metavar="kind=KIND[,KEY=VALUE...]",
-                help="A fault on the wire; repeatable. Keys: face, probability, after_s, for_s, count, delay_ms, code.",
+                help="Inject a fault; repeatable. Keys: face, probability, after_s, for_s, count, delay_ms, code.",
             )
         )
     parameters += [
-        click.Option(["--seed"], type=click.IntRange(min=0), default=0, show_default=True, help="Of faults and noise."),
-        click.Option(["--control"], is_flag=True, help="Read faults from standard input; end when it does."),
-        click.Option(["--json", "as_json"], is_flag=True, help="Tell the addresses as one line of JSON."),
+        click.Option(
+            ["--seed"], type=click.IntRange(min=0), default=0, show_default=True, help="Seed of faults and noise."
+        ),
+        click.Option(["--control"], is_flag=True, help="Read faults from standard input; stop when it ends."),
+        click.Option(["--json", "as_json"], is_flag=True, help="Print the addresses as one line of JSON."),
     ]
 
     def callback(seed: int, control: bool, as_json: bool, **given: Any) -> None:
@@ -116,7 +118,7 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
 
 
 def _parameter(name: str, field: FieldInfo) -> click.Parameter:
-    """Return the flag (or, for a required field, the argument) of one option; its text is validated by the model."""
+    """Return the flag (for a required field, the argument) of one option. The model validates its text."""
     if field.is_required():
         return click.Argument([name])
     default = field.get_default(call_default_factory=True)

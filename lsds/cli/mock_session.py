@@ -1,4 +1,4 @@
-"""Serving one mock: options from the command line, addresses out, faults in, and a clean end."""
+"""Serve mocks: read options and faults, print the addresses, shut down cleanly."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 def serve(
     host: PluginHost, backend: Backend, given: Mapping[str, Any], *, seed: int, control: bool, as_json: bool
 ) -> None:
-    """Build the mock, tell its addresses, and serve until a signal or, under `control`, the end of standard input.
+    """Build the mock, print its addresses, and serve until a signal or, with `control`, the end of standard input.
 
-    Raises ConfigError for options that are not allowed, ConnectFailed where an address is taken.
+    Raises ConfigError for options that are not allowed, ConnectFailed if an address is in use.
     """
     built: WireMock = host.build("wire_mock", backend.qualified_name, options(given), BuildContext(WallClock(), seed))
     stop = threading.Event()
@@ -48,7 +48,7 @@ def serve(
 def serve_rig(path: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
     """Start all mocks of a config's cell and wait for a signal.
 
-    Raises ConfigError where its cell starts none, ConnectFailed where one does not start, DeviceError where one ends.
+    Raises ConfigError if its cell starts none, ConnectFailed if one does not start, DeviceError if one stops.
     """
     from lsds.rig import build_cell
 
@@ -66,17 +66,17 @@ def serve_rig(path: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
             else:
                 for name, addresses in started.items():
                     click.echo(f"{name}: " + ", ".join(f"{face} {address}" for face, address in addresses.items()))
-                click.echo("Ctrl-C ends them all.")
+                click.echo("Press Ctrl-C to stop all mocks.")
             sys.stdout.flush()
             while not stop.wait(0.5):
                 if cell.broken:
-                    raise DeviceError(f"mock {cell.broken}", "has ended by itself", remedy="start it alone to see why")
+                    raise DeviceError(f"mock {cell.broken}", "stopped unexpectedly", remedy="start it alone to see why")
         finally:
             cell.close()
 
 
 def options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options table for flags as click gave them: what was not given is left to the model's defaults."""
+    """Return the options table for the flags that click parsed. Flags not given keep the model's defaults."""
     table: dict[str, Any] = {}
     for name, value in given.items():
         if value is None or value == ():
@@ -106,12 +106,12 @@ def _announce(name: str, addresses: Mapping[str, str], as_json: bool) -> None:
         width = max(map(len, addresses))
         for face, address in addresses.items():
             click.echo(f"  {face:{width}}  {address}")
-        click.echo("Ctrl-C ends it.")
+        click.echo("Press Ctrl-C to stop.")
     sys.stdout.flush()
 
 
 def _control(built: WireMock, stop: threading.Event) -> None:
-    """Read a fault a line; the end of the input ends the mock, so that none outlives the test that started it."""
+    """Read one fault per line; at the end of the input the mock stops, so that it cannot outlive its test."""
     try:
         for line in sys.stdin:
             if not line.strip():
@@ -119,7 +119,7 @@ def _control(built: WireMock, stop: threading.Event) -> None:
             try:
                 fault = json.loads(line)
                 if not isinstance(fault, dict):
-                    raise DataError("a fault is a JSON object")
+                    raise DataError("a fault must be a JSON object")
                 built.inject(fault)
                 answer: dict[str, Any] = {"ok": True}
             except Exception as error:
@@ -132,7 +132,7 @@ def _control(built: WireMock, stop: threading.Event) -> None:
 
 @contextlib.contextmanager
 def _stopping_on_signals(stop: threading.Event) -> Iterator[None]:
-    """Let SIGINT and SIGTERM end the service in good order; in other than the main thread, change nothing."""
+    """Make SIGINT and SIGTERM stop the service cleanly. Does nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,9 +1,9 @@
 """Command-line flags made from a pydantic model of options.
 
-A field becomes `--field-name`, its description the help. A list takes the flag several times, a `Literal` lists its
-choices, a bool has a `--no-...` too. A field may name another flag, and the word that stands for its value in the help,
-by `json_schema_extra={"flag": "--scene", "metavar": "NAME"}`; `"writes": True` marks the name of a file that the study
-writes, which is then checked before it starts. Ranges and all further checks are the model's own.
+A field becomes `--field-name`, with its description as the help. A list field is a repeatable flag, a `Literal` lists
+its choices, a bool also gets `--no-...`. `json_schema_extra={"flag": "--scene", "metavar": "NAME"}` sets another flag
+and the placeholder of its value in the help; `"writes": True` marks the name of a file that the study writes, which is
+then checked before the study starts. The model itself checks ranges and everything else.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def flags(
     model: type[BaseModel] | None, positional: Collection[str] = (), taken: Collection[str] = ()
 ) -> list[click.Parameter]:
-    """Return one parameter a field: an argument for those in `positional`, else an option.
+    """Return one parameter per field: an argument for those in `positional`, else an option.
 
-    A field whose name or flag is among `taken` gets none; `--set` reaches it all the same.
+    A field whose name or flag is in `taken` gets none, but can still be set with `--set`.
     """
     fields = {} if model is None else model.model_fields
     found: list[click.Parameter] = []
@@ -43,7 +43,7 @@ def flags(
 
 
 def given(model: type[BaseModel] | None, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options table of what was typed, values of flags that were not left out."""
+    """Return the options table of the flags that were given."""
     fields = {} if model is None else model.model_fields
     return {
         name: _value(fields[name], value)
@@ -53,7 +53,7 @@ def given(model: type[BaseModel] | None, values: Mapping[str, Any]) -> dict[str,
 
 
 def written_files(model: type[BaseModel] | None, options: Mapping[str, Any]) -> list[str]:
-    """Return the files that the study will write, from options whose field says so."""
+    """Return the files that the study will write: the values of fields marked `writes`."""
     fields = {} if model is None else model.model_fields
     names = [name for name, field in fields.items() if _extra(field).get("writes")]
     return [str(options[name]) for name in names if options.get(name)]
@@ -79,7 +79,7 @@ def _option(name: str, flag: str, field: FieldInfo) -> click.Option:
 
 
 def _kind(field: FieldInfo) -> tuple[Any, bool]:
-    """Return the type of one value, and whether there may be several; None for what TOML has to say."""
+    """Return the type of one value, and whether several are allowed; None if the value has to be written as TOML."""
     kind = _without_none(field.annotation)
     if get_origin(kind) in (list, set, frozenset) and len(get_args(kind)) == 1:
         return _simple(_without_none(get_args(kind)[0])), True
@@ -98,7 +98,7 @@ def _without_none(kind: Any) -> Any:
 
 
 def _words(kind: Any) -> list[str]:
-    """Return the choices of a Literal, as they are typed; an empty word cannot be."""
+    """Return the choices of a Literal as they are typed on the command line, without the empty string."""
     return [str(word) for word in get_args(kind) if str(word)] if get_origin(kind) is Literal else []
 
 

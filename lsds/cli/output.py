@@ -1,4 +1,4 @@
-"""What every command does alike with its results: JSON that is strict, stable and never half written."""
+"""Output shared by all commands: tables, CSV, and strict JSON with stable keys, written atomically."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Decorator(Protocol):
 json_option: Decorator = click.option(
     "--json", "json_file", metavar="FILE", default=None, help="Write the result as JSON to FILE; '-' is stdout."
 )
-"""The `--json FILE` option; the command receives it as `json_file`, None where it was not given."""
+"""The `--json FILE` option; the command receives it as `json_file`, None if it was not given."""
 
 json_flag: Decorator = click.option(
     "--json",
@@ -42,13 +42,13 @@ json_flag: Decorator = click.option(
     is_flag=False,
     flag_value="-",
     default=None,
-    help="Write the result as JSON to FILE, or to stdout where no FILE is named.",
+    help="Write the result as JSON to FILE; without FILE, to stdout.",
 )
-"""The same with an optional FILE, for commands without arguments: elsewhere it could swallow, and overwrite, one."""
+"""The same with an optional FILE. Only for commands without arguments: otherwise it could take an argument as FILE."""
 
 
 def require_known(ctx: click.Context, arguments: Sequence[str], known: Collection[str]) -> None:
-    """Raise click.UsageError for an unknown subcommand, saying which was probably meant."""
+    """Raise click.UsageError for an unknown subcommand, with the nearest name as a suggestion."""
     from difflib import get_close_matches
 
     if arguments and arguments[0] not in known and not arguments[0].startswith("-"):
@@ -68,14 +68,14 @@ def write_json(value: Any, target: str | Path) -> None:
 
 
 def require_writable(target: str | Path | None) -> None:
-    """Raise DataError where a result could not be written to `target` later on; None and "-" always can."""
+    """Raise DataError if a result cannot be written to `target`; None and "-" are always accepted."""
     if target is None or str(target) == "-":
         return
     path = Path(target).resolve()
     if not path.parent.is_dir():
-        raise DataError(f"{path}: cannot be written: there is no such folder; create the folder first")
+        raise DataError(f"{path}: cannot be written: the folder does not exist; create the folder first")
     if path.is_dir():
-        raise DataError(f"{path}: cannot be written: it is a folder; name a file in it")
+        raise DataError(f"{path}: cannot be written: it is a folder; give the name of a file in it")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise DataError(f"{path}: cannot be written: permission denied")
 
@@ -83,13 +83,14 @@ def require_writable(target: str | Path | None) -> None:
 def write_text(text: str, target: str | Path) -> None:
     """Write text to a file or to stdout for "-". Raises DataError where it cannot.
 
-    The text goes to a neighbouring file first, which then takes the place: a reader sees the old or the new one.
+    The text is written to a temporary file in the same folder, which then replaces the target: a reader sees either the
+    old or the new content.
     """
     if str(target) == "-":
         click.echo(text, nl=False)
         return
-    path = Path(target).resolve()  # A link stays a link: what it points at is replaced.
-    if path.exists() and not path.is_file():  # /dev/stdout, a pipe: there is no place to take.
+    path = Path(target).resolve()  # A symbolic link stays: the file it points at is replaced.
+    if path.exists() and not path.is_file():  # /dev/stdout or a pipe cannot be replaced.
         try:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
@@ -137,7 +138,7 @@ def plain(value: Any) -> Any:
 
 
 def table(rows: Sequence[tuple[str, ...]], header: tuple[str, ...]) -> str:
-    """Return rows as text in columns."""
+    """Return rows as text in aligned columns."""
     widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
     lines = ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)) for row in [header, *rows]]
     lines.insert(1, "  ".join("-" * width for width in widths))
@@ -145,7 +146,7 @@ def table(rows: Sequence[tuple[str, ...]], header: tuple[str, ...]) -> str:
 
 
 def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
-    """Return rows of a table as CSV, their keys above them; a key that a row lacks is left empty."""
+    """Return rows of a table as CSV with a header of their keys; a key missing in a row is left empty."""
     text = io.StringIO()
     writer = csv.DictWriter(
         text, fieldnames=list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n"

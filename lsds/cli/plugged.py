@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 def host_of(ctx: click.Context) -> PluginHost:
-    """Return the host that this command line uses: the one it was called with (`obj`), or one of what is installed."""
+    """Return the plugin host of this command line: `obj` if it was called with one, else that of the installed
+    plugins."""
     from lsds.plugins.host import PluginHost
 
     root = ctx.find_root()
@@ -24,14 +25,14 @@ def host_of(ctx: click.Context) -> PluginHost:
 
 
 def command_summaries(ctx: click.Context) -> dict[str, str]:
-    """Return name and summary of every command of a plugin, from the manifests alone."""
+    """Return the name and summary of every plugin command, from the manifests alone."""
     return {b.spec.name: b.spec.summary for b in host_of(ctx).backends if b.spec.kind == "command"}
 
 
 def plugin_command(ctx: click.Context, name: str) -> click.Command | None:
-    """Import a plugin's command, "name" or "distribution:name"; None where there is none of that name.
+    """Import a plugin's command, "name" or "distribution:name"; None if no plugin offers that name.
 
-    Raises PluginConflict, PluginLoadError, ContractMismatch; while a shell completes, there is then no such command.
+    Raises PluginConflict, PluginLoadError, ContractMismatch. During shell completion, returns None instead of raising.
     """
     host = host_of(ctx)
     if name.rpartition(":")[2] not in host.names("command"):

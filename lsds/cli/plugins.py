@@ -1,4 +1,4 @@
-"""`lsds plugins`: what is on offer, and what failed."""
+"""`lsds plugins`: installed backends, and plugins that failed to load."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from lsds.plugins.registry import Backend
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="Only backends of one kind.")
+@click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="List only backends of this kind.")
 @json_flag
 def plugins(kind: str | None, json_file: str | None) -> None:
-    """List the backends on offer and the plugins that failed, with the reason.
+    """List the installed backends, and the plugins that failed to load with the reason.
 
     \b
     Examples:

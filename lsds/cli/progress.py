@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal; where there is none (a log, a pipe), a line now and then."""
+"""Progress of long work: a bar on a terminal, otherwise (log file, pipe) a line at intervals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Progress:
 
     def __init__(self, label: str) -> None:
         self._label = label
-        self._told_ns = perf_ns()
+        self._reported_ns = perf_ns()
         self._bar = click.progressbar(length=_STEPS, label=label, file=sys.stderr) if sys.stderr.isatty() else None
 
     def __enter__(self) -> Progress:
@@ -29,11 +29,11 @@ class Progress:
         return self
 
     def to(self, done: int, whole: int) -> None:
-        """Tell how far it is."""
+        """Report progress: `done` of `whole` items."""
         if self._bar is not None:
             self._bar.update(_STEPS * done // max(whole, 1) - self._bar.pos)
-        elif perf_ns() - self._told_ns > EVERY_S * NS_PER_S:
-            self._told_ns = perf_ns()
+        elif perf_ns() - self._reported_ns > EVERY_S * NS_PER_S:
+            self._reported_ns = perf_ns()
             click.echo(f"{self._label}: {done} of {whole}", err=True)
 
     def __exit__(

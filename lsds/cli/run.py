@@ -15,39 +15,41 @@ from lsds.cli.threads import one_thread
 @click.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
-@click.option("--seed", type=click.IntRange(min=0), default=None, help="Seed of every random stream; as --set seed=N.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=None, help="Seed of every random stream; the same as --set seed=N."
+)
 @click.option(
     "--plot",
     type=click.Path(dir_okay=False, path_type=Path),
     default=Path("run.png"),
     show_default=True,
-    help="Where to draw what happened.",
+    help="Draw the run to this PNG.",
 )
 @click.option("--no-plot", is_flag=True, help="Draw nothing.")
 @json_option
 def run(
     config: Path | None, overrides: tuple[str, ...], seed: int | None, plot: Path, no_plot: bool, json_file: str | None
 ) -> None:
-    """Grasp, lift and hold, closing the gripper when the object slips.
+    """Grasp, lift and hold an object, and close the gripper when it slips.
 
-    Ctrl-C stops the cell, keeps the grip, and still writes what was recorded.
+    Ctrl-C stops the cell, keeps the grip, and still writes the results so far.
 
-    Without CONFIG it runs the simulated cell: a PVC pipe, gripped a little too weakly, lifted at 3.8 cm/s. The exit
-    code is 0 where the object was held, 8 where it was dropped, and the error's own where the run ended in a fault.
+    Without CONFIG it runs the simulated cell: a PVC pipe, gripped slightly too weakly, lifted at 3.8 cm/s. The exit
+    code is 0 if the object was held, 8 if it was dropped, and that of the error if the run ended in a fault.
 
     \b
     Examples:
-      lsds run                                         the simulated cell, drawn to run.png
-      lsds run --json run.json --seed 7                figures as JSON, another seed
-      lsds run --set controller.enabled=false          watch it drop
+      lsds run                                         run the simulated cell, draw run.png
+      lsds run --json run.json --seed 7                write JSON, use another seed
+      lsds run --set controller.enabled=false          no correction: the pipe drops
       lsds run --set controller.pd.literal_sign=true   the paper's sign as printed: it opens on slip
-      lsds run rig.toml --no-plot                      your own cell
+      lsds run rig.toml --no-plot                      run your own cell
     """
     one_thread()
     from lsds.session.run import run as run_session
 
     chosen = (*overrides, *([] if seed is None else [f"seed={seed}"]))
-    # A job done cannot be done again for a folder that is missing: find out before anything moves.
+    # Check the output files before anything moves: a finished run cannot be repeated because a folder is missing.
     for target in (json_file, None if no_plot else plot):
         require_writable(target)
     session = run_session(config, chosen)
@@ -83,9 +85,9 @@ def _table(summary: dict[str, Any]) -> str:
         ("peak normal force", show(summary["peak_normal_force_n"], 1, "N a finger")),
         ("needed to hold", show(summary["required_normal_force_n"], 1, "N a finger")),
         ("error of slip speed (MAE)", show(summary["severity_mae_m_s"], 1e2, "cm/s")),
-        ("  of always saying zero", show(summary["severity_zero_predictor_mae_m_s"], 1e2, "cm/s")),
+        ("  when always predicting zero", show(summary["severity_zero_predictor_mae_m_s"], 1e2, "cm/s")),
         ("  while it slips", show(summary["severity_moving_mae_m_s"], 1e2, "cm/s")),
-        ("  of saying zero then", show(summary["severity_moving_zero_predictor_mae_m_s"], 1e2, "cm/s")),
+        ("  when predicting zero then", show(summary["severity_moving_zero_predictor_mae_m_s"], 1e2, "cm/s")),
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
         ("missed cycles", str(summary["overruns"])),
         ("image to command", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99"),
@@ -96,12 +98,12 @@ def _table(summary: dict[str, Any]) -> str:
 
 
 def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:
-    """How the physics was simulated, and what not to believe of it."""
+    """Return rows on how the physics was simulated, with its warnings."""
     if report is None:
         return []
-    return [("gel", report["summary"]), *(("  beware", warning) for warning in report["warnings"])]
+    return [("gel", report["summary"]), *(("  warning", warning) for warning in report["warnings"])]
 
 
 def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """The row of a pose source, where there is one."""
+    """Return the row of the pose source; empty if there is none."""
     return [] if distance_m is None else [("  seen by the camera", show(distance_m, 1e3, "mm"))]

@@ -1,4 +1,4 @@
-"""`lsds study`: run a study that any installed plugin offers. One subcommand for each."""
+"""`lsds study`: run a study of an installed plugin. One subcommand for each study."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 class StudyGroup(click.Group):
-    """Subcommands made from the installed studies; their flags from each study's options model."""
+    """Subcommands made from the installed studies, with flags made from each study's options model."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all studies."""
         return list(host_of(ctx).names("study"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Make the command of one study. Raises PluginConflict, PluginLoadError."""
+        """Return the command of one study. Raises PluginConflict, PluginLoadError."""
         host = host_of(ctx)
         if cmd_name.rpartition(":")[2] not in host.names("study"):
             return None
-        # Options may import numpy, and then it is too late to choose the number of its threads.
+        # The options may import numpy, after which its number of threads can no longer be set.
         one_thread()
         try:
             return _command(host, host.find("study", cmd_name))
@@ -44,18 +44,18 @@ class StudyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the study; for an unknown one say which was probably meant. Raises click.UsageError."""
+        """Find the study; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
         if args and ":" not in args[0]:
             require_known(ctx, args, self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write each study's line from its manifest, importing none."""
+        """List the studies from their manifests without importing any."""
         with formatter.section("Studies"):
             formatter.write_dl(_summaries(ctx) or [("none", "no installed plugin offers a study")])
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Complete names from the manifests, importing no study's options."""
+        """Complete names from the manifests without importing any study's options."""
         if incomplete.startswith("-"):
             return click.Command.shell_complete(self, ctx, incomplete)
         return [CompletionItem(name, help=text) for name, text in _summaries(ctx) if name.startswith(incomplete)]
@@ -68,14 +68,14 @@ def _summaries(ctx: click.Context) -> list[tuple[str, str]]:
 @click.group(cls=StudyGroup, context_settings=_HELP, invoke_without_command=True)
 @click.pass_context
 def study(ctx: click.Context) -> None:
-    """Run a study: measure what things cost and what they give for it. `lsds chart` is the same command.
+    """Run a study: measure speed against accuracy. `lsds chart` is another name for this command.
 
-    A study prints a table and draws NAME.png. All its options can be given with --set KEY=VALUE as well as by flags.
+    A study prints a table and writes NAME.png. Each option can be given as a flag or with --set KEY=VALUE.
 
     \b
     Examples:
       lsds study                               list the studies
-      lsds study gel --help                    options of one
+      lsds study gel --help                    show the options of a study
       lsds study gel --scene sphere --csv gel.csv
       lsds study gel --set repeats=1 --set 'scenes=["sphere"]'
     """

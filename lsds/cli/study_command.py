@@ -1,4 +1,4 @@
-"""The command of one study: flags from its options, `--set` for any of them, and where the results go."""
+"""The command of one study: flags made from its options, `--set`, and the output files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _OUTPUTS = ("plot", "no_plot", "csv_file", "json_file")
 _TAKEN = ("--set", "--seed", "--plot", "--no-plot", "--csv", "--json", "--help", "overrides", "seed", *_OUTPUTS)
-"""Flags and parameters of every study: an option of such a name is set by `--set`, `seed` by `--seed`."""
+"""Flags and parameters common to all studies. An option with such a name is set by `--set`, `seed` by `--seed`."""
 
 
 def study_command(
@@ -31,10 +31,10 @@ def study_command(
     picture: Path | None = None,
     doing: str = "measuring",
 ) -> click.Command:
-    """Return the command `name` that runs the study `study` (the same name where none is given).
+    """Return the command `name` that runs the study `study` (by default of the same name).
 
     `model` is the model of the study's options, `text` the help, `positional` the fields that are arguments, `picture`
-    the file that is drawn where no `--plot` is given, `doing` the label of the progress bar.
+    the default of `--plot`, `doing` the label of the progress bar.
     """
     params = [*flags(model, positional, _TAKEN), *_common(model, picture)]
 
@@ -61,9 +61,9 @@ def study_command(
 
 
 def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.Parameter]:
-    """Return the parameters that every study has."""
+    """Return the parameters common to all studies."""
     field = None if model is None else model.model_fields.get("seed")
-    said = (field.description if field else "") or "of the run"
+    said = (field.description if field else "") or "seed of the run"
     return [
         click.Option(["--set", "overrides"], multiple=True, metavar="KEY=VALUE", help="Set any option; repeatable."),
         click.Option(
@@ -89,7 +89,7 @@ def _has_seed(model: type[BaseModel] | None) -> bool:
 
 
 def _run_seed(model: type[BaseModel] | None, options: dict[str, Any], seed: int | None) -> int:
-    """Return the seed of the run: the option of that name where the study has one."""
+    """Return the seed of the run: the option `seed` if the study has one."""
     chosen = options.get("seed", _default_seed(model)) if _has_seed(model) else seed
     return chosen if isinstance(chosen, int) else 0
 

@@ -1,4 +1,4 @@
-"""Run a study with a progress bar; show, write and draw what it found."""
+"""Run a study with a progress bar; print, write and draw its result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def run_study(host: PluginHost, name: str, options: Mapping[str, Any], seed: int, doing: str) -> StudyResult:
-    """Run a study. Raises what it raises, PluginError where there is none of that name."""
+    """Run a study. Raises PluginError if it cannot be built, and every error of the study itself."""
     one_thread()
     from lsds.clock import WallClock
     from lsds.contracts import BuildContext, Study
@@ -34,10 +34,10 @@ def run_study(host: PluginHost, name: str, options: Mapping[str, Any], seed: int
 def show_study(
     result: StudyResult, plot: Path | None, csv_file: str | None, json_file: str | None, *, asked: bool = True
 ) -> None:
-    """Print tables and notes, write what is asked for, draw the picture. Raises DataError where one cannot be.
+    """Print tables and notes, write the files, draw the picture. Raises DataError if a file cannot be written.
 
-    Where the picture needs a library that is not installed, everything else is still shown and written; then it is a
-    MissingExtra, or a line on stderr where nobody `asked` for the picture.
+    If drawing needs a library that is not installed, everything else is still printed and written. After that it raises
+    MissingExtra if the picture was `asked` for, else prints a line on stderr.
     """
     for warning in result.warnings:
         click.echo(warning, err=True)
@@ -64,7 +64,7 @@ def show_study(
 def _draw(result: StudyResult, plot: Path, *, err: bool, asked: bool) -> None:
     if result.draw is None:
         if asked:
-            click.echo("no picture: this study draws none", err=True)
+            click.echo("no picture: this study does not draw one", err=True)
         return
     try:
         result.draw(plot)

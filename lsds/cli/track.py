@@ -1,4 +1,4 @@
-"""`lsds track`: slip through recordings, moving nothing."""
+"""`lsds track`: track slip in recordings. No device moves."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from lsds.errors import DataError
 
 @click.command()
 @click.argument("sources", nargs=-1, metavar="SOURCE...", required=True)
-@click.option("--batch", is_flag=True, help="SOURCE is a folder: track every video below it, in parallel.")
+@click.option("--batch", is_flag=True, help="Track every video below the folder SOURCE, in parallel.")
 @click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the recording to this PNG.")
-@click.option("--tracker", metavar="NAME", help="Tracker backend: lk, centroid, dis, or a plugin's.")
+@click.option("--tracker", metavar="NAME", help="Tracker backend: lk, centroid, dis, or a plugin's tracker.")
 @click.option("--config", type=click.Path(dir_okay=False, path_type=Path), help="Config to start from.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
 @click.option(
@@ -26,9 +26,9 @@ from lsds.errors import DataError
     type=click.Choice(["baseline", "proposed", "combined", "released13", "all"]),
     default="all",
     show_default=True,
-    help="Which named set of features the JSON holds.",
+    help="Named set of features to write to the JSON.",
 )
-@click.option("--jobs", type=click.IntRange(min=1), default=None, help="Processes for --batch; all cores if not given.")
+@click.option("--jobs", type=click.IntRange(min=1), default=None, help="Processes for --batch; default: one per core.")
 @json_option
 def track(
     sources: tuple[str, ...],
@@ -41,11 +41,11 @@ def track(
     jobs: int | None,
     json_file: str | None,
 ) -> None:
-    """Track the dots of a recording, and tell displacement fields, features and slip.
+    """Track the markers of a recording; report displacement fields, features and slip.
 
-    SOURCE is a video, a folder of images, or a pattern such as 'clip/*.png'. Its first frame has to show the gel
-    untouched. Velocities are per second of the recording's time stamps: where those are nominal and the camera was
-    slower, so are the velocities.
+    SOURCE is a video, a folder of images, or a glob pattern such as 'clip/*.png'. Its first frame must show the gel
+    without contact. Velocities are computed from the recording's time stamps: if those are nominal and the camera was
+    slower, the velocities are too high by the same factor.
 
     \b
     Examples:
@@ -61,11 +61,11 @@ def track(
     chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]
     if batch:
         if features != "all":
-            raise click.UsageError("--features chooses what one recording's JSON holds; leave out --batch")
+            raise click.UsageError("--features applies to the JSON of one recording and cannot be used with --batch")
         _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot)
         return
     if len(sources) != 1:
-        raise click.UsageError("several recordings take --batch")
+        raise click.UsageError("more than one recording given: add --batch")
     with _bar("tracking", json_file) as bar:
         result = track_session.track_one(sources[0], config, chosen, bar)
     if json_file is not None:
@@ -90,9 +90,9 @@ def _batch(
     from lsds.cli import track_session
 
     if plot is not None:
-        raise click.UsageError("--plot draws one recording; leave out --batch")
+        raise click.UsageError("--plot draws one recording and cannot be used with --batch")
     results = []
-    with Progress(f"following dots in {len(videos)} recordings") as progress:
+    with Progress(f"tracking markers in {len(videos)} recordings") as progress:
         for summary in track_session.track_many(videos, config, overrides, jobs):
             results.append(summary)
             progress.to(len(results), len(videos))

@@ -1,4 +1,4 @@
-"""Tracking one recording or many, kept apart from how it is printed."""
+"""Track one recording or a batch, without printing."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from lsds.processes import DIED, spread
 from lsds.tracking import TrackResult, track
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg")
-#: A reference with this many dots shows a whole pad; fewer are zoomed or cropped.
+#: A reference with at least this many markers shows a whole pad; with fewer it is zoomed or cropped.
 WHOLE_PAD = 60
 
 
 def find_videos(sources: Sequence[str]) -> list[str]:
-    """Return the videos named, and all below the folders named, sorted. Raises DataError where there are none."""
+    """Return the named videos and all videos below the named folders, sorted. Raises DataError if there are none."""
     found: list[str] = []
     for source in sources:
         path = Path(source).expanduser()
@@ -30,9 +30,9 @@ def find_videos(sources: Sequence[str]) -> list[str]:
         elif path.exists():
             found.append(str(path))
         else:
-            raise DataError(f"{source}: there is no such file or folder (check the path)")
+            raise DataError(f"{source}: no such file or folder; check the path")
     if not found:
-        raise DataError(f"{', '.join(sources)}: no videos there (looked for {', '.join(VIDEO_ENDINGS)})")
+        raise DataError(f"{', '.join(sources)}: no videos found (searched for {', '.join(VIDEO_ENDINGS)})")
     return found
 
 
@@ -49,7 +49,7 @@ def track_one(source: str, config_file: Path | None, overrides: Sequence[str], b
 def track_many(
     sources: Sequence[str], config_file: Path | None, overrides: Sequence[str], jobs: int | None
 ) -> Iterator[dict[str, Any]]:
-    """Yield the summary of each recording as it is done; nothing that is wrong with one stops the others."""
+    """Yield the summary of each recording when it is done. A failed recording does not stop the others."""
     # The config is checked once, here, so that a typo is one error and not one per recording.
     load_config(config_file, [*overrides, "sensor.backend=video", "sensor.video.path=x"])
     work = partial(_summary_of, config_file=config_file, overrides=tuple(overrides))
@@ -58,7 +58,7 @@ def track_many(
 
 
 def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the figures over all recordings; sorts the results by name first, as they come in any order."""
+    """Return the figures over all recordings. Sorts the results by name first, because they arrive in any order."""
     results.sort(key=lambda r: str(r["source"]))
     good = [r for r in results if r["kept_mean"] is not None]
     whole = [r for r in good if r["markers"] >= WHOLE_PAD]
@@ -91,7 +91,7 @@ def _summary_of(source: str, config_file: Path | None, overrides: tuple[str, ...
     try:
         return track_one(source, config_file, overrides).summary()
     except Exception as error:
-        # Whatever is wrong with one recording, or with a plugin on it, the others are still to be told.
+        # A failure in one recording, or of a plugin on it, must not lose the results of the others.
         return _failed(
             source, str(error) if isinstance(error, LsdsError) else f"{source}: {type(error).__name__}: {error}"
         )

@@ -1,4 +1,4 @@
-"""The configuration of a rig: TOML in, one frozen model out, every problem reported at once."""
+"""The configuration of a rig: TOML is read into one frozen model, and all problems are reported together."""
 
 from lsds.config.dump import dump_config
 from lsds.config.loader import check_config, load_config

@@ -1,4 +1,4 @@
-"""The part of a configuration that depends on what is installed: backend names and options tables."""
+"""Checks of a configuration against the installed backends: backend names and options tables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lsds.plugins.registry import NO_DEVICE, Backend, did_you_mean
 
 
 def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:
-    """Yield every problem of every section: unknown backend, unknown table, wrong options."""
+    """Yield every problem of every section: unknown backends, unknown tables, wrong options."""
     for kind in CONFIG_KINDS:
         if KINDS[kind].late and kind not in data:
             continue
@@ -32,7 +32,7 @@ def _section_issues(
     kind: Kind, path: str, section: object, fields: tuple[str, ...], host: PluginHost
 ) -> Iterator[ConfigIssue]:
     if not isinstance(section, dict):
-        return  # The model has complained about this already.
+        return  # The model has already reported this.
     chosen = section.get("backend", KINDS[kind].default)
     if isinstance(chosen, str):
         yield from _choice_issues(kind, path, chosen, host)
@@ -46,7 +46,7 @@ def _section_issues(
 def _choice_issues(kind: Kind, path: str, chosen: str, host: PluginHost) -> Iterator[ConfigIssue]:
     if chosen == NO_DEVICE:
         if kind not in OPTIONAL_KINDS:
-            yield ConfigIssue(f"{path}.backend", f"a rig cannot do without a {kind}")
+            yield ConfigIssue(f"{path}.backend", f"a rig needs a {kind}")
         return
     try:
         host.find(kind, chosen)
@@ -75,7 +75,7 @@ def _table_issues(
     try:
         model = host.options_model(backend)
     except PluginError as error:
-        # A backend that is not chosen may well lack its libraries; that is no problem of this run.
+        # Missing libraries of a backend that is not chosen do not affect this run.
         if name in (chosen, str(chosen).rpartition(":")[2]):
             yield ConfigIssue(path, str(error))
         return
@@ -90,7 +90,7 @@ def _table_issues(
 
 
 def _find(kind: Kind, name: str, chosen: object, host: PluginHost) -> Backend | None:
-    """Return whose table `[kind.name]` is; where two plugins claim the name, the chosen one's."""
+    """Return the backend that the table `[kind.name]` belongs to; if two plugins offer the name, the chosen one."""
     qualified = chosen if isinstance(chosen, str) and chosen.rpartition(":")[2] == name else name
     try:
         return host.find(kind, qualified)

@@ -1,4 +1,4 @@
-"""A config to start from: every key with its default and a comment, the options of the chosen backends included."""
+"""An example config: every key with its default and a comment, including the options of the chosen backends."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from lsds.plugins.host import PluginHost
 def example_config(config: RigConfig | None = None, host: PluginHost | None = None) -> str:
     """Return a configuration (the default one) as TOML with a comment on every key that has a description.
 
-    Options of a chosen backend that are not given are shown with their defaults, where the backend is installed.
+    Options of a chosen backend that are not set are written with their defaults if the backend is installed.
     """
     host = host or PluginHost()
     dumped = (config or RigConfig()).as_tables()
-    # Which parts there are comes before how they are set.
+    # The backends come before their options.
     data = {key: dumped[key] for key in sorted(dumped, key=_rank)}
     models: dict[tuple[str, ...], type[BaseModel]] = {}
     for kind in CONFIG_KINDS:
@@ -40,7 +40,7 @@ def example_config(config: RigConfig | None = None, host: PluginHost | None = No
 
 
 def _rank(key: str) -> int:
-    """Plain values first, then the sections of backends, then the other tables; each in its own order."""
+    """Return plain values first, then the sections of backends, then other tables, each in its own order."""
     if key in ("seed", "clock"):
         return 0
     return 1 if key in (*CONFIG_KINDS, "sensors") else 2
@@ -54,7 +54,7 @@ def _show_options(kind: Kind, section: dict[str, Any], host: PluginHost, models:
             return
         section[name] = model.model_validate(section.get(name, {})).model_dump(mode="json")
     except (PluginError, ValidationError):
-        return  # Not installed here, or it has options without a default: then the table is the reader's to write.
+        return  # Not installed, or with options that have no default: the user has to write this table.
     models[kind, name] = model
 
 
@@ -64,7 +64,7 @@ def _section_comment(kind: Kind, host: PluginHost) -> str:
 
 
 def _description(model: type[BaseModel], path: tuple[str, ...]) -> str:
-    """Return what a model says about a key, following nested models; for a table the first line of its docstring."""
+    """Return the description of a key, following nested models; for a table the first line of its docstring."""
     for depth, part in enumerate(path):
         field = model.model_fields.get(part)
         if field is None:

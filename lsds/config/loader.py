@@ -1,4 +1,4 @@
-"""From a file and `--set` overrides to a `RigConfig`, with every problem reported at once."""
+"""Load a `RigConfig` from a file and `--set` overrides, and report all problems together."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def load_config(
 ) -> RigConfig:
     """Return the configuration in a TOML file (None for the defaults), changed by "a.b=value" overrides.
 
-    `host` knows what backends there are (by default, what is installed); the config's `plugins.block` is applied to
-    it. `without` names sections of the file to pass over. Raises ConfigError with all issues: unreadable file, TOML
+    `host` has the available backends (default: those installed); the config's `plugins.block` is applied to it.
+    `without` names sections of the file to ignore. Raises ConfigError with all issues: unreadable file, TOML
     syntax, unknown keys, wrong values, unknown backends, wrong options of any backend that has a table.
     """
     source = str(path) if path is not None else "defaults"
@@ -47,7 +47,7 @@ def check_config(data: dict[str, Any], source: str, host: PluginHost, issues: It
     try:
         config = RigConfig.model_validate(data)
     except ValidationError as error:
-        # A value in a backend section that is no table is explained better below.
+        # A value in a backend section that is not a table gets a better message below.
         found += [issue for issue in issues_of(error, RigConfig) if not _is_table_complaint(issue, data)]
     blocked = data.get("plugins", {}).get("block", ()) if isinstance(data.get("plugins", {}), dict) else ()
     if isinstance(blocked, list | tuple):
@@ -73,10 +73,12 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        remedy = "check the path, or start from one: lsds schema --example > rig.toml"
-        raise ConfigError(str(path), [ConfigIssue("file", "there is no such file", remedy)]) from None
+        remedy = "check the path, or create a config: lsds schema --example > rig.toml"
+        raise ConfigError(str(path), [ConfigIssue("file", "does not exist", remedy)]) from None
     except IsADirectoryError:
-        raise ConfigError(str(path), [ConfigIssue("file", "is a directory", "name the .toml file in it")]) from None
+        raise ConfigError(
+            str(path), [ConfigIssue("file", "is a directory", "give the name of the .toml file in it")]
+        ) from None
     except OSError as error:
         raise ConfigError(str(path), [ConfigIssue("file", f"cannot be read: {error.strerror}")]) from error
     try:
@@ -92,11 +94,11 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _syntax_issue(text: str, error: tomllib.TOMLDecodeError) -> ConfigIssue:
-    """Take apart "Invalid value (at line 3, column 11)" (3.14 has attributes for it), and look at that line."""
+    """Return the issue for a TOML error such as "Invalid value (at line 3, column 11)", with the line it refers to."""
     problem, _, place = str(error).partition(" (at ")
     place = place.rstrip(")")
     if not place.startswith("line"):
-        return ConfigIssue(place or "syntax", problem, "is a bracket or a quote left open?")
+        return ConfigIssue(place or "syntax", problem, "check for an unclosed bracket or quote")
     line = text.splitlines()[int(place.split()[1].rstrip(",")) - 1] if place.split()[1].rstrip(",").isdigit() else ""
     remedy = f"the line reads: {line.strip()}" if line.strip() else ""
     if problem == "Invalid value" and "=" in line:

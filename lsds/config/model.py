@@ -15,10 +15,10 @@ from lsds.task import TaskOptions
 
 
 class BackendSection(BaseModel):
-    """One kind's section: which backend, and an options table for each backend that one has options for.
+    """The section of one kind: the chosen backend, and options tables by backend name.
 
     The options tables are the extra keys: `[gripper.hand-e]` is the table `hand-e` of the section `gripper`. They are
-    kept as they were written; the loader has validated them against each backend's own model.
+    stored as written; the loader has validated them against each backend's options model.
     """
 
     model_config = ConfigDict(extra="allow", frozen=True)
@@ -34,37 +34,41 @@ class BackendSection(BaseModel):
 
     @property
     def chosen(self) -> bool:
-        """Whether there is a backend at all."""
+        """True unless the backend is "none"."""
         return self.backend != NO_DEVICE
 
     def options(self) -> dict[str, Any]:
-        """Return the options table of the chosen backend, empty where there is none."""
+        """Return the options table of the chosen backend, empty if there is none."""
         bare = self.backend.rpartition(":")[2]
         return dict(self.tables.get(self.backend, self.tables.get(bare, {})))
 
 
 class ControllerSection(BackendSection):
-    """The controller's section, with the switch that tells a closed loop from an open one."""
+    """The section of the controller, with the switch between closed and open loop."""
 
-    enabled: bool = Field(default=True, strict=True, description="false watches slip and leaves the gripper as it is")
+    enabled: bool = Field(default=True, strict=True, description="false: detect slip but do not correct the grip")
 
 
 class ScheduleOptions(BaseModel):
-    """How often each task of the loop runs. The sensor is polled at eight times its own nominal rate."""
+    """The rate of each task of the loop. The sensor is polled at eight times its nominal rate."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    gripper_rate_hz: float = Field(default=100.0, gt=0, le=1000, description="reading the states of gripper and arm")
-    arm_rate_hz: float = Field(default=125.0, gt=0, le=1000, description="commanding the arm, sampling a truth")
-    pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="reading the pose source")
+    gripper_rate_hz: float = Field(
+        default=100.0, gt=0, le=1000, description="rate of reading the states of gripper and arm"
+    )
+    arm_rate_hz: float = Field(
+        default=125.0, gt=0, le=1000, description="rate of commanding the arm and of sampling the simulated truth"
+    )
+    pose_rate_hz: float = Field(default=60.0, gt=0, le=1000, description="rate of reading the pose source")
 
 
 class PluginOptions(BaseModel):
-    """Which plugins are not to be loaded."""
+    """Plugins that are not loaded."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    block: tuple[str, ...] = Field(default=(), description="distributions or plugins that are not to be used")
+    block: tuple[str, ...] = Field(default=(), description="distributions or plugins not to load")
 
 
 class FingerSection(BackendSection):
@@ -73,7 +77,7 @@ class FingerSection(BackendSection):
     opposite: bool | None = Field(
         default=None,
         strict=True,
-        description="looks at the object from the other side; the first does not and all others do where not given",
+        description="true: this finger faces the first one; default: false for the first finger, true for all others",
     )
 
 
@@ -81,16 +85,16 @@ _SECTIONS: dict[Kind, type[BackendSection]] = {"controller": ControllerSection}
 
 
 class _Settings(BaseModel):
-    """What a configuration holds next to its sections of backends."""
+    """The part of a configuration that does not depend on the kinds of backends."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    seed: int = Field(default=0, strict=True, ge=0, lt=2**63, description="of every random stream in the run")
+    seed: int = Field(default=0, strict=True, ge=0, lt=2**63, description="seed of every random stream in the run")
     clock: Literal["auto", "virtual", "wall"] = Field(
-        default="auto", description="auto is virtual where every chosen device can run on simulated time"
+        default="auto", description="auto: virtual if every chosen device can run on simulated time, else wall"
     )
     sensors: dict[str, FingerSection] = Field(
-        default_factory=dict, description="several fingers by name, each like [sensor]; then there is no [sensor]"
+        default_factory=dict, description="several fingers by name, each like [sensor], which is then not allowed"
     )
     tactile: TactileOptions = TactileOptions()
     task: TaskOptions = TaskOptions()
@@ -101,7 +105,7 @@ class _Settings(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _keep_default_backend(cls, data: Any) -> Any:
-        """Let a section hold options tables alone: it keeps the default backend."""
+        """Let a section hold only options tables; it keeps the default backend."""
         if not isinstance(data, Mapping):
             return data
         filled = dict(data)
@@ -110,40 +114,42 @@ class _Settings(BaseModel):
         fingers = filled.get("sensors")
         if isinstance(fingers, Mapping) and fingers:
             if data.get("sensor") is not None:
-                raise ValueError("[sensor] and [sensors] exclude each other: name one finger, or several")
+                raise ValueError("[sensor] and [sensors] cannot be used together: configure one finger or several")
             filled["sensors"] = {name: _with_default(finger, "sensor") for name, finger in fingers.items()}
         return {key: value for key, value in filled.items() if value is not None}
 
     @model_validator(mode="after")
     def _rates_fit_the_limits(self) -> _Settings:
-        """Refuse rates that would make healthy commands expire, or the watchdog bite, between two ticks."""
+        """Refuse rates at which commands would expire, or the watchdog would fire, between two ticks."""
         period = 1 / self.schedule.arm_rate_hz
         for name in ("command_lifetime_s", "watchdog_s"):
             if 2 * period > getattr(self.safety, name):
                 raise ValueError(
                     f"schedule.arm_rate_hz = {self.schedule.arm_rate_hz:g} is too slow for safety.{name} = "
-                    f"{getattr(self.safety, name):g}: at least two ticks have to fit"
+                    f"{getattr(self.safety, name):g}: at least two ticks must fit into it"
                 )
         if 2 / self.schedule.gripper_rate_hz > self.safety.stale_after_s:
-            raise ValueError("schedule.gripper_rate_hz is too slow for safety.stale_after_s: two readings have to fit")
+            raise ValueError(
+                "schedule.gripper_rate_hz is too slow for safety.stale_after_s: two readings must fit into it"
+            )
         return self
 
     def section(self, kind: Kind) -> BackendSection:
-        """Return the section of a kind of backend; of several sensors that of the first."""
+        """Return the section of a kind of backend; with several sensors, that of the first."""
         if kind == "sensor" and self.sensors:
             return next(iter(self.sensors.values()))
         found: BackendSection = getattr(self, kind)
         return found
 
     def as_tables(self) -> dict[str, Any]:
-        """Return the configuration as nested tables, with one finger's section or several, never both."""
+        """Return the configuration as nested tables, with either [sensor] or [sensors]."""
         tables = self.model_dump()
         del tables["sensor" if self.sensors else "sensors"]
         return tables
 
     @property
     def fingers(self) -> dict[str, BackendSection]:
-        """Return the sections of all sensors by the finger's name; a single one is called "finger"."""
+        """Return the sections of all sensors by finger name; a single sensor is called "finger"."""
         return dict(self.sensors) if self.sensors else {"finger": self.section("sensor")}
 
 

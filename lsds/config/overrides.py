@@ -11,10 +11,10 @@ _EXAMPLE = "write --set gripper.backend=hand-e"
 
 
 def parse_override(text: str) -> tuple[tuple[str, ...], Any] | ConfigIssue:
-    """Return the path and the value of `a.b.c=value`, or what is wrong with it.
+    """Return the path and the value of `a.b.c=value`, or the issue found in it.
 
-    The value is read as TOML; what is not TOML, and does not begin like a quoted string, list or table, is the bare
-    string it looks like.
+    The value is read as TOML. A text that is not TOML, and does not begin like a quoted string, list or table, is taken
+    as a string.
     """
     key, equals, value = text.partition("=")
     where = f"--set {text}"
@@ -33,9 +33,9 @@ def parse_override(text: str) -> tuple[tuple[str, ...], Any] | ConfigIssue:
 
 
 def parse_value(text: str) -> Any:
-    """Return a value typed on a command line: TOML, or else the bare string that it looks like.
+    """Return a value typed on a command line: as TOML, or else as a string.
 
-    Raises tomllib.TOMLDecodeError where it begins like a quoted string, list or table and is none.
+    Raises tomllib.TOMLDecodeError if it begins like a quoted string, list or table but is not valid TOML.
     """
     try:
         parsed = tomllib.loads(f"v = {text}")
@@ -43,12 +43,12 @@ def parse_value(text: str) -> Any:
         if text[:1] and text[0] in "\"'[{":
             raise
         return text
-    # A line break in the value could smuggle in further keys; then it is a string.
+    # A value with a line break could define further keys, so it is taken as a string.
     return parsed["v"] if set(parsed) == {"v"} else text
 
 
 def apply_overrides(data: dict[str, Any], overrides: tuple[str, ...]) -> list[ConfigIssue]:
-    """Write each override into `data`, in order; return what was wrong with any of them."""
+    """Write each override into `data`, in order; return the issues found."""
     issues = []
     for text in overrides:
         parsed = parse_override(text)

@@ -14,9 +14,9 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
-    """Return the schema that an editor can check a config with.
+    """Return the schema, for example for an editor to check a config with.
 
-    A backend whose options cannot be imported here keeps an open table, with the reason as its description.
+    A backend whose options cannot be imported gets an unrestricted table, with the reason as its description.
     """
     host = host or PluginHost()
     schema = RigConfig.model_json_schema()
@@ -29,8 +29,8 @@ def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
             if backend.spec.kind == kind:
                 properties[backend.spec.name] = _options(backend, host, definitions)
         section |= {"type": "object", "additionalProperties": False, "properties": properties}
-        # A section may name options alone and keep the default backend.
-        section["description"] = f"Which {kind}, and one options table for each."
+        # A section may hold only options and keep the default backend.
+        section["description"] = f"The {kind} backend, and an options table for each backend."
     finger = definitions["FingerSection"]
     finger["properties"] |= schema["properties"]["sensor"]["properties"]
     finger["additionalProperties"] = False
@@ -55,7 +55,7 @@ def _options(backend: Backend, host: PluginHost, definitions: dict[str, Any]) ->
         return {"type": "object", "description": str(error)}
     if model is None:
         return {"type": "object", "additionalProperties": False, "description": backend.spec.summary}
-    # Two plugins may each have a model called Options, so every definition carries its backend's name.
+    # Two plugins may each have a model named Options, so every definition includes the name of its backend.
     prefix = f"{backend.spec.kind}.{backend.distribution}.{backend.spec.name}"
     schema = model.model_json_schema(ref_template=f"#/$defs/{prefix}.{{model}}")
     for name, definition in schema.pop("$defs", {}).items():

@@ -1,6 +1,6 @@
-"""A small TOML writer for what a configuration holds: tables, lists, strings, numbers, booleans, dates.
+"""A small TOML writer for configurations: tables, lists, strings, numbers, booleans, dates.
 
-The standard library reads TOML and does not write it; forty lines cost less than a dependency.
+The standard library reads TOML but does not write it, and a dependency would cost more than these few lines.
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 def dumps(data: Mapping[str, Any], comment: Callable[[tuple[str, ...]], str] = lambda _: "") -> str:
     """Return nested mappings as TOML; None is left out.
 
-    `comment` may say something about a key, by its path; a None with something to say for itself is written as a
-    comment.
+    `comment` returns the comment of a key, by its path; a None value with a comment is written as a comment line.
     """
     lines: list[str] = []
     _table(data, (), lines, comment)

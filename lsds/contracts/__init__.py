@@ -1,4 +1,4 @@
-"""The contracts: Protocols that backends implement and the frozen values that cross them."""
+"""The contracts: Protocols that backends implement, and the frozen values passed through them."""
 
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import BackendSpec, BuildContext

@@ -1,7 +1,7 @@
 """Contracts of the per-frame algorithms: tracker, detector, estimator, controller.
 
-They are pure in the sense that counts: no I/O, no clock, no randomness that is not seeded; state is explicit and
-`reset` forgets all of it. Feeding frames one by one and feeding a recording give the same numbers.
+They are deterministic: no I/O, no clock, no randomness without a seed. State is explicit, and `reset` clears all of it.
+Frames fed one by one and frames of a recording give the same numbers.
 """
 
 from __future__ import annotations
@@ -21,27 +21,28 @@ from lsds.contracts.values import (
 
 @runtime_checkable
 class Tracker(Protocol):
-    """Finds the reference's dots in each frame."""
+    """Finds the reference's markers in each frame."""
 
     def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
-        """Take the undeformed frame as reference and forget all else.
+        """Take the undeformed frame as the reference and reset all other state.
 
-        `pad` is (rows, columns) of dots as printed, where known. Raises DataError where no dots are found.
+        `pad` is (rows, columns) of printed markers, if known. Raises DataError if no markers are found.
         """
         ...
 
     def update(self, frame: Frame) -> MarkerTracks:
-        """Follow the dots into the next frame. Never raises for what an image shows: what is not found is flagged."""
+        """Track the markers into the next frame. Never raises because of image content: markers not found are
+        flagged."""
         ...
 
     def reset(self) -> None:
-        """Forget motion history, keep the reference."""
+        """Clear the motion history, keep the reference."""
         ...
 
 
 @runtime_checkable
 class Detector(Protocol):
-    """Tells whether the object slips."""
+    """Detects whether the object slips."""
 
     def update(self, observation: Observation) -> Detection:
         """Decide on the present frame and the past."""
@@ -54,7 +55,7 @@ class Detector(Protocol):
 
 @runtime_checkable
 class Estimator(Protocol):
-    """Tells how fast the object slips."""
+    """Estimates the slip velocity of the object."""
 
     def update(self, observation: Observation) -> SlipEstimate:
         """Estimate from the present frame and the past."""
@@ -67,10 +68,10 @@ class Estimator(Protocol):
 
 @runtime_checkable
 class Controller(Protocol):
-    """Turns the slip state into an aperture.
+    """Computes an aperture from the slip state.
 
-    The guard lets automatic corrections only close. A controller that opens on purpose (a release) says so with an
-    attribute `may_open`, true where its options ever open; without it, it may not.
+    The guard lets automatic corrections only close. A controller that can open on purpose (a release) declares this
+    with an attribute `may_open`, true if its options ever open the gripper; without it, opening is refused.
     """
 
     def update(self, state: GripInput) -> float | None:

@@ -1,6 +1,6 @@
-"""What a plugin declares about a backend, and what a backend's factory is given.
+"""The declaration of a backend by its plugin, and the context passed to the backend's factory.
 
-A manifest module holds hook implementations and `BackendSpec`s only, so that listing plugins imports nothing heavy.
+A manifest module holds only hook implementations and `BackendSpec`s, so that listing plugins imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class BackendSpec:
-    """One backend on offer. `kind` is a key of `lsds.contracts.KINDS`.
+    """The declaration of one backend. `kind` is a key of `lsds.contracts.KINDS`.
 
     `factory` and `options` are "module:attribute" strings, imported when the backend is used: a callable
-    `factory(options, context)` and a pydantic model of its options table (None where it takes none). `requires` are
-    import names that must be there; `extra` is the pip extra that brings them. `hardware_verified` says on what
-    hardware, and when, a person has seen it work; empty for never. `virtual_time` marks a device that runs on the
-    virtual clock (an in-process simulation, a recording); a rig of only such devices runs faster than real time.
-    `in_cell` marks a device that lives in the rig's cell; without any, no cell is built, so that no simulated truth
-    finds its way into the figures of a recording or of real hardware. `over_wire` marks a cell whose devices are
-    reached from outside, over their own protocols: it is built wherever a config names it.
+    `factory(options, context)` and a pydantic model of its options table (None if it takes none). `requires` are the
+    import names it needs; `extra` is the pip extra that installs them. `hardware_verified` states on which hardware,
+    and when, a person has tested it; empty if never. `virtual_time` marks a device that runs on the virtual clock (an
+    in-process simulation, a recording); a rig of only such devices runs faster than real time. `in_cell` marks a device
+    that is part of the rig's cell; if there is none, no cell is built, so that no simulated truth enters the figures of
+    a recording or of real hardware. `over_wire` marks a cell whose devices are reached from outside, over their wire
+    protocols: it is built whenever a config names it.
     """
 
     kind: str
@@ -44,10 +44,10 @@ class BackendSpec:
 
 @dataclass(slots=True)
 class BuildContext:
-    """What a factory is given beside its own options.
+    """The context passed to a factory in addition to its options.
 
-    `seed` is the run's; derive streams from it with `rng_seed`, so that adding a device does not change another's
-    noise. `shared` hands out one object per key for the whole rig: it is how mocks meet in one plant.
+    `seed` is the seed of the run; derive streams from it with `rng_seed`, so that adding a device does not change the
+    noise of another. `shared` returns one object per key for the whole rig; mocks use it to share one plant.
     """
 
     clock: Clock
@@ -55,7 +55,7 @@ class BuildContext:
     _shared: dict[str, Any] = field(default_factory=dict)
 
     def shared(self, key: str, make: Callable[[], T]) -> T:
-        """Return the rig-wide object for `key`, made by `make` the first time."""
+        """Return the rig-wide object for `key`, created by `make` on the first call."""
         if key not in self._shared:
             self._shared[key] = make()
         value: T = self._shared[key]

@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 @runtime_checkable
 class Command(Protocol):
-    """What the factory of a backend of kind `command` names: a `click.Command` (or group), ready to use."""
+    """The object named by the factory of a backend of kind `command`: a `click.Command` or group."""
 
     def make_context(self, info_name: str, args: list[str]) -> Any:
         """Parse the arguments. Raises click.UsageError."""

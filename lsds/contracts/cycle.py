@@ -1,4 +1,4 @@
-"""What passes along the engine's line: what a finger saw, what a controller decides on, what one step came to."""
+"""Values passed through the engine: the view of a finger, the input of a controller, the result of one cycle."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerCycle:
-    """One finger's newest frame and what was made of it, in that sensor's own plane.
+    """One finger's newest frame and all that was computed from it, in that sensor's plane.
 
-    An `opposite` finger looks at the object from the other side: its x and its sense of turning are mirrored.
+    An `opposite` finger faces the object from the other side: its x axis and its sense of rotation are mirrored.
     """
 
     finger: str
@@ -35,10 +35,10 @@ class FingerCycle:
 
 @dataclass(frozen=True, slots=True)
 class GripInput:
-    """What a controller decides on: slip state now, and the aperture that was last really commanded.
+    """The input of a controller: the present slip state, and the aperture last commanded.
 
-    `detection` and `estimate` rest on all fingers; `fingers` has what each of them saw last. `dt_s` is the measured
-    time since the frame before, of the finger that came first.
+    `detection` and `estimate` are fused over all fingers; `fingers` holds the newest view of each. `dt_s` is the
+    measured time since the previous frame, of the finger that came first.
     """
 
     t_ns: int
@@ -52,12 +52,12 @@ class GripInput:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cycle:
-    """One step from camera to gripper, at `t_ns` of the rig's clock.
+    """One cycle from camera to gripper, at `t_ns` of the rig's clock.
 
-    `fingers` are those with a new frame, in the rig's order; `detection` and `estimate` rest on all fingers, in the
-    plane of the first. `command_m` is the aperture that was sent, None where nothing was; `held_m` the one last sent;
-    `measured_m` the gripper's own. `acting` is true while the controller answers slip; `twist` is what the job wants of
-    the arm, None where it leaves it alone.
+    `fingers` are those with a new frame, in the rig's order; `detection` and `estimate` are fused over all fingers, in
+    the plane of the first. `command_m` is the aperture sent in this cycle, None if nothing was sent; `held_m` the one
+    last sent; `measured_m` the one reported by the gripper. `acting` is true while the controller corrects slip;
+    `twist` is the TCP velocity that the job wants, None if it does not use the arm.
     """
 
     t_ns: int

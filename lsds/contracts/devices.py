@@ -1,9 +1,9 @@
-"""Contracts of devices. Structural: a backend implements the members, it inherits from nothing.
+"""Contracts of devices. They are structural: a backend implements the members and needs no base class.
 
 The life of a device: constructing does no I/O; `connect` makes it readable; `arm` makes it commandable and is the
-only step that may move in order to activate; `disarm` takes the power to move away again; `close` gives the device
-back. `stop` ends motion from any state and any thread, in bounded time, as often as it is called. `lifecycle` tells
-the state. A call in the wrong state raises `LifecycleError`.
+only step that may move in order to activate; `disarm` makes it readable only again; `close` releases the device.
+`stop` ends motion from any state and any thread, in bounded time, any number of times. `lifecycle` is the present
+state. A call in the wrong state raises `LifecycleError`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from lsds.contracts.values import (
 
 
 class Lifecycle(Enum):
-    """Where a device is in its life."""
+    """The state of a device's life cycle."""
 
     NEW = "new"
     CONNECTED = "connected"
@@ -36,11 +36,11 @@ class Lifecycle(Enum):
 
 @runtime_checkable
 class Device(Protocol):
-    """What every device can do."""
+    """The members common to all devices."""
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
+        """The state of the device's life cycle."""
         ...
 
     def connect(self) -> None:
@@ -56,11 +56,11 @@ class Device(Protocol):
         ...
 
     def disarm(self) -> None:
-        """Back to readable only. Does nothing where it is not armed."""
+        """Make it readable only. Does nothing if it is not armed."""
         ...
 
     def close(self) -> None:
-        """Stop, give the device back. Final; does nothing the second time."""
+        """Stop and release the device. Final; a second call does nothing."""
         ...
 
 
@@ -74,8 +74,9 @@ class TactileSensor(Device, Protocol):
         ...
 
     def read(self) -> Frame:
-        """Return the newest frame; the same one again if no newer has come. Each frame's image is an array of its own,
-        not written again. Raises StaleData, DataError for one damaged frame, EOFError where a recording has ended."""
+        """Return the newest frame; the same one again if there is no newer one. Each frame has its own image array,
+        which is not modified later. Raises StaleData, DataError for a damaged frame, EOFError at the end of a
+        recording."""
         ...
 
 
@@ -93,14 +94,14 @@ class Gripper(Device, Protocol):
         ...
 
     def command(self, command: GripperCommand) -> GripperCommand:
-        """Send; return what was really sent, after limits and the device's resolution. Never blocks on motion.
+        """Send the command; return it as sent, after limits and the device's resolution. Never waits for motion.
         Raises LifecycleError, LimitExceeded (not finite), CommandExpired."""
         ...
 
 
 @runtime_checkable
 class Arm(Device, Protocol):
-    """An arm that follows Cartesian velocities."""
+    """An arm that follows Cartesian velocity commands."""
 
     @property
     def spec(self) -> ArmSpec:
@@ -112,14 +113,14 @@ class Arm(Device, Protocol):
         ...
 
     def command(self, command: ArmCommand) -> ArmCommand:
-        """Send; return what was really sent. The arm comes to rest when the command expires without a newer one.
+        """Send the command; return it as sent. The arm stops when the command expires without a newer one.
         Raises LifecycleError, LimitExceeded (not finite), CommandExpired."""
         ...
 
 
 @runtime_checkable
 class PoseSource(Device, Protocol):
-    """Something that sees where bodies are (ground truth, calibration)."""
+    """A source of the poses of bodies (ground truth, calibration)."""
 
     def read(self) -> PoseSample:
         """Return the newest poses. Raises StaleData."""
@@ -128,7 +129,7 @@ class PoseSource(Device, Protocol):
 
 @runtime_checkable
 class FidelityReporting(Protocol):
-    """A cell that says how its physics was simulated."""
+    """A cell that reports how its physics is simulated."""
 
     def fidelity(self) -> dict[str, Any]:
         """Return plain values, ready for JSON; among them `summary`, one line, and `warnings`, a list of lines."""
@@ -137,20 +138,20 @@ class FidelityReporting(Protocol):
 
 @runtime_checkable
 class Cell(Protocol):
-    """The plant that mocks share: physics with a truth. A real cell has none."""
+    """The plant shared by simulated devices: physics with a known truth. A real cell has none."""
 
     def connect(self) -> None:
-        """Make it ready, before any device connects. Raises ConnectFailed."""
+        """Start it, before any device connects. Raises ConnectFailed."""
         ...
 
     def close(self) -> None:
-        """End what `connect` has started, after every device is closed. Does nothing the second time."""
+        """Stop what `connect` has started, after every device is closed. A second call does nothing."""
         ...
 
     def advance(self, t_ns: int) -> None:
-        """Bring the physics to a time; does nothing for a time already passed."""
+        """Advance the physics to a time; does nothing if it is already past that time."""
         ...
 
     def truth(self) -> CellTruth:
-        """Return what is really so at the time last advanced to."""
+        """Return the true state at the time last advanced to."""
         ...

@@ -1,7 +1,7 @@
-"""Contract of a job: what a run is for.
+"""Contract of a job: the task of a run.
 
-A job says what it wants of arm and grip now, and when it is done. Whatever keeps the cell safe (limits, freshness,
-watchdog, expiry, the watch over an arm that does not follow) is the engine's, the same for every job.
+A job states what it wants of arm and grip now, and when it is done. Limits, freshness, watchdog, command expiry and the
+check that the arm follows are handled by the engine, in the same way for every job.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ class Grip:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What a job wants now. It is a state, not an event: the engine acts on what differs from before.
+    """What a job wants now. It is a state, not an event: the engine acts on changes.
 
-    `stage` names where the job is, for messages and recordings. `grip` is where the fingers shall go, None leaves them
-    as they are; a command that the gripper did not take is sent again. `corrects` lets the controller answer slip,
-    which closes the grip from what is held. `twist` is the velocity of the TCP, streamed with `acceleration_m_s2`
-    (m/s^2) for as long as it is wanted; None leaves the arm alone, for it may be somebody else's. `done` ends the run.
+    `stage` names the stage of the job, for messages and recordings. `grip` is the wanted grip, None leaves the fingers
+    as they are; a command that the gripper did not receive is sent again. `corrects` lets the controller correct slip
+    by closing the grip further. `twist` is the velocity of the TCP, streamed with `acceleration_m_s2`
+    (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `done` ends the
+    run.
     """
 
     stage: str
@@ -45,9 +46,9 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a job finds when it begins, at `t_ns`: the `[task]` table, what gripper and arm can do (None for none).
+    """The input of a job's `begin`, at `t_ns`: the `[task]` table, and the specs of gripper and arm (None if absent).
 
-    `cell` is the simulated cell that the sensors live in, None for a real one; a job may ask it for the truth.
+    `cell` is the simulated cell of the sensors, None for a real one; a job may read the truth from it.
     """
 
     t_ns: int
@@ -59,11 +60,11 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What a job knows at `t_ns`.
+    """The input of a job's `step`, at `t_ns`.
 
-    `referenced`: every finger has the image of its untouched gel. `arrived`: the fingers rest where the last wanted
-    grip sent them, or on an object on the way there; without a gripper it is true. `cycle` is the newest frame with
-    all that was made of it; the states are the newest that were read, None before the first.
+    `referenced`: every finger has a reference image of its gel without contact. `arrived`: the fingers rest at the last
+    wanted grip, or on an object on the way there; true without a gripper. `cycle` is the newest cycle; the states are
+    the newest that were read, None before the first.
     """
 
     t_ns: int
@@ -77,12 +78,13 @@ class Situation:
 
 @runtime_checkable
 class Job(Protocol):
-    """What a backend of kind `job` is. It does no I/O, reads no clock and keeps no device."""
+    """The interface of a backend of kind `job`. It does no I/O, reads no clock and holds no device."""
 
     def begin(self, setting: Setting) -> None:
-        """Begin anew, and forget any run before. Raises ConfigError where the rig lacks what the job needs."""
+        """Start a new run and clear all state. Raises ConfigError if the rig lacks what the job needs."""
         ...
 
     def step(self, now: Situation) -> Wanted:
-        """Return what is wanted now; called at `schedule.arm_rate_hz`. Raises SafetyStop to end the run as a fault."""
+        """Return the wanted state now; called at `schedule.arm_rate_hz`. Raises SafetyStop to end the run as a
+        fault."""
         ...

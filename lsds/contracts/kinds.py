@@ -22,12 +22,12 @@ Kind = str
 
 @dataclass(frozen=True, slots=True)
 class KindSpec:
-    """What the framework knows of a kind.
+    """The properties of a kind.
 
-    `contract` is the Protocol that its backends fulfil; `purpose` one line for people. `default` is the backend that a
-    config names where it says nothing; a kind without one has no section in a config. `optional` kinds may be "none".
-    A `device` has a life cycle and is brought up with the rig. `late` kinds are built when they are first asked for: a
-    rig without one is sound.
+    `contract` is the Protocol of its backends; `purpose` a one-line description. `default` is the backend used if a
+    config does not name one; a kind without a default has no section in a config. `optional` kinds may be "none".
+    A `device` has a life cycle and is brought up with the rig. `late` kinds are built when first used: a rig is
+    complete without one.
     """
 
     contract: type
@@ -40,16 +40,18 @@ class KindSpec:
 
 KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
     {
-        "cell": KindSpec(Cell, "The plant that simulated devices share", default="simulated", optional=True),
+        "cell": KindSpec(Cell, "The plant shared by simulated devices", default="simulated", optional=True),
         "sensor": KindSpec(TactileSensor, "The tactile fingertip", default="mock-gelsight-mini", device=True),
         "gripper": KindSpec(Gripper, "The gripper", default="mock-hand-e", optional=True, device=True),
         "arm": KindSpec(Arm, "The arm", default="mock-ur5e", optional=True, device=True),
-        "pose_source": KindSpec(PoseSource, "Sees where bodies are", default="none", optional=True, device=True),
-        "tracker": KindSpec(Tracker, "Follows the dots of the gel from frame to frame", default="lk"),
+        "pose_source": KindSpec(
+            PoseSource, "Measures poses of bodies (ground truth)", default="none", optional=True, device=True
+        ),
+        "tracker": KindSpec(Tracker, "Tracks the markers of the gel from frame to frame", default="lk"),
         "detector": KindSpec(Detector, "Decides whether the object slips", default="field-mlp"),
-        "estimator": KindSpec(Estimator, "Estimates how fast it slips", default="field-gru"),
-        "controller": KindSpec(Controller, "Turns slip into an aperture", default="pd"),
-        "job": KindSpec(Job, "What a run is for: what it wants of arm and grip", default="lift", late=True),
+        "estimator": KindSpec(Estimator, "Estimates the slip velocity", default="field-gru"),
+        "controller": KindSpec(Controller, "Computes an aperture from slip", default="pd"),
+        "job": KindSpec(Job, "The task of a run: commands wanted of arm and gripper", default="lift", late=True),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
         "study": KindSpec(Study, "Measures speed against accuracy; lsds study runs it"),
         "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds train runs it"),

@@ -1,4 +1,4 @@
-"""Contract of a learner: fits on windows of signals, and exports what the running cell loads."""
+"""Contract of a learner: fits a model on windows of signals and exports it for the running cell."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Job = Literal["detect", "estimate"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examples:
-    """What a learner is given: windows `x` (n, length, F) float32, and `y`, for a detector (n,) 0 or 1, for an
+    """Training examples: windows `x` (n, length, F) float32, and `y`, for a detector (n,) 0 or 1, for an
     estimator (n, 3): vx, vy (m/s) and angular velocity (rad/s) of the object against the gel, float32.
 
-    `group` (n,) numbers who must not be split between fitting and calibrating (objects, or recordings)."""
+    `group` (n,) are ids of objects or recordings that must not be split between fitting and calibration."""
 
     x: NDArray[np.float32]
     y: NDArray[np.float32]
@@ -29,8 +29,8 @@ class Fitted(Protocol):
     """A fitted model."""
 
     def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return, by the training library, for windows (n, length, F): for a detector (n,) the probability of slip;
-        for an estimator (n, 8): vx, vy, angular velocity, speed, their standard deviations in the same order."""
+        """Return predictions of the training library for windows (n, length, F): for a detector (n,) the probability of
+        slip; for an estimator (n, 8): vx, vy, angular velocity, speed, their standard deviations in the same order."""
         ...
 
     def export(self) -> bytes:
@@ -40,9 +40,10 @@ class Fitted(Protocol):
 
 @runtime_checkable
 class Learner(Protocol):
-    """What a backend of kind `learner` is. Constructing imports nothing heavy.
+    """The interface of a backend of kind `learner`. Constructing imports nothing heavy.
 
-    `job` says what it learns, `signals` the set (or names) that it looks at, `length` the frames of a window.
+    `job` is "detect" or "estimate", `signals` the set (or names) of its input signals, `length` the window length in
+    frames.
     """
 
     job: Job

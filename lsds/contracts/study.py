@@ -1,4 +1,4 @@
-"""Contract of a study: something that measures, and may draw what it found. `lsds study NAME` runs it."""
+"""Contract of a study: a measurement with a table and optionally a picture. `lsds study NAME` runs it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Value = str | float | int | bool | None
 
 @dataclass(frozen=True, slots=True)
 class StudyTable:
-    """`rows` of named values; `columns` says which of them to show, as (key, heading, format)."""
+    """A table: `rows` of named values; `columns` selects those to show, as (key, heading, format)."""
 
     columns: Sequence[tuple[str, str, str]]
     rows: Sequence[Mapping[str, Value]]
@@ -20,12 +20,12 @@ class StudyTable:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """What a study found.
+    """The result of a study.
 
-    `rows` and `columns` are the main table, as in `StudyTable`; it is also what is written as CSV. `more` are further
-    tables, shown before it. `draw` writes a PNG; None where there is nothing to draw. `title` says in one line what was
-    measured, and that it was simulated where it was. `notes` stand below the tables, `warnings` go to stderr, `details`
-    into the JSON.
+    `rows` and `columns` are the main table, as in `StudyTable`; it is also written as CSV. `more` are further tables,
+    printed before it. `draw` writes a PNG; None if there is nothing to draw. `title` states in one line what was
+    measured, and that it was simulated if so. `notes` are printed below the tables, `warnings` go to stderr, `details`
+    to the JSON.
     """
 
     title: str
@@ -40,8 +40,8 @@ class StudyResult:
 
 @runtime_checkable
 class Study(Protocol):
-    """What a backend of kind `study` is. Constructing measures nothing."""
+    """The interface of a backend of kind `study`. Constructing measures nothing."""
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Measure; call `tick(done, whole)` on the way. Raises DataError where its data cannot be read."""
+        """Measure; call `tick(done, whole)` to report progress. Raises DataError if its data cannot be read."""
         ...

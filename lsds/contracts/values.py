@@ -1,7 +1,7 @@
-"""Frozen value types that cross a contract: SI units, integer-nanosecond monotonic time, named frames.
+"""Frozen value types of the contracts: SI units, integer-nanosecond monotonic time, named frames.
 
-`t_ns` is always when the value was true (exposure, sampling), in the clock of the rig, never when it arrived.
-`seq` counts from zero at the source, so a gap is a sample lost on the way.
+`t_ns` is always the time at which the value was true (exposure, sampling) on the rig's clock, never its time of
+arrival. `seq` counts from zero at the source, so a gap means a lost sample.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class SensorSpec:
-    """What a tactile sensor is: image size, nominal rate, scale and the dots printed on its pad.
+    """The properties of a tactile sensor: image size, nominal rate, scale and the markers printed on its pad.
 
-    `pad` is (rows, columns) of printed dots, None for a gel without dots. `rate_hz` is nominal; the loop divides by
+    `pad` is (rows, columns) of printed markers, None for a gel without markers. `rate_hz` is nominal; velocities use
     measured times only.
     """
 
@@ -66,7 +66,7 @@ class PoseSample:
 
 
 class Contact(Enum):
-    """What the gripper's own object detection says."""
+    """The state of the gripper's own object detection."""
 
     NONE = "none"
     OPENING = "opening"
@@ -75,7 +75,7 @@ class Contact(Enum):
 
 @dataclass(frozen=True, slots=True)
 class GripperSpec:
-    """What a parallel gripper can do. Aperture is the gap between the fingers, 0 closed, `stroke_m` open."""
+    """The properties of a parallel gripper. Aperture is the gap between the fingers, 0 closed, `stroke_m` open."""
 
     stroke_m: float
     resolution_m: float
@@ -85,7 +85,7 @@ class GripperSpec:
 
 @dataclass(frozen=True, slots=True)
 class GripperState:
-    """The gripper as it was at `t_ns`. `target_m` echoes the aperture it is going to."""
+    """The state of the gripper at `t_ns`. `target_m` is the aperture that it is moving to."""
 
     t_ns: int
     seq: int
@@ -99,8 +99,8 @@ class GripperState:
 class GripperCommand:
     """Go to an aperture (m) at a finger speed (m/s), pushing with at most a force (N).
 
-    A driver must not start the motion after `expires_ns`; a motion under way when it expires goes on to its
-    target, because a gripper that stops half way, or opens, drops the object.
+    A driver must not start the motion after `expires_ns`; a motion in progress at expiry continues to its
+    target, because stopping half way, or opening, would drop the object.
     """
 
     aperture_m: float
@@ -122,7 +122,7 @@ class Twist:
 
 @dataclass(frozen=True, slots=True)
 class ArmSpec:
-    """What an arm can do: TCP speed and acceleration limits and its reach."""
+    """The properties of an arm: TCP speed and acceleration limits, and reach."""
 
     speed_m_s: float
     acceleration_m_s2: float
@@ -131,7 +131,7 @@ class ArmSpec:
 
 @dataclass(frozen=True, slots=True)
 class ArmState:
-    """The arm as it was at `t_ns`; `protective_stop` is true while its controller refuses to move."""
+    """The state of the arm at `t_ns`; `protective_stop` is true while its controller refuses to move."""
 
     t_ns: int
     seq: int
@@ -153,7 +153,7 @@ class ArmCommand:
 
 
 class TrackFlag(Enum):
-    """Why a marker's track is (or is not) to be trusted; `OK` is the only trusted one."""
+    """The quality of a marker's track; only `OK` is valid."""
 
     OK = 0
     LOST = 1
@@ -164,11 +164,11 @@ class TrackFlag(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkerReference:
-    """The dots of the undeformed gel.
+    """The markers of the undeformed gel.
 
     `xy_px` (N, 2) float64 positions; `cell` (N, 2) int (row, column) on the printed grid; `shape` (rows, columns);
     `pitch_px` mean distance between neighbours along columns (x) and rows (y); `axes` (2, 2) unit vectors of the
-    grid's x and y directions in the image, so that a rotated pad is still differentiated along its own rows.
+    grid's x and y directions in the image, so that the field of a rotated pad is differentiated along its rows.
     """
 
     xy_px: NDArray[np.float64]
@@ -180,13 +180,13 @@ class MarkerReference:
 
     @property
     def count(self) -> int:
-        """How many dots the reference holds."""
+        """Number of markers in the reference."""
         return int(self.xy_px.shape[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkerTracks:
-    """Where the reference's dots are in one frame.
+    """Positions of the reference's markers in one frame.
 
     `xy_px` (N, 2), NaN where lost; `valid` (N,) bool; `flags` (N,) uint8, values of `TrackFlag`.
     """
@@ -219,8 +219,8 @@ class DeformationField:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactPatch:
-    """Where something touches the gel: depth map (h, w) in metres at reduced resolution, and the fraction of the
-    image deeper than the declared threshold."""
+    """The contact patch: depth map (h, w) in metres at reduced resolution, and the fraction of the image deeper than
+    the declared threshold."""
 
     depth_m: NDArray[np.float32]
     threshold_m: float
@@ -238,11 +238,11 @@ class FeatureVector:
         try:
             return float(self.values[self.names.index(name)])
         except ValueError:
-            raise KeyError(f"no feature {name!r} here; there are {', '.join(self.names)}") from None
+            raise KeyError(f"no feature {name!r}; the features are {', '.join(self.names)}") from None
 
 
 class Evidence(Protocol):
-    """What slip leaves in the velocity field of a frame, see `lsds.tactile.slip_residual`."""
+    """The signature of slip in the velocity field of a frame, see `lsds.tactile.slip_residual`."""
 
     def __call__(self, motion: Literal["rigid", "affine", "quadratic"] = "quadratic", least: int = 6) -> Any:
         """Return a `SlipResidual`; None with fewer than `least` markers in contact or no velocity."""
@@ -251,10 +251,10 @@ class Evidence(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """All that a detector or an estimator may look at: the present frame and nothing of the future.
+    """The input of a detector or an estimator: the present frame and nothing of the future.
 
-    `frame` is the image with its views, `evidence` what slip leaves in the velocity field (`lsds.tactile`); each is
-    computed once, by the first who asks. Both are None in an observation that was not made by perception.
+    `frame` is the image with its views, `evidence` the signature of slip in the velocity field (`lsds.tactile`); each
+    is computed once, on first use. Both are None in an observation that was not made by perception.
     """
 
     t_ns: int
@@ -269,10 +269,10 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """Is it slipping? `slip` None means the detector abstains.
+    """The result of a detector. `slip` None means that it abstains.
 
-    `score` is the detector's own statistic and `threshold` the value above which it says slip; `confidence` in
-    [0, 1] is how sure it is of `slip`, not a calibrated probability unless the detector says so.
+    `score` is the detector's statistic and `threshold` the value above which it reports slip; `confidence` in [0, 1] is
+    the confidence in `slip`, a calibrated probability only if the detector documents it.
     """
 
     slip: bool | None
@@ -283,10 +283,9 @@ class Detection:
 
 @dataclass(frozen=True, slots=True)
 class SlipEstimate:
-    """How fast the object moves against the gel, in the sensor's plane (x right, y down in the image).
+    """The slip velocity of the object against the gel, in the sensor's plane (x right, y down in the image).
 
-    Standard deviations are one sigma of the estimator's own error model. `abstained` means that the numbers are
-    not to be used.
+    Standard deviations are one sigma of the estimator's error model. If `abstained` is true, the numbers are not valid.
     """
 
     velocity_m_s: Vector2
@@ -300,11 +299,11 @@ class SlipEstimate:
 
 @dataclass(frozen=True, slots=True)
 class CellTruth:
-    """What a simulated cell knows and a real one does not, at `t_ns`. Per finger unless said otherwise.
+    """The true state of a simulated cell at `t_ns`, per finger unless stated otherwise.
 
-    `slip_velocity_m_s` (x, y) is the object's velocity against the gel's base in the sensor's plane, counted only
-    where the patch has let go (zero while more than a tenth of it sticks); `relative_velocity_m_s` counts always.
-    `slip_distance_m` adds up slip speed. `supported` is true while the object rests on the table.
+    `slip_velocity_m_s` (x, y) is the object's velocity against the gel's base in the sensor's plane, counted only in
+    gross slip (zero while more than a tenth of the contact patch sticks); `relative_velocity_m_s` always counts.
+    `slip_distance_m` is the integral of slip speed. `supported` is true while the object rests on the table.
     """
 
     t_ns: int

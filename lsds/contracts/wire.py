@@ -1,4 +1,4 @@
-"""Contract of a mock's wire face: a server that speaks a device's own protocol, run in a process of its own."""
+"""Contract of a wire mock: a server that speaks a device's own protocol, in its own process."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any, Protocol, runtime_checkable
 
 @runtime_checkable
 class WireMock(Protocol):
-    """What `lsds mock NAME` runs. Constructing does no I/O."""
+    """The server that `lsds mock NAME` runs. Constructing does no I/O."""
 
     def start(self) -> Mapping[str, str]:
-        """Bind everything; return the address of each face by its name. Raises ConnectFailed where one is taken."""
+        """Bind all faces; return the address of each face by name. Raises ConnectFailed if an address is in use."""
         ...
 
     def serve(self, stop: threading.Event) -> None:
-        """Answer clients until `stop` is set. A client that misbehaves never ends it."""
+        """Serve clients until `stop` is set. A misbehaving client never ends it."""
         ...
 
     def inject(self, fault: Mapping[str, Any]) -> None:
-        """Begin a fault now, from any thread. Raises ConfigError for one that this mock does not know."""
+        """Start a fault now, from any thread. Raises ConfigError for a fault that this mock does not support."""
         ...
 
     def close(self) -> None:
-        """Give everything back: sockets, files, links. Does nothing the second time."""
+        """Release sockets, files and links. A second call does nothing."""
         ...

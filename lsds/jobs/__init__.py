@@ -1,4 +1,4 @@
-"""The small jobs of the core: `hold` keeps a grip next to somebody else's arm program, `watch` only looks."""
+"""The small jobs of the core: `hold` keeps a grip while another program moves the arm, `watch` only observes."""
 
 from lsds.jobs.hold import HoldJob
 from lsds.jobs.watch import WatchJob

@@ -1,4 +1,4 @@
-"""The first part of most jobs: look at the untouched gel, then close on the object."""
+"""The first part of most jobs: take the reference of the gel without contact, then close on the object."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Grasp:
-    """The stages "reference" and "grasp", from `start_ns` on, by the `[task]` table."""
+    """The stages "reference" and "grasp", starting at `start_ns`, with the parameters of the `[task]` table."""
 
     def __init__(self, task: TaskOptions, start_ns: int) -> None:
         self.grip = Grip(task.grip_aperture_m, task.grip_speed_m_s, task.grip_force_n)
@@ -23,7 +23,7 @@ class Grasp:
         self._since_ns = start_ns
 
     def step(self, now: Situation) -> bool:
-        """Move on; return whether the object is grasped. Raises SafetyStop where a stage takes too long."""
+        """Advance the stage; return whether the object is grasped. Raises SafetyStop if a stage takes too long."""
         if self.stage == "reference" and now.referenced:
             self.stage, self._since_ns = "grasp", now.t_ns
         elif self.stage == "grasp" and now.arrived:

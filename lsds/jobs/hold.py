@@ -1,6 +1,6 @@
-"""Job `hold`: grip what is there and keep it until told to let go. The arm is somebody else's.
+"""Job `hold`: grip the object and hold it until `let_go`. Another program controls the arm.
 
-This is the way lsds sits inside a robot program of one's own: the program moves the arm, the engine answers slip.
+Use it inside your own robot program: the program moves the arm, the engine corrects slip.
 
     with Engine(rig, job).background():
         ...                # the arm program
@@ -17,11 +17,11 @@ from lsds.jobs.grasp import Grasp
 
 
 class HoldOptions(BaseModel):
-    """Options of `[job.hold]`; how to grip is in `[task]`."""
+    """Options of `[job.hold]`; the grip is set in `[task]`."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    release_m: float = Field(default=0.01, gt=0, le=0.5, description="how far the fingers open to let go")
+    release_m: float = Field(default=0.01, gt=0, le=0.5, description="how far to open the fingers on release")
 
 
 class HoldJob:
@@ -33,20 +33,22 @@ class HoldJob:
         self.held = False
 
     def begin(self, setting: Setting) -> None:
-        """Begin with the untouched gel. Raises ConfigError without a gripper."""
+        """Start with the gel without contact. Raises ConfigError without a gripper."""
         if setting.gripper is None:
-            raise ConfigError("the rig", [ConfigIssue("gripper.backend", "job 'hold' needs a gripper", "choose one")])
+            raise ConfigError(
+                "the rig", [ConfigIssue("gripper.backend", "job 'hold' needs a gripper", "choose a gripper backend")]
+            )
         self._task, self._gripper = setting.task, setting.gripper
         self._grasp = Grasp(setting.task, setting.t_ns)
         self._opening: Grip | None = None
         self._let_go = self.held = False
 
     def let_go(self) -> None:
-        """Open the fingers and end the job; from any thread. Before anything is held it ends the job as it is."""
+        """Open the fingers and end the job; from any thread. If nothing is held yet, it ends the job without moving."""
         self._let_go = True
 
     def step(self, now: Situation) -> Wanted:
-        """Say what is wanted now."""
+        """Return what is wanted now."""
         if self._opening is not None:
             return Wanted("release", grip=self._opening, done=now.arrived)
         if self._let_go:

@@ -1,4 +1,4 @@
-"""Job `watch`: look, and move nothing."""
+"""Job `watch`: observe only; moves no device."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ class WatchOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    duration_s: float = Field(default=0.0, ge=0, le=1e6, description="how long to watch; 0: until the recording ends")
+    duration_s: float = Field(default=0.0, ge=0, le=1e6, description="time to watch; 0: until the recording ends")
 
 
 class WatchJob:
-    """A `Job` that wants nothing of gripper and arm."""
+    """A `Job` that commands neither gripper nor arm."""
 
     def __init__(self, options: WatchOptions | None = None, context: BuildContext | None = None) -> None:
         self._duration_ns = nanoseconds((options or WatchOptions()).duration_s)
 
     def begin(self, setting: Setting) -> None:
-        """Begin to watch."""
+        """Start watching."""
         self._end_ns = setting.t_ns + self._duration_ns
 
     def step(self, now: Situation) -> Wanted:
-        """Go on until the time is over."""
+        """Continue until the time is over."""
         over = self._duration_ns > 0 and now.t_ns >= self._end_ns
         return Wanted("watch" if now.referenced else "reference", done=over)

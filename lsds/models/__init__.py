@@ -1,1 +1,1 @@
-"""Trained models: the file, the signals that it looks at, and running it."""
+"""Trained models: files, input signals and inference."""

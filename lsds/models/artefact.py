@@ -1,8 +1,8 @@
-"""A trained model as the running cell has it: one ONNX file and a card, run by onnxruntime and nothing else.
+"""A trained model: one ONNX file and its card, run by onnxruntime.
 
 `NAME.onnx` maps windows `x` (n, length, F) float32 to `y`: for a detector (n,) the probability of slip, for an
-estimator (n, 8): vx, vy, angular velocity, speed, and their standard deviations. `NAME.json` is the card: what it
-looks at and in which units, what it was trained on, what it scored, and the file's checksum.
+estimator (n, 8): vx, vy, angular velocity, speed, and their standard deviations. `NAME.json` is the card: its input
+signals and their units, its training data, its scores, and the file's checksum.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
 
 FORMAT, CLIPS = "lsds model 1", "lsds clip model 1"
 OUTPUTS = {"detect": 1, "estimate": 8}
-"""How many numbers a row of `y` holds, by job."""
+"""Numbers in a row of `y`, by job."""
 
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """What is told of a model. `threshold` is the probability above which a detector says slip; `intervals` the factors
-    by which an estimator's standard deviations are multiplied to make 90 % intervals, for vx, vy, angular velocity and
-    speed, `moving_intervals` those where it says that it moves, the same where there are none; `figures_are`
-    "simulated", "measured" or "simulated and measured"."""
+    """The card of a model. `threshold` is the probability above which a detector reports slip; `intervals` are the
+    factors that turn an estimator's standard deviations into half widths of 90 % intervals, for vx, vy, angular
+    velocity and speed; `moving_intervals` are those for frames in which it estimates motion (default: the same);
+    `figures_are` is "simulated", "measured" or "simulated and measured"."""
 
     name: str
     job: str
@@ -54,11 +54,11 @@ class Card:
 
     @property
     def factors(self) -> Factors:
-        """What the intervals are widened by."""
+        """The interval factors of an estimator."""
         return Factors(self.intervals, self.moving_intervals or self.intervals)
 
     def as_json(self, onnx: bytes) -> dict[str, Any]:
-        """Return the card for its model's file."""
+        """Return the card as JSON values, for its model's file."""
         return {
             "format": FORMAT,
             "name": self.name,
@@ -77,16 +77,16 @@ class Card:
 
 
 def save(path: Path, onnx: bytes, card: Card) -> None:
-    """Write `path` (.onnx) and its card beside it, each whole or not at all.
+    """Write `path` (.onnx) and its card next to it, each atomically.
 
-    Raises DataError where it cannot, and where the card holds NaN: what was fitted has diverged.
+    Raises DataError if a file cannot be written, or if the card contains NaN because the fit has diverged.
     """
     try:
-        told = json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n"
+        text = json.dumps(card.as_json(onnx), indent=2, allow_nan=False) + "\n"
     except ValueError as error:
-        raise DataError(f"{path}: its card holds no numbers ({error}); the fit has diverged") from error
+        raise DataError(f"{path}: its card contains NaN ({error}), because the fit has diverged") from error
     write_whole(path, onnx)
-    write_whole(path.with_suffix(".json"), told.encode())
+    write_whole(path.with_suffix(".json"), text.encode())
 
 
 class Artefact:
@@ -103,32 +103,33 @@ class Artefact:
         return result
 
     def bind(self, window: Window) -> Bound:
-        """Return what runs the model on that window's frames again and again, with no copy and no allocation."""
+        """Return a runner bound to that window, which runs the model without copies or allocations."""
         return Bound(self._session, window.frames, OUTPUTS[self.card.job])
 
 
 class Bound:
-    """A model and its one window."""
+    """A model bound to one window."""
 
     def __init__(self, session: Any, x: NDArray[np.float32], count: int) -> None:
         self._x = x
         self._y = np.zeros(count, np.float32)
         binding = session.io_binding()
-        # Both arrays live as long as this object: the binding knows but their addresses.
+        # Keep both arrays alive as long as this object, because the binding holds only their addresses.
         binding.bind_input("x", "cpu", 0, np.float32, x.shape, x.ctypes.data)
         shape = (1,) if count == 1 else (1, count)
         binding.bind_output(session.get_outputs()[0].name, "cpu", 0, np.float32, shape, self._y.ctypes.data)
         self._run: Callable[[], None] = _bound(session, binding)
 
     def __call__(self) -> list[float]:
-        """Return the numbers that the model gives for what is in the window now."""
+        """Return the model's output for the present content of the window."""
         self._run()
         numbers: list[float] = self._y.tolist()
         return numbers
 
 
 def _bound(session: Any, binding: Any) -> Callable[[], None]:
-    """Return the run itself, past a wrapper that takes as long as a small model; the wrapper where that has changed."""
+    """Return onnxruntime's inner run method, because its wrapper takes as long as a small model; the wrapper if there
+    is none."""
     import onnxruntime
 
     try:
@@ -142,71 +143,77 @@ def _bound(session: Any, binding: Any) -> Callable[[], None]:
 def load(path: Path, job: str) -> Artefact:
     """Load a model and its card.
 
-    Raises ModelError where either is missing, damaged, of another format or job, for signals or units that this
-    version does not know, or where they are not each other's.
+    Raises ModelError if either is missing, damaged, of another format or job, or for unknown signals or units, or if
+    the card belongs to another model.
     """
     try:
         onnx = path.read_bytes()
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one with lsds train)") from error
-    card, told = _card(path, job)
-    if hashlib.sha256(onnx).hexdigest() != told.get("sha256"):
-        raise ModelError(f"{path}: not the file that {path.stem}.json was written for (damaged, or copied alone?)")
+    card, fields = _card(path, job)
+    if hashlib.sha256(onnx).hexdigest() != fields.get("sha256"):
+        raise ModelError(
+            f"{path}: does not match its card {path.stem}.json; copy both files together, or train the model again"
+        )
     session = _session(path, onnx)
     _check_interface(path, card, session)
     return Artefact(path, card, session)
 
 
 def _check_interface(path: Path, card: Card, session: Any) -> None:
-    """Raise ModelError where the graph is not what the contract of a learner says."""
+    """Raise ModelError if the graph does not follow the contract of a learner."""
     inputs, outputs = session.get_inputs(), session.get_outputs()
     if [(i.name, i.type) for i in inputs] != [("x", "tensor(float)")]:
-        raise ModelError(f"{path}: not a model of lsds: it takes {', '.join(f'{i.name} {i.type}' for i in inputs)}")
+        raise ModelError(
+            f"{path}: not a model of lsds: its inputs are {', '.join(f'{i.name} {i.type}' for i in inputs)}"
+        )
     if [o.type for o in outputs] != ["tensor(float)"]:
-        raise ModelError(f"{path}: not a model of lsds: it gives {', '.join(f'{o.name} {o.type}' for o in outputs)}")
+        raise ModelError(
+            f"{path}: not a model of lsds: its outputs are {', '.join(f'{o.name} {o.type}' for o in outputs)}"
+        )
     expected = [card.length, len(card.signals)]
     if list(inputs[0].shape[1:]) != expected:
-        raise ModelError(f"{path}: takes windows of {inputs[0].shape[1:]}, but its card says {expected}")
+        raise ModelError(f"{path}: takes windows of {inputs[0].shape[1:]}, but its card states {expected}")
     try:
-        # Two windows: one alone would not tell a fixed number of them.
+        # Two windows, to detect a model with a fixed batch size of one.
         found = session.run(None, {"x": np.zeros((2, *expected), np.float32)})[0]
     except Exception as error:
-        raise ModelError(f"{path}: does not run: {_first_line(error)}") from error
+        raise ModelError(f"{path}: cannot be run: {_first_line(error)}") from error
     count = OUTPUTS[card.job]
     if found.shape != ((2,) if count == 1 else (2, count)):
         raise ModelError(f"{path}: gives {list(found.shape[1:]) or 'one number'} for a window, not {count} numbers")
 
 
 def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
-    beside = path.with_suffix(".json")
+    card_file = path.with_suffix(".json")
     try:
-        told = json.loads(beside.read_text(encoding="utf-8"))
+        fields = json.loads(card_file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ModelError(f"{beside}: a model needs its card there: {error.strerror or error}") from error
+        raise ModelError(f"{card_file}: cannot read the model's card: {error.strerror or error}") from error
     except ValueError as error:
-        raise ModelError(f"{beside}: not a model's card: {error}") from error
-    if isinstance(told, dict) and told.get("format") == CLIPS:
+        raise ModelError(f"{card_file}: not a model's card: {error}") from error
+    if isinstance(fields, dict) and fields.get("format") == CLIPS:
         raise ModelError(
-            f"{path}: a model of whole clips, for lsds evaluate incipient-slip; it cannot run frame by frame"
+            f"{path}: a model of whole clips, for lsds evaluate incipient-slip; it cannot run on single frames"
         )
-    if not isinstance(told, dict) or told.get("format") != FORMAT:
-        raise ModelError(f"{beside}: not the card of an '{FORMAT}'; train the model anew")
-    if told.get("job") != job:
-        raise ModelError(f"{path}: is there to {told.get('job')}, not to {job}")
+    if not isinstance(fields, dict) or fields.get("format") != FORMAT:
+        raise ModelError(f"{card_file}: not the card of an '{FORMAT}'; train the model again")
+    if fields.get("job") != job:
+        raise ModelError(f"{path}: is a model to {fields.get('job')}, not to {job}")
     try:
-        signals = dict(told["signals"])
+        signals = dict(fields["signals"])
         card = Card(
-            str(told["name"]),
+            str(fields["name"]),
             job,
             tuple(signals),
-            int(told["length"]),
-            str(told["figures_are"]),
-            float(told["threshold"]),
-            tuple(float(v) for v in told["intervals"]),
-            tuple(float(v) for v in told.get("moving_intervals") or ()),
-            told.get("trained_on"),
-            told.get("scores"),
-            told.get("versions"),
+            int(fields["length"]),
+            str(fields["figures_are"]),
+            float(fields["threshold"]),
+            tuple(float(v) for v in fields["intervals"]),
+            tuple(float(v) for v in fields.get("moving_intervals") or ()),
+            fields.get("trained_on"),
+            fields.get("scores"),
+            fields.get("versions"),
         )
         signal_names(card.signals)
         complete = all(len(factors) == 4 for factors in card.factors)
@@ -215,13 +222,13 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
         if not all(0 < factor < math.inf for factors in card.factors for factor in factors):
             raise ValueError("intervals must be positive factors")
     except (KeyError, TypeError, ValueError) as error:
-        raise ModelError(f"{beside}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error
+        raise ModelError(f"{card_file}: the card is incomplete or wrong: {type(error).__name__}: {error}") from error
     except DataError as error:
-        raise ModelError(f"{beside}: {error}") from error
+        raise ModelError(f"{card_file}: {error}") from error
     for name, unit in signals.items():
         if unit != UNITS[name]:
-            raise ModelError(f"{beside}: was trained on {name} in {unit}, here it is in {UNITS[name]}")
-    return card, told
+            raise ModelError(f"{card_file}: was trained on {name} in {unit}, here it is in {UNITS[name]}")
+    return card, fields
 
 
 def _session(path: Path, onnx: bytes) -> Any:
@@ -235,7 +242,7 @@ def _session(path: Path, onnx: bytes) -> Any:
     try:
         return onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
     except Exception as error:
-        # onnxruntime's exceptions have no common base of their own.
+        # onnxruntime's exceptions have no common base class.
         raise ModelError(f"{path}: not a model that can be run: {_first_line(error)}") from error
 
 

@@ -1,9 +1,9 @@
-"""Intervals that hold: by what a model's standard deviations are multiplied so that nine in ten truths lie within.
+"""Calibrated intervals: factors of a model's standard deviations such that 90 % of the true values lie within.
 
-One set of factors for where the model says that it rests, one for where it says that it moves: most frames rest, and a
-single factor would be theirs, too narrow for every slip (Mondrian conformal prediction, the category being what the
-model says). Both parts of a velocity have one factor, the larger: protocols that slide along one axis show no error
-across it, which is no reason to promise none.
+There is one set of factors for frames in which the model estimates rest and one for estimated motion: most frames are
+at rest, and a single factor would be dominated by them and too narrow in slip (Mondrian conformal prediction with the
+estimate as the category). Both components of a velocity get the larger of their factors: a protocol that slides along
+one axis shows no error across it, which does not mean that there is none.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 NORMAL_90 = 1.6448536269514722
 """Half width of a normal distribution's middle 90 %, in standard deviations."""
 MOVES_M_S, TURNS_RAD_S = 3e-3, 0.05
-"""A model that says more than this says that it moves: what is called slip where labels are measured."""
+"""Estimates above this count as motion; it is the threshold of slip in measured labels."""
 LEAST, LEAST_FACTOR = 50, 0.05
-"""Fewer answers than this calibrate nothing of their own; and no interval is narrower than this many deviations."""
+"""Minimum number of predictions for a separate calibration, and lower bound of a factor."""
 SPEED, RATE = 3, 2
 _Four = tuple[float, ...]
 
@@ -32,14 +32,14 @@ class Factors(NamedTuple):
     moving: _Four = (NORMAL_90,) * 4
 
     def half_widths(self, said: NDArray[Any]) -> NDArray[np.float64]:
-        """Return (n, 4) of a model's answers (n, 8)."""
+        """Return (n, 4) of a model's predictions (n, 8)."""
         chosen = np.where(_moves(said), np.array(self.moving), np.array(self.rest))
         return np.asarray(chosen * said[:, 4:], np.float64)
 
 
 def conformal(true: NDArray[Any], said: NDArray[Any], level: float = 0.9) -> Factors:
-    """Return the factors that make `level` of the intervals hold, from answers `said` (n, 8) of a model that had not
-    seen the truths (n, 4): quantiles of |error| over standard deviation (split conformal, a normalised score)."""
+    """Return the factors with which a fraction `level` of the intervals hold, from predictions `said` (n, 8) and
+    held-out truths (n, 4): quantiles of |error| over standard deviation (split conformal, a normalised score)."""
     ratio = np.abs(said[:, :4] - true) / np.maximum(said[:, 4:], 1e-9)
     moves = _moves(said)
     return Factors(*(_quantiles(ratio, which, level) for which in (~moves, moves)))

@@ -1,4 +1,4 @@
-"""A model in the running cell: a frame goes in, the model's numbers come out. Shared by detectors and estimators."""
+"""Inference of a model in the running cell, frame by frame. Shared by detectors and estimators."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ class RunningModel:
     """One model, its card and its window of past frames."""
 
     def __init__(self, path: Path, job: str) -> None:
-        """Load. Raises ModelError, as `lsds.models.artefact.load` does, and for signals that no frame tells."""
+        """Load the model. Raises ModelError as `lsds.models.artefact.load` does, and for signals not available in a
+        frame."""
         artefact = load(path, job)
         self.card = artefact.card
         try:
@@ -29,13 +30,13 @@ class RunningModel:
         self._run = artefact.bind(self._window)
 
     def reset(self) -> None:
-        """Forget the past frames."""
+        """Clear the past frames."""
         self._window.reset()
 
     def update(self, observation: Observation) -> list[float] | None:
-        """Return the model's numbers for the present frame and the past, None where it lacks one of its signals.
+        """Return the model's output for the present frame and the past, None if a signal is undefined.
 
-        Such a frame enters no window. Raises DataError for a frame of other features than this version's.
+        Such a frame is not added to the window. Raises DataError for a frame with features of another version.
         """
         picked = self._pick(observation)
         if picked is None:

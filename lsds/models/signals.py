@@ -1,6 +1,6 @@
-"""What a learner may look at in a frame: the features, the evidence of sliding, and nuisances that must tell nothing.
+"""The input signals of learners: features, signals of slip in the velocity field, and nuisance controls.
 
-One vector of named signals a frame, the same from a recording, from the simulated cell and inside the running loop.
+One vector of named signals per frame, identical for a recording, the simulated cell and the running loop.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ if TYPE_CHECKING:
 EVIDENCE: dict[str, tuple[str, str]] = {
     "residual_along": ("m/s", "RMS residual of the smooth motion along the shear"),
     "residual_across": ("m/s", "the same across the shear"),
-    "residual_excess": ("m/s", "root of the excess of the one's square over the other's"),
+    "residual_excess": ("m/s", "root of the excess of the first squared over the second squared"),
     "rigid_speed": ("m/s", "speed of the best rigid motion of the markers in contact"),
     "rim_speed": ("m/s", "its rotation, at the radius of gyration"),
     "shear_x": ("m", "mean displacement of the markers in contact, x"),
     "shear_y": ("m", "the same, y"),
     "shear": ("m", "its norm"),
     "twist": ("rad", "rotation of the displacements of the markers in contact"),
-    "contact_share": ("1", "share of the markers that are in contact"),
+    "contact_share": ("1", "fraction of the markers that are in contact"),
 }
 """Signals of `lsds.tactile.slip_residual`, by name: unit and meaning."""
 
 NUISANCES: dict[str, tuple[str, str]] = {
-    "kept": ("1", "share of the markers that were followed"),
-    "markers": ("1", "dots of the reference"),
+    "kept": ("1", "fraction of the markers that were tracked"),
+    "markers": ("1", "number of markers of the reference"),
     "brightness": ("levels", "mean grey level of the frame"),
-    "dt": ("s", "measured interval to the frame before"),
+    "dt": ("s", "measured interval to the previous frame"),
 }
-"""What must not tell slip from stick: a model of these alone is shown beside every other."""
+"""Nuisance controls, which must not separate slip from stick: every score is compared with a model of these alone."""
 
 UNITS: dict[str, str] = (
     {feature.name: feature.unit for feature in FEATURES}
@@ -78,8 +78,8 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     "timed-field": (*_SIGNED_FIELD, "dt"),
     "nuisance": tuple(NUISANCES),
 }
-"""The paper's sets; `field`: evidence of sliding without a direction; `signed-field`: with it; `timed-field`: also
-the time between frames; and the control."""
+"""Named sets: those of the paper; `field`: signals of slip without direction; `signed-field`: with direction;
+`timed-field`: also the frame interval; and the control."""
 
 _LEAST_MARKERS = 6
 
@@ -95,14 +95,14 @@ def signals_of(observation: Observation, brightness: float = math.nan) -> NDArra
 
 
 class Picker:
-    """Picks named signals out of frames, and works out no more than they need: what the running cell uses."""
+    """Computes named signals of frames, and only what they need; used in the running cell."""
 
     def __init__(self, names: str | Sequence[str]) -> None:
-        """`names`: a set's name or signals. Raises DataError for an unknown one, and for the brightness, which a frame
-        no longer tells once it is an observation."""
+        """`names`: the name of a set, or signals. Raises DataError for an unknown name, and for the brightness, which
+        is not available from an observation."""
         self.names = signal_names(names)
         if "brightness" in self.names:
-            raise DataError("the brightness cannot be had from a frame's observation; it is there as a control only")
+            raise DataError("the brightness is not available from an observation; it is a control for offline use only")
         self._evidence = any(name in EVIDENCE for name in self.names)
         self._nuisances = any(name in NUISANCES for name in self.names)
         where = signal_indices(self.names)
@@ -117,7 +117,9 @@ class Picker:
         features = observation.features
         if features.names is not self._known:
             if features.names != NAMES:
-                raise DataError(f"the frame has features {', '.join(features.names[:5])}...; not those of this version")
+                raise DataError(
+                    f"the frame has features {', '.join(features.names[:5])}..., which are not those of this version"
+                )
             self._known = features.names
         values = features.values.tolist()
         if self._evidence:
@@ -127,7 +129,8 @@ class Picker:
         if self._nuisances:
             values += _nuisances(observation)
         picked: tuple[float, ...] = self._pick(values)
-        # One addition a signal instead of one question: what is NaN, infinite or beyond float32 stays so in the sum.
+        # One addition per signal instead of one check each: NaN, infinity and float32 overflow all propagate to the
+        # sum.
         return picked if -_LARGEST < sum(picked) < _LARGEST else None
 
 
@@ -156,19 +159,20 @@ def _nuisances(observation: Observation, brightness: float = math.nan) -> tuple[
 
 
 def signal_names(names: str | Sequence[str]) -> tuple[str, ...]:
-    """Return a set's signals, or the named ones. Raises DataError for an unknown name, one given twice, or none."""
+    """Return the signals of a set, or the named ones. Raises DataError for an unknown name, one given twice, or
+    none."""
     if isinstance(names, str):
         if names not in SIGNAL_SETS:
-            raise DataError(f"unknown set of signals {names!r}; there are {', '.join(SIGNAL_SETS)}")
+            raise DataError(f"unknown set of signals {names!r}; known sets: {', '.join(SIGNAL_SETS)}")
         names = SIGNAL_SETS[names]
     unknown = [name for name in names if name not in UNITS]
     if unknown:
-        raise DataError(f"unknown signal {', '.join(unknown)}; there are {', '.join(SIGNALS)}")
+        raise DataError(f"unknown signal {', '.join(unknown)}; known signals: {', '.join(SIGNALS)}")
     if not names or len(set(names)) < len(names):
-        raise DataError(f"signals must be named, each once: {', '.join(names) or 'none is'}")
+        raise DataError(f"each signal must be named exactly once, got: {', '.join(names) or 'none'}")
     return tuple(names)
 
 
 def signal_indices(names: str | Sequence[str]) -> list[int]:
-    """Return where a set's signals, or named ones, stand in the vector. Raises DataError for an unknown name."""
+    """Return the indices of a set's signals, or of named ones, in the vector. Raises DataError for an unknown name."""
     return [SIGNALS.index(name) for name in signal_names(names)]

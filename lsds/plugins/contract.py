@@ -1,6 +1,6 @@
-"""Does what a factory returned have the members that the contract of its kind asks for?
+"""Check that the object returned by a factory has the members of its kind's contract.
 
-Properties are looked up without being called: reading `spec` may need a connected device.
+Properties are looked up without being evaluated, because reading `spec` may need a connected device.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _MISSING = object()
 
 
 def check_contract(backend: str, kind: Kind, built: object) -> None:
-    """Raise ContractMismatch, listing every member that is missing or cannot be called as the contract calls it."""
+    """Raise ContractMismatch with every member that is missing or cannot be called as in the contract."""
     problems = list(_problems(KINDS[kind].contract, built))
     if problems:
         raise ContractMismatch(
@@ -52,7 +52,8 @@ def _members(protocol: type) -> Iterator[tuple[str, Any]]:
 
 
 def _has(built: object, name: str) -> bool:
-    """Tell whether a proxy that answers through `__getattr__` has the member; a getter that raises does have it."""
+    """Return whether a proxy with `__getattr__` has the member; a getter that raises another error counts as
+    present."""
     try:
         getattr(built, name)
     except AttributeError:

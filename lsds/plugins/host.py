@@ -1,4 +1,4 @@
-"""The plugin host: finds backends, keeps broken plugins apart, builds what a config asks for."""
+"""The plugin host: finds backends, isolates broken plugins, builds the backends of a config."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BLOCK_VARIABLE = "LSDS_BLOCK_PLUGINS"
 
 
 class EntryPointLike(Protocol):
-    """What the host needs of an entry point; `importlib.metadata.EntryPoint` has it."""
+    """The members of an entry point that the host uses; `importlib.metadata.EntryPoint` has them."""
 
     @property
     def name(self) -> str:
@@ -47,8 +47,8 @@ class EntryPointLike(Protocol):
 class PluginHost:
     """All installed plugins of the entry-point group `lsds`.
 
-    Manifests are imported on the first question asked, backends when they are built. A plugin that fails to import,
-    or whose hook returns rubbish, is listed in `failures` and hurts nobody else.
+    Manifests are imported on first use, backends when they are built. A plugin that fails to import, or whose hook
+    returns an invalid value, is listed in `failures` and does not affect others.
 
     `entry_points` replaces what is installed (for tests and embedding); `block` names distributions or plugins that
     are not to be loaded, in addition to the environment variable `LSDS_BLOCK_PLUGINS`.
@@ -61,18 +61,18 @@ class PluginHost:
         self._backends: list[Backend] = []
         self._loaded = False
 
-    # -- what there is ------------------------------------------------------------------------------------
+    # -- listing ------------------------------------------------------------------------------------------
 
     @property
     def backends(self) -> tuple[Backend, ...]:
-        """Every backend on offer that is not blocked, in order of kind and name."""
+        """All backends that are not blocked, in order of kind and name."""
         self._load()
         offered = [b for b in self._backends if not self._is_blocked(b.plugin, b.distribution)]
         return tuple(sorted(offered, key=lambda b: (b.spec.kind, b.spec.name, b.distribution)))
 
     @property
     def failures(self) -> tuple[PluginFailure, ...]:
-        """Every plugin that failed to load, and every blocked one, with the reason."""
+        """All plugins that failed to load or are blocked, with the reason."""
         self._load()
         loaded = {(b.plugin, b.distribution) for b in self._backends}
         late = [
@@ -99,14 +99,14 @@ class PluginHost:
     def find(self, kind: Kind, name: str) -> Backend:
         """Return the backend of that kind and name ("name" or "distribution:name").
 
-        Raises PluginNotFound with a did-you-mean, and PluginConflict where two plugins claim the name.
+        Raises PluginNotFound with a suggestion, and PluginConflict if two plugins offer the name.
         """
         return select(self.backends, kind, name, self.failures)
 
-    # -- using it -----------------------------------------------------------------------------------------
+    # -- building -----------------------------------------------------------------------------------------
 
     def missing_requirements(self, backend: Backend) -> tuple[str, ...]:
-        """Return the import names that the backend requires and this interpreter does not have."""
+        """Return the import names required by the backend that are not installed."""
         return tuple(name for name in backend.spec.requires if not _importable(name))
 
     def options_model(self, backend: Backend) -> type[BaseModel] | None:
@@ -121,11 +121,11 @@ class PluginHost:
         return model
 
     def imported(self, backend: Backend) -> Any:
-        """Return what a backend's `factory` names, without calling it. Raises PluginLoadError."""
+        """Return the object named by a backend's `factory`, without calling it. Raises PluginLoadError."""
         return self._import(backend, backend.spec.factory)
 
     def build(self, kind: Kind, name: str, raw_options: Mapping[str, Any] | None, context: BuildContext) -> Any:
-        """Import, validate the options, call the factory and check the contract.
+        """Build a backend: import it, validate the options, call the factory and check the contract.
 
         Raises PluginNotFound, PluginConflict, PluginLoadError, ConfigError, ContractMismatch.
         """
@@ -195,7 +195,7 @@ class PluginHost:
                 continue
             try:
                 plugin = entry_point.load()
-            # A plugin may do anything while it is imported, and SystemExit is among the things seen in the field.
+            # A plugin may raise anything while it is imported, including SystemExit.
             except (Exception, SystemExit) as error:
                 self._fail(entry_point.name, distribution, error)
             else:

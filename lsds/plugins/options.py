@@ -1,4 +1,4 @@
-"""From pydantic's errors to `ConfigIssue`s: dotted path, plain words, and a did-you-mean."""
+"""Convert pydantic's errors to `ConfigIssue`s with a dotted path, a plain message and a suggestion."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def validated(model: type[M], raw: Mapping[str, Any], path: str) -> M:
 
 
 def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") -> Iterator[ConfigIssue]:
-    """Yield one issue for each of pydantic's complaints."""
+    """Yield one issue for each pydantic error."""
     for detail in error.errors(include_url=False):
         location = tuple(detail["loc"])
         where = ".".join([path, *map(str, location)] if path else map(str, location)) or "(root)"

@@ -1,4 +1,4 @@
-"""What is known of installed plugins: the backends on offer and the plugins that failed."""
+"""Data on installed plugins: their backends, and the plugins that failed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lsds.contracts.kinds import KINDS
 from lsds.errors import PluginConflict, PluginNotFound
 
 NO_DEVICE = "none"
-"""The backend name that a config uses for "there is none"."""
+"""The backend name in a config for "no backend"."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _RESERVED = frozenset({NO_DEVICE, "backend", "enabled"})
@@ -20,7 +20,7 @@ _RESERVED = frozenset({NO_DEVICE, "backend", "enabled"})
 
 @dataclass(frozen=True, slots=True)
 class Backend:
-    """A backend on offer, and who offers it: the distribution and the plugin (entry point) within it."""
+    """An available backend, with its distribution and plugin (entry point)."""
 
     spec: BackendSpec
     distribution: str
@@ -28,7 +28,7 @@ class Backend:
 
     @property
     def qualified_name(self) -> str:
-        """The name with its distribution in front: what a config says where two offer the same name."""
+        """ "distribution:name", as a config has to write it if two distributions offer the same name."""
         return f"{self.distribution}:{self.spec.name}"
 
     def __str__(self) -> str:
@@ -37,7 +37,7 @@ class Backend:
 
 @dataclass(frozen=True, slots=True)
 class PluginFailure:
-    """A plugin that is installed and could not be used, or is blocked, with the reason."""
+    """An installed plugin that failed to load or is blocked, with the reason."""
 
     plugin: str
     distribution: str
@@ -49,7 +49,7 @@ class PluginFailure:
 
 
 def checked_specs(offered: object) -> list[BackendSpec]:
-    """Return what a plugin's hook returned, as a list of sound specifications. Raises TypeError or ValueError."""
+    """Return a plugin hook's return value as a list of checked specifications. Raises TypeError or ValueError."""
     if not isinstance(offered, Sequence) or isinstance(offered, str | bytes):
         raise TypeError(f"lsds_backends returned {type(offered).__name__}, expected a list of BackendSpec")
     specs = []
@@ -87,7 +87,7 @@ def select(backends: Sequence[Backend], kind: str, name: str, failures: Sequence
         choices = " or ".join(sorted(f"'{b.distribution}:{bare}'" for b in found))
         if len({b.distribution for b in found}) == 1:
             choices = " or ".join(sorted(f"'{b.plugin}:{bare}'" for b in found))
-        raise PluginConflict(f"{len(found)} plugins offer {kind} '{bare}'; say which: {choices}")
+        raise PluginConflict(f"{len(found)} plugins offer {kind} '{bare}'; choose one: {choices}")
     known = sorted({b.spec.name for b in of_kind})
     hint = did_you_mean(bare, known)
     parts = [f"no installed plugin offers {kind} '{name}'"]

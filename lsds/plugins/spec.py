@@ -1,4 +1,4 @@
-"""The hooks a plugin may implement, and the marker it implements them with.
+"""The hooks that a plugin may implement, and the decorator that marks the implementation.
 
 A plugin is a module named by an entry point in the group `lsds`:
 
@@ -38,5 +38,5 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 def lsds_backends() -> Sequence[BackendSpec]:  # type: ignore[empty-body]
     """Return the backends this plugin offers.
 
-    Called once per process. Has to be cheap: name factories as "module:attribute", import nothing but `lsds`.
+    Called once per process. It must be fast: name factories as "module:attribute" and import only `lsds`.
     """

@@ -1,7 +1,7 @@
-"""What a run leaves behind for its summary and picture: a few numbers a frame, and two frames' images.
+"""The record of a run for its summary and picture: a few numbers per frame, and the images of two frames.
 
-Holding on to every image would make a long run grow without bound and, by never giving memory back for reuse, slow
-the very path that it observes.
+Keeping every image would let the memory of a long run grow without bound, and would slow down the loop, because image
+memory could not be reused.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One frame in numbers: SI units, NaN where unknown. `slip` is what the detector said, None for abstained.
+    """One frame in numbers: SI units, NaN where unknown. `slip` is the detector's result, None if it abstained.
 
-    `acting`: slip was answered; `rising`: the arm was wanted to move up. `seen_slip_m` is how far the body "gripper"
-    stands above the body "object", as a pose source sees them.
+    `acting`: slip was corrected; `rising`: the arm was commanded upward. `seen_slip_m` is the height of the body
+    "gripper" above the body "object", measured by a pose source.
     """
 
     t_ns: int
@@ -40,9 +40,10 @@ class Sample:
 
 
 class RunRecord:
-    """An observer of the engine. `first` is the first frame in which slip is answered, `worst` that of the fastest.
+    """An observer of the engine. `first` is the first frame in which slip is corrected, `worst` that of the fastest
+    slip.
 
-    `truths` has what a simulated cell really did.
+    `truths` has the true states of a simulated cell.
     """
 
     def __init__(self, truths: TruthLog | None = None) -> None:
@@ -53,7 +54,7 @@ class RunRecord:
         self._worst_speed = -math.inf
 
     def observe(self, cycle: Cycle) -> None:
-        """Take one frame."""
+        """Add one cycle."""
         truth = None if self._truths is None else self._truths.at(cycle.frame.t_ns)
         estimate = cycle.estimate
         true_speed = math.nan if truth is None else math.hypot(*truth.slip_velocity_m_s)

@@ -1,4 +1,4 @@
-"""One run from config to summary, kept apart from how it is printed."""
+"""Run a job from config to summary, without printing."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lsds.session.truth_log import TruthLog
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None for a run to the end."""
+    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end."""
 
     summary: dict[str, Any]
     record: RunRecord
@@ -52,8 +52,8 @@ def run(
     """Load, connect, arm, run the job, close. What ends the run early becomes `fault`; an error before it is raised.
 
     `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys
-    ("task.lift_s=1"). `job` takes the place of the one that the config names; `observe` is given every cycle. Whatever
-    ends the run, the cell is stopped and closed, and what was recorded until then is in the summary.
+    ("task.lift_s=1"). `job` replaces that of the config; `observe` is called with every cycle. Whatever
+    ends the run, the cell is stopped and closed, and the summary contains everything recorded until then.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
     fault: BaseException | None = None
@@ -63,7 +63,7 @@ def run(
         truths = TruthLog(rig.own_cell, rate_hz)
         record = RunRecord(truths)
         engine = Engine(rig, job)
-        # The record is what the summary is made from, and costs microseconds: it is taken inline, nothing is dropped.
+        # The summary is made from the record. Recording takes microseconds, so it runs inline and drops nothing.
         engine.observers.add("record", record.observe)
         if observe is not None:
             engine.observers.add("observe", observe)

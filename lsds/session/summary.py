@@ -1,6 +1,6 @@
-"""What a run came to: the figures that `lsds run` prints and writes as JSON.
+"""The summary figures of a run, which `lsds run` prints and writes as JSON.
 
-Figures that need the truth are taken from the simulated cell and are None on a real one.
+Figures that need the truth are available from the simulated cell only and are None on a real one.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from lsds.rig import Rig
     from lsds.session.record import Sample
 
-#: Slower than this counts as not slipping, m/s.
+#: Slip speeds below this count as no slip, m/s.
 AT_REST_M_S = 1e-3
-#: Without a truth, the object counts as lost where contact at the end is below this share of contact before the lift.
+#: Without a truth, the object counts as lost if contact at the end is below this fraction of contact before the lift.
 LOST_SHARE = 0.2
-#: Frames at the end of a run, in one of which at least a pose source has to see gripper and object.
+#: A pose source must see gripper and object in at least one of this many frames at the end of a run.
 LATELY = 5
-#: Less of the image in contact than this at the start of the lift is an empty grip.
+#: A contact area below this fraction of the image at the start of the lift is an empty grip.
 LEAST_CONTACT = 0.005
 
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """True slip over lift and hold: SI units, None where there was none or it did not end."""
+    """True slip during lift and hold, SI units; None if there was no slip or it did not end."""
 
     distance_m: float
     onset_s: float | None
@@ -49,7 +49,8 @@ def summarise(
     simulated_s: float,
     fault: BaseException | None,
 ) -> dict[str, Any]:
-    """Return the run as plain values, ready for JSON. `wall_s` is what the run took, `simulated_s` what it lived."""
+    """Return the run as plain values, ready for JSON. `wall_s` is the real duration of the run, `simulated_s` the
+    duration on the rig's clock."""
     acting = [sample for sample in samples if sample.acting]
     begun = engine.acting_since_ns
     truths = [truth for truth in every_truth if begun is not None and truth.t_ns >= begun]
@@ -117,10 +118,10 @@ def _outcome(
     every_truth: Sequence[CellTruth],
     fault: BaseException | None,
 ) -> str:
-    """Tell whether the object is in the grip at the end; an object left standing on the table is not.
+    """Return the outcome: whether the object is in the grip at the end; an object left on the table is not.
 
-    An object that the job has let go of on purpose is "released". Without a truth, contact at the end has to show it;
-    with no gripper there is nothing to say: the job has "ended".
+    An object released by the job on purpose is "released". Without a truth, contact at the end decides; without a
+    gripper the job has "ended".
     """
     if fault is not None:
         return "fault"
@@ -154,34 +155,34 @@ def _slip(truths: Sequence[CellTruth]) -> Slip | None:
     if not slipping:
         return Slip(distance, None, None, max(speeds))
     first, last = slipping[0], slipping[-1]
-    # Slip that ends because the fingers have let go is no arrest.
+    # Slip that ends because the fingers have opened was not arrested.
     arrested = last + 1 < len(truths) and not truths[-1].dropped and truths[-1].normal_force_n > 0
     arrest = seconds(truths[last + 1].t_ns - truths[first].t_ns) if arrested else None
     return Slip(distance, seconds(truths[first].t_ns - truths[0].t_ns), arrest, max(speeds))
 
 
 def _seen_slip(acting: Sequence[Sample]) -> float | None:
-    """Slip over lift and hold as a pose source saw it (m), None where it did not see gripper and object."""
+    """Slip during lift and hold measured by a pose source (m), None if it did not see gripper and object."""
     seen = [s.seen_slip_m for s in acting if math.isfinite(s.seen_slip_m)]
-    # One that went blind on the way has not seen the slip.
+    # A pose source that lost the bodies on the way has not measured the whole slip.
     blind = not any(math.isfinite(s.seen_slip_m) for s in acting[-LATELY:])
     return None if blind or len(seen) < 2 else seen[-1] - seen[0]
 
 
 def _severity_mae(acting: Sequence[Sample]) -> float | None:
-    """Mean absolute error of the estimated slip speed, over the frames of lift and hold that were not abstained on."""
+    """Mean absolute error of the estimated slip speed over lift and hold, without frames in which it abstained."""
     errors = [abs(s.speed_m_s - s.true_speed_m_s) for s in acting]
     return _mean([error for error in errors if math.isfinite(error)])
 
 
 def _zero_mae(acting: Sequence[Sample]) -> float | None:
-    """The same, on the same frames, for an estimator that always says zero: what the figure above is compared with."""
+    """The same error on the same frames of an estimator that always returns zero, as a trivial baseline."""
     judged = [s for s in acting if math.isfinite(s.speed_m_s)]
     return _mean([s.true_speed_m_s for s in judged if math.isfinite(s.true_speed_m_s)])
 
 
 def _detection(acting: Sequence[Sample], begun_ns: int | None, slip: Slip | None) -> dict[str, Any]:
-    """Frames by true slip and by what the detector said; abstentions count as neither.
+    """Frames by true slip and by detected slip; abstentions count as neither.
 
     `onset_delay_s` is from the true onset to the first alarm after it, camera and computing included; alarms of the
     lift before the onset are `early_alarms`.

@@ -1,4 +1,4 @@
-"""What the simulated cell really did, sampled along a run."""
+"""The true states of the simulated cell, sampled during a run."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from lsds.clock import NS_PER_S
 if TYPE_CHECKING:
     from lsds.contracts import Cell, CellTruth
 
-#: How far back an exposure may lie, s.
+#: Maximum age of an exposure to look up, s.
 WINDOW_S = 1.0
 
 
 class TruthLog:
-    """Samples a cell's truth, finds the sample nearest to an exposure. Without a cell it stays empty."""
+    """Samples a cell's truth and finds the sample nearest to an exposure. Without a cell it stays empty."""
 
     def __init__(self, cell: Cell | None, rate_hz: float) -> None:
         self._cell = cell
@@ -24,7 +24,7 @@ class TruthLog:
         self.samples: list[CellTruth] = []
 
     def sample(self, now_ns: int) -> CellTruth | None:
-        """Bring the cell to now and keep its truth."""
+        """Advance the cell to the present and store its truth."""
         if self._cell is None:
             return None
         self._cell.advance(now_ns)

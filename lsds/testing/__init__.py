@@ -1,4 +1,4 @@
-"""The conformance kit: a plugin author adds three lines and inherits the suite.
+"""The conformance kit: checks of a plugin's device, added to a test suite in three lines.
 
     from lsds.testing import conformance
 
@@ -6,7 +6,7 @@
     def test_conformance(check):
         check()
 
-Needs pytest and hypothesis (`pip install 'lsds[test]'`). Nothing of the product imports this package.
+Needs pytest and hypothesis (`pip install 'lsds[test]'`). The rest of lsds does not import this package.
 """
 
 from lsds.testing.bench import Bench

@@ -1,4 +1,4 @@
-"""A bench: makes a fresh device with a fresh clock for each check, and moves time for it."""
+"""A test bench: builds a new device with a new clock for each check, and advances its time."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ from lsds.plugins.host import PluginHost
 T = TypeVar("T")
 
 FIRST_SAMPLE_S = 5.0
-"""How long after `connect` a device may take to have its first sample."""
+"""Time allowed from `connect` to the first sample, s."""
 
 _STEP_NS = 1_000_000
 
 
 @dataclass
 class Bench:
-    """Where one backend is tried: under virtual time where it can, else under the wall clock.
+    """The test bench of one backend, with virtual time if the backend supports it, else with the wall clock.
 
-    `allow_motion` has to be given for a backend that is not simulated before any check arms it: no checker moves a
-    real device unasked.
+    Without `allow_motion` no check arms a backend that is not simulated, so that no real device moves unintentionally.
     """
 
     kind: Kind
@@ -42,17 +41,17 @@ class Bench:
 
     @property
     def may_move(self) -> bool:
-        """Whether checks may arm the device."""
+        """True if checks may arm the device."""
         return self.virtual or self.allow_motion
 
     def build(self, seed: int = 0) -> Any:
-        """Return a fresh device, on a fresh clock and a cell of its own."""
+        """Return a new device with a new clock and its own cell."""
         self.clock = VirtualClock() if self.virtual else WallClock()
         return self.host.build(self.kind, self.name, self.options, BuildContext(self.clock, seed))
 
     @contextmanager
     def device(self, state: Lifecycle = Lifecycle.CONNECTED) -> Iterator[Any]:
-        """Give a fresh device in a state; it is closed afterwards whatever happens."""
+        """Yield a new device in a given state; it is always closed afterwards."""
         device = self.build()
         try:
             if state is not Lifecycle.NEW:
@@ -64,11 +63,11 @@ class Bench:
             device.close()
 
     def advance(self, duration_s: float) -> None:
-        """Let time pass."""
+        """Advance the time."""
         self.clock.sleep_until(self.clock.now() + nanoseconds(duration_s))
 
     def read(self, device: Any) -> Any:
-        """Return a sample, waiting for the first one. Raises StaleData where none came in `FIRST_SAMPLE_S`."""
+        """Return a sample, waiting for the first one. Raises StaleData if none arrives within `FIRST_SAMPLE_S`."""
         deadline = self.clock.now() + nanoseconds(FIRST_SAMPLE_S)
         while True:
             try:
@@ -79,7 +78,7 @@ class Bench:
                 self.clock.sleep_until(self.clock.now() + _STEP_NS)
 
     def samples(self, device: Any, duration_s: float, step_s: float = 0.004) -> Iterator[Any]:
-        """Yield what reading gives while time passes, ending early where a recording ends."""
+        """Yield samples while time passes; ends early at the end of a recording."""
         deadline = self.clock.now() + nanoseconds(duration_s)
         yield self.read(device)
         while self.clock.now() < deadline:
@@ -92,7 +91,7 @@ class Bench:
                 continue
 
     def settle(self, done: Callable[[], bool], timeout_s: float, step_s: float = 0.01) -> bool:
-        """Let time pass until `done()`; tell whether it came about."""
+        """Advance the time until `done()` is true; return whether it became true."""
         deadline = self.clock.now() + nanoseconds(timeout_s)
         while not done():
             if self.clock.now() > deadline:
@@ -101,5 +100,5 @@ class Bench:
         return True
 
     def in_future(self, s: float = 0.5) -> int:
-        """Return an expiry (ns) that lies ahead."""
+        """Return an expiry (ns) in the future."""
         return self.clock.now() + round(s * NS_PER_S)

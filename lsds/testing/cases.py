@@ -1,4 +1,4 @@
-"""One generator of checks with two faces: a list to loop over, and a pytest decorator."""
+"""Conformance checks, as a list to loop over and as a pytest decorator."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MOVING: frozenset[Check] = frozenset({*GRIPPER_CHECKS, *ARM_CHECKS})
 
 @dataclass(frozen=True)
 class Case:
-    """One check of one backend; call it, it raises AssertionError with what is wrong."""
+    """One check of one backend. Calling it runs the check, which raises AssertionError on failure."""
 
     bench: Bench
     check: Check
@@ -40,14 +40,14 @@ class Case:
         return f"{self.bench.kind}-{self.bench.name}-{self.check.__name__.removeprefix('check_')}"
 
     def __call__(self) -> None:
-        """Run the check. Skips, with the reason, what would move a real device unasked."""
+        """Run the check. Skips a check that would move a real device without permission."""
         if self.check in _MOVING and not self.bench.may_move:
-            pytest.skip("moves a real device; pass allow_motion=True and stand by the emergency stop")
+            pytest.skip("moves a real device; pass allow_motion=True and stay at the emergency stop")
         self.check(self.bench)
 
 
 def cases(bench: Bench) -> list[Case]:
-    """Return every check there is for the bench's kind of device. Raises ValueError for a kind without checks."""
+    """Return all checks for the bench's kind of device. Raises ValueError for a kind without checks."""
     if bench.kind not in _CHECKS:
         raise ValueError(f"there are no conformance checks for a {bench.kind}")
     checks = (*LIFECYCLE_CHECKS, *_CHECKS[bench.kind], check_any_order_of_calls)
@@ -66,7 +66,7 @@ def conformance(
     """Decorate a test that takes `check` and calls it: it becomes one test for each check.
 
     `options` is the backend's options table. `expected_failures` maps the name of a check (without "check_") to the
-    reason why it cannot pass yet; an expected failure that passes is an error, so the list stays honest.
+    reason why it cannot pass yet; an expected failure that passes is an error.
     """
     bench = Bench(kind, name, options or {}, host or PluginHost(), allow_motion)
     expected = dict(expected_failures or {})

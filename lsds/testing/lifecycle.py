@@ -1,4 +1,4 @@
-"""Checks of a device's life, alike for every kind."""
+"""Checks of a device's life cycle, the same for every kind."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _recording: list[list[str]] = []
 
 def check_constructing_does_no_io(bench: Bench) -> None:
     """Constructing opens no device, socket or process and starts no thread; the device is NEW."""
-    bench.build().close()  # Once first: what the factory imports lazily is read from disk here.
+    bench.build().close()  # Build once before, so that lazy imports of the factory are not counted.
     threads = set(threading.enumerate())
     with _outside_calls() as calls:
         device = bench.build()
     try:
-        assert not calls, f"constructing reached outside: {calls}"
+        assert not calls, f"the constructor accessed: {calls}"
         assert set(threading.enumerate()) <= threads, "constructing started a thread"
         _assert_is(device, Lifecycle.NEW)
     finally:
@@ -36,12 +36,12 @@ def check_constructing_does_no_io(bench: Bench) -> None:
 
 
 def check_walks_through_its_life(bench: Bench) -> None:
-    """NEW, CONNECTED, ARMED, CONNECTED, CLOSED; disarm and close do nothing the second time."""
+    """NEW, CONNECTED, ARMED, CONNECTED, CLOSED; a second disarm or close does nothing."""
     device = bench.build()
     device.connect()
     _assert_is(device, Lifecycle.CONNECTED)
     device.disarm()
-    _assert_is(device, Lifecycle.CONNECTED, "disarm of what is not armed has to do nothing")
+    _assert_is(device, Lifecycle.CONNECTED, "disarm of a device that is not armed must do nothing")
     if bench.may_move:
         device.arm()
         _assert_is(device, Lifecycle.ARMED)
@@ -77,7 +77,7 @@ def check_refuses_before_connect(bench: Bench) -> None:
 
 
 def check_connects_once(bench: Bench) -> None:
-    """Connecting what is connected raises LifecycleError and leaves it readable."""
+    """Connecting a connected device raises LifecycleError and leaves it readable."""
     with bench.device() as device:
         with pytest.raises(LifecycleError):
             device.connect()
@@ -99,7 +99,7 @@ def check_stops_from_any_state_and_thread(bench: Bench) -> None:
 
 
 def check_connect_moves_nothing_and_reads(bench: Bench) -> None:
-    """A sample comes soon after connect, and its time is not in the future."""
+    """A sample arrives soon after connect, and its time is not in the future."""
     with bench.device() as device:
         sample = bench.read(device)
         assert sample.t_ns <= bench.clock.now(), "a sample from the future"
@@ -128,7 +128,7 @@ def _stop_in_thread(device: Any) -> None:
 
 @contextmanager
 def _outside_calls() -> Iterator[list[str]]:
-    """Collect what reaches outside the process. An audit hook cannot be taken off, so there is one, with a switch."""
+    """Record accesses outside the process. An audit hook cannot be removed, so there is one with a switch."""
     if not hasattr(_outside_calls, "installed"):
         sys.addaudithook(_audit)
         _outside_calls.installed = True  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""A device's life in any order: Hypothesis looks for a sequence of calls that breaks the contract."""
+"""Random call sequences: Hypothesis searches for a sequence of calls that breaks the contract of a device."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ N, C, A, X = Lifecycle.NEW, Lifecycle.CONNECTED, Lifecycle.ARMED, Lifecycle.CLOS
 
 
 def check_any_order_of_calls(bench: Bench, examples: int | None = None, steps: int = 20) -> None:
-    """In any order of calls only documented errors come, and the state is what the contract says.
+    """In any order of calls only documented errors are raised, and the state follows the contract.
 
-    `examples` is how many orders are tried; on hardware, where each takes its time, fewer unless it is given.
+    `examples` is the number of sequences to try; by default fewer on hardware, where each takes long.
     """
     if examples is None:
         examples = 25 if bench.virtual else 8

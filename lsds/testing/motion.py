@@ -1,4 +1,4 @@
-"""Checks of what moves: grippers and arms. None of them runs on real hardware unless it is asked for."""
+"""Checks of moving devices: grippers and arms. They run on real hardware only with permission."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from lsds.testing.bench import Bench
 from lsds.testing.machine import a_command
 
 _SOON_S = 0.2
-"""An expiry that a driver on a busy machine makes, and that a slow motion does not."""
+"""An expiry long enough for a driver on a busy machine, and shorter than a slow motion."""
 
 
 def check_refuses_before_arm(bench: Bench) -> None:
-    """A device that is only connected refuses commands."""
+    """A device that is connected but not armed refuses commands."""
     with bench.device() as device, pytest.raises(LifecycleError):
         device.command(a_command(bench, bench.in_future()))
 
@@ -38,7 +38,7 @@ def check_refuses_what_is_not_finite(bench: Bench) -> None:
 
 
 def check_refuses_what_is_expired(bench: Bench) -> None:
-    """A command that comes after its expiry is not carried out."""
+    """A command received after its expiry is not executed."""
     with bench.device(Lifecycle.ARMED) as device:
         bench.advance(0.01)
         with pytest.raises(CommandExpired):
@@ -46,7 +46,7 @@ def check_refuses_what_is_expired(bench: Bench) -> None:
 
 
 def check_commands_do_not_block(bench: Bench) -> None:
-    """`command` returns before the motion is over: simulated time does not pass in it."""
+    """`command` returns before the motion ends: no simulated time passes in it."""
     with bench.device(Lifecycle.ARMED) as device:
         before = bench.clock.now()
         device.command(a_command(bench, bench.in_future()))
@@ -55,7 +55,7 @@ def check_commands_do_not_block(bench: Bench) -> None:
 
 
 def check_gripper_sends_within_its_spec(bench: Bench) -> None:
-    """What comes back is what was sent: within the declared ranges, near what was asked where that is possible."""
+    """The returned command is the one sent: within the declared ranges, and close to the requested one if possible."""
     with bench.device(Lifecycle.ARMED) as gripper:
         spec = gripper.spec
         for aperture, speed, force in [
@@ -72,7 +72,7 @@ def check_gripper_sends_within_its_spec(bench: Bench) -> None:
 
 
 def check_gripper_reaches_what_was_sent(bench: Bench) -> None:
-    """The empty gripper comes to the aperture that `command` returned, and stays."""
+    """The empty gripper moves to the aperture that `command` returned, and stays there."""
     with bench.device(Lifecycle.ARMED) as gripper:
         spec = gripper.spec
         sent = gripper.command(
@@ -84,11 +84,11 @@ def check_gripper_reaches_what_was_sent(bench: Bench) -> None:
 
         assert bench.settle(arrived, 5.0), f"at {bench.read(gripper).aperture_m}, sent to {sent.aperture_m}"
         bench.advance(0.5)
-        assert arrived(), "it did not stay"
+        assert arrived(), "the gripper did not stay at its target"
 
 
 def check_gripper_never_opens_on_failure(bench: Bench) -> None:
-    """Refused and expired commands, an expiry on the way, stop and disarm: none of them opens the gripper."""
+    """Refused and expired commands, an expiry during motion, stop and disarm do not open the gripper."""
     with bench.device(Lifecycle.ARMED) as gripper:
         spec = gripper.spec
         sent = gripper.command(
@@ -109,7 +109,7 @@ def check_gripper_never_opens_on_failure(bench: Bench) -> None:
 
 
 def check_gripper_finishes_after_expiry(bench: Bench) -> None:
-    """A motion under way goes on to its target when its command expires: half way would drop the object."""
+    """A motion in progress continues to its target when its command expires, so that the object is not dropped."""
     with bench.device(Lifecycle.ARMED) as gripper:
         spec = gripper.spec
         start = bench.read(gripper).aperture_m
@@ -117,7 +117,7 @@ def check_gripper_finishes_after_expiry(bench: Bench) -> None:
         sent = gripper.command(GripperCommand(target, spec.speed_m_s[0], spec.force_n[0], bench.in_future(_SOON_S)))
 
         def ended() -> bool:
-            # An object in the way ends the motion as well, and the gripper says so.
+            # An object in the way also ends the motion, and the gripper reports it.
             return _is_at(bench, gripper, sent) or bench.read(gripper).contact is not Contact.NONE
 
         assert bench.settle(ended, 3 * spec.stroke_m / spec.speed_m_s[0] + 2), (
@@ -126,7 +126,7 @@ def check_gripper_finishes_after_expiry(bench: Bench) -> None:
 
 
 def check_arm_sends_within_its_spec(bench: Bench) -> None:
-    """What comes back is what was sent, within the declared speed and acceleration."""
+    """The returned command is the one sent, within the declared speed and acceleration."""
     with bench.device(Lifecycle.ARMED) as arm:
         spec = arm.spec
         asked = Twist((0.0, 0.0, spec.speed_m_s * 5))
@@ -136,7 +136,7 @@ def check_arm_sends_within_its_spec(bench: Bench) -> None:
 
 
 def check_arm_moves_as_sent(bench: Bench) -> None:
-    """While commands are renewed the arm travels at the velocity that `command` returned."""
+    """While commands are renewed, the arm moves at the velocity that `command` returned."""
     with bench.device(Lifecycle.ARMED) as arm:
         start = bench.read(arm).tcp_pose.position_m[2]
         wanted = math.nan
@@ -149,7 +149,7 @@ def check_arm_moves_as_sent(bench: Bench) -> None:
 
 
 def check_arm_rests_after_expiry(bench: Bench) -> None:
-    """Without a newer command the arm decelerates to rest after the expiry, and says so."""
+    """Without a newer command the arm decelerates to rest after the expiry, and reports it."""
     with bench.device(Lifecycle.ARMED) as arm:
         command = a_command(bench, bench.in_future(0.1))
         sent = arm.command(command)

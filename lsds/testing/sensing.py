@@ -1,4 +1,4 @@
-"""Checks of what sensors and pose sources deliver."""
+"""Checks of the samples of sensors and pose sources."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def check_frames_are_as_declared(bench: Bench) -> None:
 
 
 def check_frame_rate(bench: Bench) -> None:
-    """New frames come at the declared rate, within a fifth, or until a recording ends."""
+    """New frames arrive at the declared rate within 20 %, or until a recording ends."""
     with bench.device() as device:
         stamps = {frame.seq: frame.t_ns for frame in bench.samples(device, 1.0, 0.2 / device.spec.rate_hz)}
         assert len(stamps) >= 2, "no second frame came in 1 s"
@@ -39,13 +39,13 @@ def check_frame_rate(bench: Bench) -> None:
 
 
 def check_frames_are_not_overwritten(bench: Bench) -> None:
-    """A frame that was read keeps its image when newer ones come."""
+    """The image of a frame does not change when newer frames arrive."""
     with bench.device() as device:
         first = bench.read(device)
         copy = first.image.copy()
         for _ in bench.samples(device, 0.2):
             pass
-        assert np.array_equal(first.image, copy), "the device wrote into a frame it had handed out"
+        assert np.array_equal(first.image, copy), "the device changed a frame that it had returned before"
 
 
 def check_same_seed_gives_same_frames(bench: Bench) -> None:

@@ -1,1 +1,1 @@
-"""Where things are, as an ordinary camera sees them: calibration, printed markers, poses. Imports cv2 when used."""
+"""Poses from an ordinary camera: calibration, printed markers, rotations. Imports cv2 when used."""

@@ -1,7 +1,7 @@
-"""A camera's calibration from views of a ChArUco board, and whether the views suffice.
+"""Camera calibration from views of a ChArUco board, with checks that the views suffice.
 
-The views decide what a calibration is worth, not its reprojection error: a dozen views from one place fit one another
-well and say nothing about the picture's corners. So views are judged, and too few or too poor ones are refused.
+A small reprojection error does not prove a good calibration: a dozen views from one place fit each other well but do
+not constrain the corners of the picture. Therefore the views are checked, and too few or too similar views are refused.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from lsds.vision.fiducials import Board
 
 GRID = (8, 6)
-"""Columns and rows into which the picture is divided to judge how much of it the views cover."""
+"""Columns and rows of the grid on which the coverage of the picture is measured."""
 LEAST_CORNERS = 6
 LEAST_COVERAGE = 0.5
 MOST_ERROR_PX = 1.5
 MOST_FOCAL_SPREAD = 0.02
 LEAST_TILT_RAD = math.radians(20)
-_ADVICE = "move the board over the whole picture, near and far, and tilt it by 20 to 40 degrees both ways"
+_ADVICE = "move the board over the whole picture, near and far, and tilt it by 20 to 40 degrees in both directions"
 
 
 class View(NamedTuple):
-    """What one picture shows of the board: its name, points on the board (n, 3) in m, and their pixels (n, 2)."""
+    """The board in one picture: the name of the picture, points on the board (n, 3) in m, and their pixels (n, 2)."""
 
     name: str
     points_m: NDArray[np.float32]
@@ -42,8 +42,8 @@ class View(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """The camera; root mean square of the reprojection, in all and of each view (px); one standard deviation of focal
-    lengths and principal point (px); corners in each cell of the picture (rows, columns); residuals (n, 2) in px."""
+    """The camera; RMS reprojection error, in total and of each view (px); standard deviations of focal lengths and
+    principal point (px); number of corners in each cell of the picture (rows, columns); residuals (n, 2) in px."""
 
     camera: CameraModel
     error_px: float
@@ -54,7 +54,7 @@ class Calibration:
 
     @property
     def coverage(self) -> float:
-        """Share of the picture's cells in which a corner was seen."""
+        """Fraction of the picture's cells in which a corner was seen."""
         return float((self.cells > 0).mean())
 
 
@@ -67,14 +67,15 @@ class BoardFinder:
         self.size: tuple[int, int] | None = None
 
     def find(self, image: NDArray[np.uint8], name: str) -> View | None:
-        """Return the view, None where too little of the board is seen. Raises DataError for a picture of other size."""
+        """Return the view, None if too little of the board is visible. Raises DataError for a picture of another
+        size."""
         size = (image.shape[1], image.shape[0])
         if self.size is None:
             self.size = size
         if size != self.size:
             raise DataError(
-                f"{name}: is {size[0]} x {size[1]} px, those before it {self.size[0]} x {self.size[1]} "
-                "(a calibration is for one size)"
+                f"{name}: is {size[0]} x {size[1]} px, the earlier pictures {self.size[0]} x {self.size[1]} "
+                "(all pictures must have the same size)"
             )
         grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image, np.uint8)
         corners, numbers, _, _ = self._detector.detectBoard(grey)
@@ -88,13 +89,14 @@ class BoardFinder:
 
 
 def is_new(view: View, taken: Sequence[View], width: int) -> bool:
-    """Tell whether a view differs from those taken: by a twelfth of the picture's width in place, or in shape."""
+    """Return whether a view differs from the earlier ones, in position by a twelfth of the picture's width, or in
+    shape."""
     shape = _shape(view)
     return all(float(np.abs(shape - _shape(other)).max()) > width / 12 for other in taken)
 
 
 def calibrate(views: Sequence[View], size: tuple[int, int], *, least_views: int = 8) -> Calibration:
-    """Return the calibration for a picture of (width, height). Raises DataError for views that do not suffice."""
+    """Return the calibration for a picture of (width, height). Raises DataError if the views do not suffice."""
     if len(views) < least_views:
         raise DataError(f"{len(views)} usable views of the board, at least {least_views} are needed ({_ADVICE})")
     cells = _cells(views, size)
@@ -114,19 +116,19 @@ def calibrate(views: Sequence[View], size: tuple[int, int], *, least_views: int 
     if not np.isfinite(error) or error > MOST_ERROR_PX:
         worst = views[int(np.argmax(errors))].name
         raise DataError(
-            f"the views fit only to {error:.2f} px, at most {MOST_ERROR_PX} are allowed; the worst is {worst} (is the "
-            "board flat, its squares as long as you said, the picture sharp?)"
+            f"the reprojection error is {error:.2f} px, the limit is {MOST_ERROR_PX}; the worst view is {worst} "
+            "(check that the board is flat, that its squares have the given size, and that the pictures are sharp)"
         )
     tilt = _tilt_rad(rotations)
     if tilt < LEAST_TILT_RAD:
         raise DataError(
             f"the views tilt the board by {math.degrees(tilt):.0f} degrees against one another, at least "
-            f"{math.degrees(LEAST_TILT_RAD):.0f} are needed: from straight ahead, near and far look alike ({_ADVICE})"
+            f"{math.degrees(LEAST_TILT_RAD):.0f} are needed to separate focal length and distance ({_ADVICE})"
         )
     fx, fy, cx, cy = (float(s) for s in np.asarray(spread).reshape(-1)[:4])
     if fx > MOST_FOCAL_SPREAD * camera.matrix[0, 0] or fy > MOST_FOCAL_SPREAD * camera.matrix[1, 1]:
         raise DataError(
-            f"the views leave the focal length open to {max(fx, fy):.0f} px of {camera.matrix[0, 0]:.0f} ({_ADVICE})"
+            f"the focal length is uncertain by {max(fx, fy):.0f} px of {camera.matrix[0, 0]:.0f} ({_ADVICE})"
         )
     return Calibration(
         camera, float(error), errors, (fx, fy, cx, cy), cells, _residuals(views, camera, rotations, positions)
@@ -160,7 +162,8 @@ def _residuals(
 
 
 def _shape(view: View) -> NDArray[np.float64]:
-    """Return where a view puts the board's four outermost reference points, by a homography: it needs no camera."""
+    """Return the pixels of the board's four outermost reference points in a view, by a homography without a camera
+    model."""
     low, high = view.points_m[:, :2].min(axis=0), view.points_m[:, :2].max(axis=0)
     onto, _ = cv2.findHomography(view.points_m[:, :2], view.pixels)
     if onto is None:

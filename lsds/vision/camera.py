@@ -1,4 +1,4 @@
-"""A camera's projection: pinhole with Brown-Conrady distortion, and the file that holds it."""
+"""Camera model: pinhole with Brown-Conrady distortion, and its calibration file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class CameraModel:
     size: tuple[int, int]
 
     def scaled(self, size: tuple[int, int]) -> CameraModel:
-        """Return the model for the same picture at another size of the same shape. Raises DataError for another."""
+        """Return the model for the same picture scaled to another size. Raises DataError for another aspect ratio."""
         if size == self.size:
             return self
         share = size[0] / self.size[0]
@@ -43,7 +43,7 @@ class CameraModel:
             )
         matrix = self.matrix.copy()
         matrix[:2] *= share
-        # Pixel centres at integers: the corner of the picture, at -0.5, is what stays.
+        # Pixel centres are at integers, so the fixed point of the scaling is the picture's corner at -0.5.
         matrix[:2, 2] += 0.5 * (share - 1)
         return CameraModel(matrix, self.distortion, size)
 
@@ -57,10 +57,10 @@ def load_camera(path: str | Path) -> CameraModel:
 
     file = Path(path).expanduser()
     if not file.is_file():
-        raise DataError(f"{file}: there is no such calibration file ({_REMEDY})")
+        raise DataError(f"{file}: the calibration file does not exist ({_REMEDY})")
     try:
         text = file.read_text(encoding="utf-8")
-        # A format that OpenCV does not guess from the text makes it write to stderr before it raises.
+        # OpenCV writes to stderr before it raises for an unknown format, so check the format first.
         if not text.lstrip().startswith(("%YAML", "{", "<?xml")):
             raise DataError(f"{file}: is neither YAML (which begins with %YAML:1.0) nor JSON nor XML ({_REMEDY})")
         storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
@@ -73,13 +73,13 @@ def load_camera(path: str | Path) -> CameraModel:
     if matrix is None or matrix.shape != (3, 3):
         raise DataError(f"{file}: holds no 3 x 3 matrix named {' or '.join(_MATRIX_NAMES[:2])} ({_REMEDY})")
     if 0 in size:
-        raise DataError(f"{file}: does not tell image_width and image_height, which a calibration is for ({_REMEDY})")
+        raise DataError(f"{file}: does not state image_width and image_height of the calibration ({_REMEDY})")
     focal = (matrix[0, 0], matrix[1, 1])
     if not np.isfinite(matrix).all() or min(focal) <= 0 or matrix[2, 2] != 1:
-        raise DataError(f"{file}: its camera matrix is not one: {matrix.tolist()} ({_REMEDY})")
+        raise DataError(f"{file}: its camera matrix is invalid: {matrix.tolist()} ({_REMEDY})")
     coefficients = np.zeros(5) if distortion is None else distortion.reshape(-1)
     if coefficients.size not in (4, 5, 8, 12, 14) or not np.isfinite(coefficients).all():
-        raise DataError(f"{file}: has {coefficients.size} distortion coefficients; 4, 5, 8, 12 or 14 are known")
+        raise DataError(f"{file}: has {coefficients.size} distortion coefficients; 4, 5, 8, 12 or 14 are supported")
     return CameraModel(matrix, coefficients, size)
 
 
@@ -89,7 +89,7 @@ def save_camera(path: str | Path, camera: CameraModel, notes: dict[str, float | 
 
     file = Path(path).expanduser()
     try:
-        # Written beside and moved: a calibration that is half written would be read as a wrong one.
+        # Write to a temporary file and rename it: a partly written calibration could be read as a wrong one.
         fresh = file.with_name(f".{file.stem}.partial{file.suffix}")
         storage = cv2.FileStorage(str(fresh), cv2.FILE_STORAGE_WRITE)
         if not storage.isOpened():

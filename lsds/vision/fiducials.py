@@ -1,8 +1,8 @@
-"""Bodies by the ArUco markers and ChArUco boards printed on them: corners to sub-pixels, and poses from corners.
+"""Poses of bodies from printed ArUco markers and ChArUco boards: sub-pixel corners, and poses from corners.
 
-A flat marker seen nearly face on has two poses that explain its corners almost alike (Collins and Bartoli 2014,
-"Infinitesimal plane-based pose estimation"). Both are computed; where their errors do not tell them apart, the one that
-turns least since the last picture is taken.
+A flat marker seen nearly face on has two poses that explain its corners almost equally well (Collins and Bartoli 2014,
+"Infinitesimal plane-based pose estimation"). Both are computed; if their errors do not distinguish them, the one with
+the smaller rotation since the last picture is used.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from lsds.vision.camera import CameraModel
 
 AMBIGUOUS_RATIO = 2.0
-"""A second pose whose error is less than so many times the first one's cannot be ruled out by error alone."""
+"""A second pose is ambiguous if its error is less than this many times that of the first one."""
 MEMORY_NS = 500_000_000
-"""How long the last orientation of a body counts."""
+"""Maximum age of a body's last orientation, ns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """One printed marker: the side of its black square (m), and where its centre lies in the body's frame (m).
+    """One printed marker: the side of its black square (m), and its centre in the body's frame (m).
 
     Markers of one body lie in its plane z = 0, x right and y up as printed, z towards the viewer.
     """
@@ -62,9 +62,9 @@ class Board:
     legacy: bool = False
 
     def make(self, dictionary: str) -> Any:
-        """Return OpenCV's board. Raises DataError where it cannot be one."""
+        """Return OpenCV's board. Raises DataError if the parameters are invalid."""
         if self.marker_m >= self.square_m:
-            raise DataError("not a ChArUco board: its markers have to be smaller than its squares")
+            raise DataError("not a ChArUco board: its markers must be smaller than its squares")
         count = (self.columns * self.rows) // 2
         ids = np.arange(self.first_id, self.first_id + count)
         try:
@@ -81,8 +81,8 @@ class Board:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A body in one picture: camera <- body, root mean square of the reprojection (px), corners used, and whether a
-    second pose would explain them as well."""
+    """A body in one picture: pose camera <- body, RMS reprojection error (px), corners used, and whether a second pose
+    fits equally well."""
 
     rotation: NDArray[np.float64]
     position_m: NDArray[np.float64]
@@ -93,7 +93,7 @@ class Found:
 
 @dataclass(slots=True)
 class Counts:
-    """What was seen and not used, since the start."""
+    """Counts of detections that were not used, since the start."""
 
     unknown: dict[int, int] = field(default_factory=dict)
     doubled: int = 0
@@ -106,7 +106,7 @@ def dictionary_of(name: str) -> Any:
     number = getattr(cv2.aruco, f"DICT_{name}", None)
     if number is None:
         known = ", ".join(sorted(n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_")))
-        raise DataError(f"there is no marker dictionary '{name}' (there are: {known})")
+        raise DataError(f"unknown marker dictionary '{name}' (known: {known})")
     return cv2.aruco.getPredefinedDictionary(number)
 
 
@@ -140,8 +140,8 @@ class FiducialFinder:
     def find(self, image: NDArray[np.uint8], t_ns: int) -> dict[str, Found]:
         """Return the bodies seen in a uint8 picture, RGB (h, w, 3) or grey (h, w), taken at `t_ns`.
 
-        A body out of sight, or whose corners fit no pose, is absent. Raises DataError for a picture of another shape
-        than the calibration's.
+        A body that is not visible, or whose corners fit no pose, is absent. Raises DataError for a picture of another
+        shape than the calibration's.
         """
         camera = self._camera.scaled((image.shape[1], image.shape[0]))
         grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image, np.uint8)
@@ -156,7 +156,7 @@ class FiducialFinder:
                 doubled.add(number)
             else:
                 seen[number] = refined_corners(grey, np.asarray(quad, np.float64).reshape(4, 2))
-        # Of two with one number, one is a reflection or a copy, and nothing tells which.
+        # Of two markers with the same id, one is a reflection or a copy, and they cannot be distinguished.
         self.counts.doubled += len(doubled)
         found = {}
         for name, markers in self._bodies.items():
@@ -180,7 +180,7 @@ class FiducialFinder:
             return None
         points, pixels = board.matchImagePoints(corners, numbers)
         if np.linalg.matrix_rank(points.reshape(-1, 3)[:, :2] - points.reshape(-1, 3)[0, :2]) < 2:
-            return None  # all on one line: no pose
+            return None  # all corners on one line: no pose
         return self._pose(name, points.reshape(-1, 3).astype(np.float64), pixels.reshape(-1, 2), camera, t_ns)
 
     def _pose(
@@ -205,7 +205,7 @@ class FiducialFinder:
 def _candidates(
     points: NDArray[np.float64], pixels: NDArray[np.float64], camera: CameraModel
 ) -> Sequence[tuple[NDArray[np.float64], NDArray[np.float64], float]]:
-    """Return the poses (rotation, position, error) that explain the corners, each refined to the least error."""
+    """Return the poses (rotation, position, error) that explain the corners, each refined to the minimum error."""
     try:
         count, rotations, positions, _ = cv2.solvePnPGeneric(
             points, pixels, camera.matrix, camera.distortion, flags=cv2.SOLVEPNP_IPPE

@@ -56,7 +56,7 @@ class MockProcess:
             stderr=subprocess.PIPE,
             text=True,
             env=environment,
-            # Ctrl-C in a terminal strikes the whole group; the mock is to end after its clients, not before.
+            # Ctrl-C in a terminal signals the whole process group; the mock should end after its clients, not before.
             start_new_session=True,
         )
         assert self._process.stdout is not None

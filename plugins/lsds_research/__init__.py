@@ -1,1 +1,1 @@
-"""Research: datasets, collecting, learners, evaluation and all studies. Nothing here runs in a cell."""
+"""Research: datasets, collecting, learners, evaluation and all studies. Only the job `trial` runs in a cell."""

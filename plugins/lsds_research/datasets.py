@@ -1,7 +1,7 @@
-"""A columnar dataset: one row a frame, rows of a recording together and in order of time, and a card beside them.
+"""A columnar dataset: one row per frame, the rows of a recording together and in order of time, and a card.
 
-On disk: a folder with `frames.parquet` and `card.json`. While it is being collected there is a file a recording in
-`parts`, so that nothing that was recorded is lost and collection goes on where it stopped.
+On disk: a folder with `frames.parquet` and `card.json`. During collection each recording is a file in `parts`, so that
+no recording is lost and an interrupted collection can be continued.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ KEYS: dict[str, str] = {
     "frame": "int32",
     "t_s": "float64",
 }
-"""Who and when: recording, object, protocol; number of the frame in its recording, its time (s)."""
+"""Identification: recording, object, protocol; number of the frame in its recording, its time (s)."""
 
 LABELS: dict[str, str] = {
     "slip": "int8",
@@ -49,8 +49,8 @@ LABELS: dict[str, str] = {
     "angular_velocity_true": "float32",
     "stick_true": "float32",
 }
-"""What a laboratory measures (`slip` 1, 0, -1 unknown; velocities m/s and rad/s of the object against the gel, in the
-sensor's plane), and what a simulator knows beside it (NaN or -1 where there is none)."""
+"""Measured labels (`slip` 1, 0, -1 unknown; velocities m/s and rad/s of the object against the gel, in the sensor's
+plane), and the simulated truth (NaN or -1 if there is none)."""
 
 COLUMNS: dict[str, str] = {**KEYS, **LABELS, **dict.fromkeys(SIGNALS, "float32")}
 
@@ -130,8 +130,8 @@ def joined(parts: Sequence[Mapping[str, NDArray[Any]]], card: Mapping[str, Any])
 
 
 def merged(parts: Sequence[tuple[str, Dataset]]) -> Dataset:
-    """Return one dataset of several, by their names. Recordings that are called alike stay apart; the card tells what
-    all were made with alike, and of each dataset its own job, labels, overrides and seed.
+    """Return one dataset of several, by their names. Recordings of the same name stay separate; the card holds the
+    common settings, and of each dataset its job, labels, overrides and seed.
 
     Raises DataError where a recording is in two of them.
     """
@@ -168,7 +168,7 @@ def merged(parts: Sequence[tuple[str, Dataset]]) -> Dataset:
 
 
 def _digest(data: Dataset, rows: slice) -> bytes:
-    """Return what tells recordings with other contents apart: their times and signals."""
+    """Return a digest of a recording's times and signals, to find duplicates."""
     told = hashlib.sha256(np.ascontiguousarray(data["t_s"][rows]).tobytes())
     for name in SIGNALS:
         told.update(np.ascontiguousarray(data[name][rows]).tobytes())
@@ -193,7 +193,7 @@ def load(folder: Path) -> Dataset:
 
 
 def read_card(folder: Path) -> dict[str, Any] | None:
-    """Return a folder's card, of whatever dataset; None where there is none. Raises DataError for what is no card."""
+    """Return a folder's dataset card, None if there is none. Raises DataError for an invalid card."""
     path = folder / CARD
     try:
         card = json.loads(path.read_text(encoding="utf-8"))

@@ -1,8 +1,8 @@
-"""Train the models that are shipped: `python -m lsds_research.make_models DATA`.
+"""Train the shipped models: `python -m lsds_research.make_models DATA`.
 
-DATA holds the datasets `detection`, `severity` and `catch` (`lsds collect`). Nothing is learnt from the five unseen
-objects, nor from the pipe. Estimators learn from all three: in severity's protocol nothing is ever held, and what has
-never seen a load that does not slip takes it for a slow slip; but of detection a third will do, for most of it rests.
+DATA holds the datasets `detection`, `severity` and `catch` (`lsds collect`). The five held-out objects and the pipe are
+not used for training. Estimators are trained on all three: severity contains no held load, and an estimator trained on
+it alone takes a held load for a slow slip. A third of detection is enough, because most of it is at rest.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ DATASETS = {
     "detection": {"detection": 1, "catch": 1},
     "severity": {"severity": 1, "catch": 1, "detection": 3},
 }
-"""What each learns from; of each dataset one in so many recordings."""
+"""Training data by job; one in so many recordings of each dataset."""
 
 
 def train(which: tuple[str, str], folder: str) -> str:
-    """Train one, dataset and learner; return what its card says of it."""
+    """Train one model; return the scores of its card."""
     import numpy as np
 
     from lsds.plugins.host import PluginHost

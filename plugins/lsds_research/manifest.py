@@ -1,4 +1,4 @@
-"""What the research package offers to lsds. Light on purpose: listing plugins must not import numpy or cv2."""
+"""The plugin manifest of the research package. It must not import numpy or cv2, so that listing plugins stays fast."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from lsds.contracts import BackendSpec
 from lsds.plugins import hookimpl
 
 _LEARNERS = (
-    ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest, the paper's settings"),
-    ("gradient-boosting", "trees:GradientBoosting", ("sklearn",), "detector: boosted trees, the paper's settings"),
-    ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of the field's evidence"),
-    ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: a small net on a window of the field's evidence"),
-    ("monotone", "monotone:Monotone", ("scipy",), "detector: logistic in the logarithms of rates, weights of one sign"),
-    ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM, the paper's settings"),
-    ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP, the paper's settings"),
-    ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge on a window of the field's evidence"),
-    ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: a small recurrent net that knows how sure it is"),
+    ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest with the paper's settings"),
+    ("gradient-boosting", "trees:GradientBoosting", ("sklearn",), "detector: boosted trees with the paper's settings"),
+    ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of field signals"),
+    ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: small neural network on a window of field signals"),
+    ("monotone", "monotone:Monotone", ("scipy",), "detector: logistic regression on log rates, weights of one sign"),
+    ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM with the paper's settings"),
+    ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP with the paper's settings"),
+    ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge regression on a window of field signals"),
+    ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: small recurrent net with its own standard deviations"),
 )
 
 
@@ -25,7 +25,7 @@ _STUDIES = (
         "incipient.options:IncipientOptions",
         ("sklearn", "pyarrow"),
         "train",
-        "real recordings: slip or not, on objects never trained on",
+        "slip or no slip in real recordings, on held-out objects",
     ),
     (
         "models",
@@ -33,7 +33,7 @@ _STUDIES = (
         "studies.models.options:ModelsOptions",
         ("pyarrow",),
         "data",
-        "models as they are on a dataset's objects not learnt from, next to the trivial rules",
+        "finished models on held-out objects of a dataset, compared with trivial baselines",
     ),
     (
         "learning",
@@ -41,7 +41,7 @@ _STUDIES = (
         "studies.models.options:LearningOptions",
         ("sklearn", "torch", "pyarrow"),
         "train",
-        "scores on objects never seen by the number of objects to learn from",
+        "scores on held-out objects against the number of training objects",
     ),
     (
         "detectors",
@@ -49,7 +49,7 @@ _STUDIES = (
         "studies.models.options:DetectorsOptions",
         ("sklearn", "torch", "onnx", "pyarrow"),
         "train",
-        "detectors on objects never seen: accuracy against microseconds",
+        "detectors on held-out objects: accuracy against computing time",
     ),
     (
         "estimators",
@@ -57,7 +57,7 @@ _STUDIES = (
         "studies.models.options:EstimatorsOptions",
         ("sklearn", "torch", "onnx", "pyarrow"),
         "train",
-        "estimators on objects never seen: R2 against microseconds",
+        "estimators on held-out objects: R2 against computing time",
     ),
     (
         "frame",
@@ -65,7 +65,7 @@ _STUDIES = (
         "studies.frame.options:FrameOptions",
         ("numba",),
         "sim",
-        "one frame from image to command, part by part; trackers next to their peers",
+        "computing time of one frame from image to command, by part; trackers compared with peers",
     ),
     (
         "scheduler",
@@ -73,7 +73,7 @@ _STUDIES = (
         "studies.scheduler_cost:SchedulerOptions",
         (),
         "",
-        "overhead of the scheduler, next to the standard library's",
+        "overhead of the scheduler, compared with the standard library's",
     ),
     (
         "gel",
@@ -81,7 +81,7 @@ _STUDIES = (
         "studies.gel.options:GelStudyOptions",
         ("numba",),
         "sim",
-        "speed against accuracy of the simulated gel's models",
+        "speed against accuracy of the gel models",
     ),
     (
         "dynamics",
@@ -89,7 +89,7 @@ _STUDIES = (
         "studies.dynamics.options:DynamicsOptions",
         (),
         "",
-        "integrators of dry friction when a grip is lost and regained: where they fail",
+        "failures of dry friction integrators while a grip is lost and regained",
     ),
     (
         "optics",
@@ -97,7 +97,7 @@ _STUDIES = (
         "studies.optics.options:OpticsOptions",
         ("numba",),
         "sim",
-        "a finger's frame: time of mechanics and image, error of its colours, by optical tier",
+        "computing time of mechanics and image of one frame, and colour error, by optical tier",
     ),
     (
         "realism",
@@ -105,31 +105,31 @@ _STUDIES = (
         "studies.realism.options:RealismOptions",
         ("numba",),
         "sim",
-        "recordings and simulated clips side by side: motion, divergence, curl, lost dots",
+        "real recordings compared with simulated clips: motion, divergence, curl, lost markers",
     ),
 )
 
 _COMMANDS = (
-    ("collect", ("pyarrow",), "data", "Record data to learn from, by the protocols of the study."),
+    ("collect", ("pyarrow",), "data", "Record a dataset by a protocol of the paper."),
     (
         "train",
         ("pyarrow", "sklearn", "torch"),
         "train",
-        "Fit a detector or an estimator, and write the model that a cell runs.",
+        "Fit a detector or an estimator and write its ONNX model.",
     ),
-    ("evaluate", ("pyarrow",), "data", "Score models on data that they have not seen, real recordings above all."),
+    ("evaluate", ("pyarrow",), "data", "Score models on unseen data, such as real recordings."),
     (
         "reproduce",
         ("pyarrow", "sklearn", "torch"),
         "train",
-        "Measure the study's tables on simulated data, next to the printed ones.",
+        "Measure the paper's tables on simulated data.",
     ),
 )
 
 
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
-    """Return commands, studies, learners and the job that collects."""
+    """Return the commands, studies, learners and the collecting job of research."""
     commands = [
         BackendSpec("command", name, f"lsds_research.cli.{name}:{name}", summary=text, requires=needs, extra=extra)
         for name, needs, extra, text in _COMMANDS
@@ -163,6 +163,6 @@ def lsds_backends() -> list[BackendSpec]:
         "trial",
         "lsds_research.collecting.job:trial_job",
         "lsds_research.collecting.job:TrialOptions",
-        summary="one recording of a protocol of lsds collect",
+        summary="make one recording by a protocol of lsds collect",
     )
     return [trial, *commands, *studies, *learners]

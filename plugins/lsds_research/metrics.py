@@ -1,6 +1,6 @@
-"""Scores, each with what it says of a model that knows nothing, and intervals over recordings.
+"""Scores of detectors and estimators, with confidence intervals over recordings.
 
-Frames of a recording are no independent trials: the bootstrap draws recordings.
+Frames of a recording are not independent: the bootstrap draws recordings.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 MOVING_M_S = 1e-3
-"""Slower than this counts as not slipping."""
+"""Speeds below this count as no slip."""
 _APART_S = 0.2
-"""A detection so close to a slip belongs to it."""
+"""A detection this close to a slip belongs to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +104,9 @@ def onsets(
     recordings: NDArray[Any], t_s: Floats, slip: NDArray[Any], said: NDArray[Any], within_s: float = 0.5
 ) -> tuple[Floats, float]:
     """Return latencies (s) from each onset of slip to the first detection, infinite where none comes `within_s`, and
-    false alarms a minute: runs of detections while nothing slips, nor has or will within 0.2 s.
+    false alarms per minute: runs of detections without slip within 0.2 s before or after.
 
-    One that sounds all the time has no latency, and as many alarms as there are pauses between slips.
+    A detector that always reports slip has no latency, and one alarm per pause between slips.
     """
     latencies: list[float] = []
     alarms, still_s = 0, 0.0
@@ -117,7 +117,7 @@ def onsets(
             after = told & (t >= t[at]) & (t <= t[at] + within_s)
             latencies.append(float(t[np.argmax(after)] - t[at]) if after.any() else math.inf)
         steps = np.diff(t, prepend=t[0])
-        # Frames that nobody answers are missing here: what passes between is not time without an alarm.
+        # Frames without a prediction are missing here; the time between does not count as time without an alarm.
         steps = np.minimum(steps, 2 * np.median(steps[1:]) if len(steps) > 1 else 0.0)
         last_slip = np.maximum.accumulate(np.where(true, t, -math.inf))
         next_slip = np.minimum.accumulate(np.where(true, t, math.inf)[::-1])[::-1]

@@ -1,7 +1,7 @@
-"""Who is trained on and who is tested: the paper's splits, which leak, and those by recording and by object.
+"""Splits into training and test data: the paper's splits, which leak, and those by recording and by object.
 
-Frames of one recording resemble each other whatever they show. Where some of them are trained on, a model that has
-learnt to recognise the recording passes for one that has learnt slip.
+Frames of one recording are similar. If some of them are in the training data, a model that recognises the recording
+scores as well as one that detects slip.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def each_and_all(objects: NDArray[Any]) -> Iterator[tuple[str, NDArray[np.bool_]
 
 
 def seen_and_unseen(data: Dataset, unseen: Sequence[str], name: object = "the dataset") -> tuple[Dataset, Dataset]:
-    """Return the objects to learn from, and those never seen. Raises DataError, with the name, where one is empty."""
+    """Return the training objects, and the held-out objects. Raises DataError, with the name, where one is empty."""
     held = np.isin(data["object"], unseen)
     if not held.any() or held.all():
         raise DataError(f"{name}: needs objects to learn from and some of {', '.join(unseen)}")

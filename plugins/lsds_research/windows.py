@@ -1,7 +1,6 @@
-"""Causal windows over a dataset: the same as `lsds.models.window` makes online, frame by frame.
+"""Causal windows over a dataset, identical to those of `lsds.models.window` online.
 
-A frame in which a signal is undefined (the first, one with most markers lost) enters no window, and nothing is said
-of it.
+A frame with an undefined signal (the first, or one with most markers lost) is not in any window and gets no prediction.
 """
 
 from __future__ import annotations

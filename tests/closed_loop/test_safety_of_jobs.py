@@ -1,4 +1,5 @@
-"""One suite of safety for every job: whatever fails, no arm runs on, no grip opens, and one error says why."""
+"""Safety tests for every job: after any failure the arm stops, the grip does not open, and one error gives the
+reason."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ FAULT_S = 2.6
 
 
 class PlaceJob:
-    """A job of somebody else: grasp, lift, lower, let go; by the public contract alone."""
+    """A third-party job: grasp, lift, lower, release; using only the public contract."""
 
     def begin(self, setting):
         self.start, self.task = setting.t_ns, setting.task
@@ -268,7 +269,7 @@ def test_hold_leaves_the_arm_alone_answers_slip_and_lets_go_when_told():
     bench_job = []
 
     def pull(bench):
-        """Somebody else's arm program, and the moment when it has the object let go."""
+        """The arm program of a user, and the time at which it releases the object."""
         bench_job.append(bench.job)
         arm, clock = bench.rig.arm, bench.rig.clock
         from lsds.contracts import ArmCommand

@@ -1,4 +1,4 @@
-"""House rules that a linter does not know, held by looking at the syntax trees."""
+"""Project rules that the linter does not have, checked on the syntax trees."""
 
 from __future__ import annotations
 

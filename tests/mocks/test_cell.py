@@ -1,4 +1,4 @@
-"""The cell: same seed and times, same bits, whatever is read in between."""
+"""The cell: the same seed and times give identical bits, independent of reads in between."""
 
 import json
 

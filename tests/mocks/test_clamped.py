@@ -1,4 +1,4 @@
-"""A clamped object stays where it is: the arm slides along it and turns about it, at the speed it was told."""
+"""A clamped object stays where it is: the arm slides along it and rotates about it, at the commanded speed."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The elastic gel in the dynamics: finite, inside the Coulomb limit, no energy from nowhere, whatever the step."""
+"""The elastic gel in the dynamics: finite, within the Coulomb limit, no gain of energy, for any time step."""
 
 import math
 

@@ -20,7 +20,7 @@ X_M, Y_M = ((np.arange(n) - (n - 1) / 2) * PX_M for n in (WIDTH_PX, HEIGHT_PX))
 
 
 def ball(x_mm, y_mm, radius_mm=4.0, depth_mm=0.35):
-    """Depth (H, W) of a ball pressed in, with a shoulder of exponential fall beside it, as function of the axes."""
+    """Depth (H, W) of a ball pressed in, with a shoulder of exponential decay around it, as a function of the axes."""
 
     def depth(x, y):
         r = np.hypot(x[None, :] - x_mm * 1e-3, y[:, None] - y_mm * 1e-3)

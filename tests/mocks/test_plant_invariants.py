@@ -1,4 +1,4 @@
-"""Whatever is commanded, the plant obeys the laws it models."""
+"""The plant obeys its physical laws for any command."""
 
 import math
 import threading

@@ -129,8 +129,8 @@ def test_the_nuisances_are_what_they_are_called():
     [
         ("feild", "unknown set"),
         (["v_net", "nope"], "unknown signal nope"),
-        ([], "none is"),
-        (["dt", "dt"], "each once"),
+        ([], "exactly once, got: none"),
+        (["dt", "dt"], "exactly once, got: dt, dt"),
     ],
 )
 def test_signals_that_there_are_not(names, match):

@@ -1,4 +1,4 @@
-"""A distribution of somebody else: its study and its command run by `lsds`, its broken plugin hurts neither."""
+"""A third-party distribution: `lsds` runs its study and its command, and its broken plugin affects neither."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A job of somebody else, from a wheel of its own: it lifts, places and lets go by the public contract alone."""
+"""A third-party job from its own wheel: it lifts, places and releases using only the public contract."""
 
 from __future__ import annotations
 

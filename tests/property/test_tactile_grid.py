@@ -1,4 +1,4 @@
-"""Which dot is which, whatever the print, the turn, the missing dots and the dirt."""
+"""Grid identification for any print and rotation, with missing markers and dirt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Windows of signals with the tails, the zeros and the groups of real ones, and truths that they tell something of."""
+"""Synthetic windows of signals with heavy tails, zeros and groups as in real data, and truths correlated with them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def examples(job: str, names, length: int, rows: int = 5000, seed: int = 0) -> E
 
 
 def recording(name, object_name, seed, frames=80, protocol="slip"):
-    """Slips for a second at some time; how fast the field moves tells, with noise."""
+    """A slip of one second; the speed of the field shows it, with noise."""
     rng = np.random.default_rng(seed)
     t = 0.04 * np.arange(frames)
     begun = rng.integers(2, frames - 22)

@@ -1,4 +1,4 @@
-"""Collecting: protocols are the same by seed, recordings are kept whatever happens, labels are what was measured."""
+"""Collecting: protocols are reproducible by seed, recordings survive failures, labels are measured."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""A dataset comes back as it was; whatever is wrong with one is one clear DataError, and nothing is half written."""
+"""A dataset is read back unchanged; any damage gives one clear DataError, and files are written atomically."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ def test_a_full_disk_leaves_what_was_there_and_no_litter(saved, data, monkeypatc
 
     real = files.NamedTemporaryFile
     monkeypatch.setattr(files, "NamedTemporaryFile", lambda **options: Full(real(**options)))
-    with pytest.raises(DataError, match=r"frames\.parquet: cannot be written: No space left .* is kept") as caught:
+    with pytest.raises(DataError, match=r"frames\.parquet: cannot be written: No space left .* are kept") as caught:
         data.save(saved)
     assert isinstance(caught.value.__cause__, OSError)
     assert {p.name: p.read_bytes() for p in saved.iterdir()} == before

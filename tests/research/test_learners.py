@@ -164,11 +164,11 @@ def test_options_that_make_no_sense_are_one_clear_error(name):
     for options in ({"length": 0}, {"signal": "field"}, {"length": True}):
         with pytest.raises(ConfigError):
             learner(name, **options)
-    with pytest.raises(DataError, match=r"unknown set of signals 'feild'; there are .*field"):
+    with pytest.raises(DataError, match=r"unknown set of signals 'feild'; known sets: .*field"):
         learner(name, signals="feild")
-    with pytest.raises(DataError, match=r"unknown signal v_nett; there are"):
+    with pytest.raises(DataError, match=r"unknown signal v_nett; known signals:"):
         learner(name, signals=["v_nett"])
-    with pytest.raises(DataError, match="each once"):
+    with pytest.raises(DataError, match="exactly once, got: v_net, v_net"):
         learner(name, signals=["v_net", "v_net"])
 
 

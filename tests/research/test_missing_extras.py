@@ -37,7 +37,7 @@ def refused(capsys, arguments, extra):
         ("sklearn", "train logistic --data data --out m.onnx", "train"),
         ("torch", "train field-mlp --data data --out m.onnx", "train"),
         ("torch", "reproduce --quick --out out", "train"),
-        ("matplotlib", "reproduce --quick --out out", "sim"),
+        ("matplotlib", "reproduce --quick --out out", "plot"),
         ("pyarrow", "evaluate models data", "data"),
         ("sklearn", "evaluate incipient-slip data", "train"),
         ("numba", "study frame", "sim"),

@@ -1,4 +1,4 @@
-"""`lsds train`: from one dataset or several, scores beside what knows nothing, and what is wrong is told."""
+"""`lsds train`: training on one or several datasets, scores compared with trivial baselines, clear errors."""
 
 import json
 from itertools import pairwise
@@ -85,10 +85,10 @@ def test_a_card_is_json_that_every_reader_takes(tmp_path):
     ("arguments", "told"),
     [
         (["--without", "bok"], "did you mean 'book'"),
-        (["--without", "book", "--without", "can", "--without", "ruler"], "leaves nothing to learn from"),
-        (["--json", "nowhere/told.json"], "there is no such folder"),
-        (["--out", "nowhere/mine.onnx"], "there is no such folder"),
-        (["--out", "mine.pt"], "has to end in .onnx"),
+        (["--without", "book", "--without", "can", "--without", "ruler"], "leaves no object to train on"),
+        (["--json", "nowhere/told.json"], "the folder does not exist"),
+        (["--out", "nowhere/mine.onnx"], "the folder does not exist"),
+        (["--out", "mine.pt"], "must end in .onnx"),
         (["--option", "signals"], "needs KEY=VALUE"),
     ],
 )

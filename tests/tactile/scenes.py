@@ -59,7 +59,7 @@ def features_of(reference, *displacements_m, lost=None, dt_ms=40):
 def observation(
     velocity_m_s, *, pad=(7, 9), displacement_m=None, lost=None, dt_s=0.04, depth_m=None, v_net=None, reference=None
 ):
-    """An observation with exactly these velocities (N, 2) and displacements (N, 2), all in contact unless told."""
+    """An observation with exactly these velocities (N, 2) and displacements (N, 2), all in contact by default."""
     reference = make_reference(pad) if reference is None else reference
     shape = (reference.count, 2)
     displacement = np.broadcast_to(0.0 if displacement_m is None else displacement_m, shape).astype(float)

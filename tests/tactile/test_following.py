@@ -1,4 +1,4 @@
-"""Dot trackers against rendered truth: exact where they answer, flagged where they cannot know."""
+"""Marker trackers against rendered truth: accurate where valid, flagged where ambiguous."""
 
 from __future__ import annotations
 
@@ -126,7 +126,8 @@ def test_frames_that_show_no_dots_are_flagged_and_recovered_from(name, kind):
 @pytest.mark.parametrize("side", ["left", "right", "top"])
 @pytest.mark.parametrize("width", [30, 60, 160])
 def test_a_hidden_border_is_not_taken_for_a_jump_of_a_pitch(name, width, side, level):
-    """A hidden column and a jump by one pitch show the same dots: it may be doubted, never believed."""
+    """A hidden column and a jump by one pitch show the same markers: the tracks must be flagged, never valid and
+    wrong."""
     bench = Bench(name)
     bench.move(np.zeros(2))
     hidden = {"left": np.s_[:, :width], "right": np.s_[:, -width:], "top": np.s_[:width]}[side]

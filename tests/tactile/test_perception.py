@@ -1,4 +1,4 @@
-"""From frames to observations: streaming equals offline, reset forgets, the past knows nothing of the future."""
+"""From frames to observations: streaming equals offline, reset clears the state, results are causal."""
 
 from __future__ import annotations
 

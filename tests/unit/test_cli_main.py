@@ -14,7 +14,7 @@ from lsds.errors import ConfigError, ConfigIssue, DeviceError, SafetyStop
 
 @pytest.fixture
 def command(monkeypatch):
-    """Install a command that raises what it is told to."""
+    """Install a command that raises a given error."""
 
     def install(error):
         @click.command()

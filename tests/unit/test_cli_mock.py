@@ -1,4 +1,4 @@
-"""`lsds mock`: its flags, its completion, and what it says of what it does not know."""
+"""`lsds mock`: its flags, its completion, and its errors for unknown names."""
 
 from __future__ import annotations
 

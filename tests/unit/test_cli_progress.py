@@ -1,4 +1,4 @@
-"""Long work tells how far it is: by a bar on a terminal, by a line now and then where there is none."""
+"""Long work reports its progress: with a bar on a terminal, otherwise with a line at intervals."""
 
 import contextlib
 import io

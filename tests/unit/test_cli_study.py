@@ -1,4 +1,4 @@
-"""`lsds study`: whatever study a plugin offers, by flags made from its options and by --set."""
+"""`lsds study`: runs any study of a plugin, with flags made from its options and with --set."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def test_no_device_is_allowed_where_a_rig_can_do_without(fake_rig, host):
         fake_rig[kind] = {"backend": "none"}
     assert not check_config(fake_rig, "rig", host).gripper.chosen
     fake_rig["sensor"] = {"backend": "none"}
-    assert "cannot do without a sensor" in issues(check_config, fake_rig, "rig", host)["sensor.backend"].problem
+    assert "a rig needs a sensor" in issues(check_config, fake_rig, "rig", host)["sensor.backend"].problem
 
 
 def test_options_that_are_required_are_missed_without_a_table(fake_rig, host):
@@ -131,7 +131,7 @@ def test_a_backend_that_is_not_chosen_may_be_broken(fake_rig, host):
 def test_a_conflict_is_an_issue_and_a_qualified_name_resolves_it(fake_rig, host):
     spec = BackendSpec("gripper", "fake-gripper", "fake_cell:FakeGripper", "fake_cell:Options")
     host.register(plugin(spec), distribution="other", name="other")
-    assert "say which" in issues(check_config, fake_rig, "rig", host)["gripper.backend"].problem
+    assert "choose one" in issues(check_config, fake_rig, "rig", host)["gripper.backend"].problem
     fake_rig["gripper"] = {"backend": "other:fake-gripper", "fake-gripper": {"latency_ms": 5}}
     config = check_config(fake_rig, "rig", host)
     assert config.gripper.options() == {"latency_ms": 5}
@@ -199,7 +199,7 @@ def test_a_byte_order_mark_does_not_matter(tmp_path, host):
 
 
 def test_missing_file_and_directory(tmp_path, host):
-    with pytest.raises(ConfigError, match=r"there is no such file.*lsds schema --example"):
+    with pytest.raises(ConfigError, match=r"does not exist.*lsds schema --example"):
         load_config(tmp_path / "nope.toml", host=host)
     with pytest.raises(ConfigError, match="is a directory"):
         load_config(tmp_path, host=host)
@@ -249,7 +249,7 @@ def test_an_override_through_a_value_is_an_issue(tmp_path, host):
 def test_the_example_is_the_default_with_comments():
     text = example_config(host=PluginHost(entry_points=[]))
     assert RigConfig.model_validate(tomllib.loads(text)) == RigConfig()
-    assert "lift_s = 3.0  # how long to lift" in text
+    assert "lift_s = 3.0  # duration of the lift" in text
     assert "# mm_per_px =  # scale of the image" in text
 
 

@@ -1,4 +1,4 @@
-"""Controller `pd`: closes on slip, never opens unless told to, and does not mind how time is cut."""
+"""Controller `pd`: closes on slip, opens only with the release option, and is independent of the frame rate."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_reset_forgets_the_last_error():
 
 @given(st.floats(0, 0.05), st.floats(0, 1.0), st.integers(1, 8))
 def test_a_ramp_has_one_derivative_however_finely_it_is_cut(start, slope, parts):
-    """Speed start + slope t: the frame at 0.08 s asks for the same, seen in two frames or in sixteen."""
+    """Speed start + slope t: the command at 0.08 s is the same with two frames as with sixteen."""
     answers = []
     for n in (2, 2 * parts):
         pd, dt = controller(), 0.08 / n
@@ -174,7 +174,7 @@ def test_abstention_is_not_quiet():
 
 
 def test_steps_below_the_gripper_s_resolution_add_up():
-    """Each frame asks for a hundredth of a tick more; the gripper rounds, the controller remembers."""
+    """Each frame requests a hundredth of a tick more; the gripper rounds, the controller integrates the requests."""
     pd, held, asked = controller(release_m_s=TICK_M, release_after_s=0.0), 0.02, []
     for _ in range(300):
         wanted = pd.update(state(False, dt_s=0.01, held=held))

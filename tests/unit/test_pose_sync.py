@@ -33,7 +33,8 @@ def test_the_nearest_is_the_nearest(times, t_ns, slop_ns):
 
 @pytest.mark.parametrize("time_constant_s", [0.0, 0.03, 0.1])
 def test_the_lag_is_the_one_told(time_constant_s):
-    """Under a steady acceleration a lagging velocity is the true one of earlier, and that earlier is what is told."""
+    """Under constant acceleration a lagging velocity equals the true one at an earlier time, and that time is
+    reported."""
     velocity = PoseVelocity(time_constant_s)
     rng = np.random.default_rng(1)
     times = np.cumsum(rng.uniform(0.010, 0.030, 120))

@@ -1,4 +1,4 @@
-"""Work over processes: crashes stay where they happen, errors come out, nobody outlives the parent."""
+"""Parallel work: a crash affects only its item, errors are raised, workers end with their parent."""
 
 import os
 import signal
@@ -117,4 +117,4 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
     script.write_text(SLEEPER.format(guard="if True:", count=3))
     found = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60, check=False)
     assert found.returncode != 0
-    assert "no process can be started beside this one" in found.stderr
+    assert "no worker process can be started" in found.stderr

@@ -110,7 +110,7 @@ def test_the_watchdog_stops_once_when_starved():
     assert dog.poll()
     assert stops == [1]
     dog.feed()
-    with pytest.raises(SafetyStop, match=r"silent for 0\.500 s, allowed are 0\.500 s"):
+    with pytest.raises(SafetyStop, match=r"silent for 0\.500 s, the limit is 0\.500 s"):
         dog.check()
 
 

@@ -383,6 +383,6 @@ def test_the_json_holds_the_named_features(clip, tmp_path, name):
 
 def test_features_are_for_one_recording_and_known(clip, capsys):
     assert main(["track", "--batch", str(clip.parent), "--features", "baseline"]) == 2
-    assert "leave out --batch" in capsys.readouterr().err
+    assert "cannot be used with --batch" in capsys.readouterr().err
     assert main(["track", str(clip), "--features", "besaline"]) == 2
     assert "'baseline', 'proposed'" in capsys.readouterr().err

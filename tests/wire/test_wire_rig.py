@@ -31,7 +31,7 @@ def free_port():
 
 
 def overrides(folder):
-    """Addresses of this test's own, so that runs beside it do not meet."""
+    """Addresses used only by this test, so that parallel runs do not collide."""
     host, port, truth_port = fresh_host(), free_port(), free_port()
     tty, calibration = folder / "hand.tty", folder / "truth.json"
     return [

@@ -1,4 +1,4 @@
-"""Pose source `aruco`: bodies by their printed markers, from any camera, in a thread of its own."""
+"""Pose source `aruco`: poses of bodies with printed markers, from any camera, in its own thread."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NAME = "aruco"
 
 
 class ArucoPoseSource(CameraDevice[PoseSample]):
-    """A `PoseSource`. Its poses are base <- body; a body out of sight is absent, unknown markers are counted."""
+    """A `PoseSource`. Its poses are base <- body; a body that is not visible is absent; unknown markers are counted."""
 
     def __init__(self, options: ArucoOptions, context: BuildContext) -> None:
         self._options = options
@@ -41,7 +41,7 @@ class ArucoPoseSource(CameraDevice[PoseSample]):
 
     @property
     def counts(self) -> Counts:
-        """What was seen and not used: unknown and doubled markers, corners that fit no pose, ambiguous poses."""
+        """Counts of detections not used: unknown and duplicate markers, corners that fit no pose, ambiguous poses."""
         return self._finder.counts if self._finder is not None else Counts()
 
     def _prepare(self) -> None:
@@ -57,7 +57,7 @@ class ArucoPoseSource(CameraDevice[PoseSample]):
         try:
             return self._pump.newest()
         except DataError:
-            # A damaged picture has no poses; the one before it is then still the newest that has.
+            # A damaged picture has no poses; the previous picture is then the newest with poses.
             return self._pump.newest()
 
     def _look(self, image: NDArray[np.uint8], t_ns: int, seq: int) -> PoseSample:

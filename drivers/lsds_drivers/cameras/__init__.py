@@ -1,1 +1,1 @@
-"""Cameras of any make: where frames come from, when they were taken, and the newest one of them."""
+"""Cameras of any make: frame sources, frame times, and access to the newest frame."""

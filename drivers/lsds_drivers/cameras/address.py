@@ -1,4 +1,4 @@
-"""From what a person writes as `camera` to a source."""
+"""Make a source from the option `camera`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The life of a device that is a camera: opened and closed with its thread, and nothing in it moves."""
+"""The life cycle of a camera device: it is opened and closed with its thread, and nothing moves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class CameraDevice(MotionlessLife, Generic[T]):
-    """All of a `Device` that does not depend on what is made of the pictures."""
+    """The part of a `Device` that is independent of the picture processing."""
 
     def __init__(
         self, device: str, source: FrameSource, work: Work[T], options: StreamOptions, context: BuildContext
@@ -39,12 +39,12 @@ class CameraDevice(MotionlessLife, Generic[T]):
 
     @property
     def measured_rate_hz(self) -> float | None:
-        """Pictures a second as they really come; None before the second one."""
+        """Measured picture rate; None before the second picture."""
         return self._pump.measured_rate_hz
 
     @property
     def times_from_device(self) -> bool:
-        """Whether pictures carry the device's own time stamp, else that of their arrival."""
+        """True if pictures have the device's time stamp, false if that of their arrival."""
         return self._pump.times_from_device
 
     @property
@@ -65,4 +65,4 @@ class CameraDevice(MotionlessLife, Generic[T]):
                 self._pump.close()
 
     def _prepare(self) -> None:
-        """What is to be done before the camera is opened. Raises ConnectFailed."""
+        """Prepare opening the camera. Raises ConnectFailed."""

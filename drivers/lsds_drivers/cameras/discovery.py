@@ -1,4 +1,4 @@
-"""Which camera is meant: an index, a path, or a part of the stable name that udev gives it."""
+"""Find a camera by index, path, or part of its stable udev name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lsds.errors import ConnectFailed
 
 BY_ID = Path("/dev/v4l/by-id")
 _CAPTURES = "video-index0"
-"""UVC cameras have a second node for metadata; the first one captures."""
+"""UVC cameras have a second device node for metadata; the first one captures."""
 
 
 def cameras(folder: Path = BY_ID) -> list[Path]:
@@ -26,7 +26,7 @@ def cameras(folder: Path = BY_ID) -> list[Path]:
 def find_camera(device: str, wanted: str, folder: Path = BY_ID) -> str:
     """Return the path of the camera that `wanted` names: "2", "/dev/video2", or a part of its name such as "GelSight".
 
-    Raises ConnectFailed, saying what there is, where none or more than one fits, or where it may not be opened.
+    Raises ConnectFailed, listing the available cameras, if none or several match, or if it must not be opened.
     """
     if re.fullmatch(r"\d+", wanted):
         path = f"/dev/video{wanted}"
@@ -44,7 +44,7 @@ def find_camera(device: str, wanted: str, folder: Path = BY_ID) -> str:
 
 
 def there_is(folder: Path = BY_ID) -> str:
-    """Return a sentence about the cameras that are plugged in."""
+    """Return a sentence that lists the connected cameras."""
     found = cameras(folder)
     if not found:
         return f"{folder} holds no camera: plug it in, and give it to the container if this is one"

@@ -19,10 +19,10 @@ _LOOPBACK = ("127.", "::1", "localhost")
 
 
 class HttpSource:
-    """A `FrameSource` that reads as fast as pictures come, so that none grows old in a buffer.
+    """A `FrameSource` that reads pictures as fast as they arrive, so that none is delayed in a buffer.
 
-    Its own stamps (X-Timestamp, in seconds) are passed on from a server on this machine only: another machine keeps
-    another clock.
+    Stamps of the server (X-Timestamp, in seconds) are used only from this machine, because another machine has another
+    clock.
     """
 
     def __init__(self, device: str, url: str, reduction: Reduction = whole) -> None:
@@ -61,7 +61,7 @@ class HttpSource:
             raise ConnectFailed(
                 self._device, f"{self._url}: {_reason(error)}", remedy="is the camera on, and the address right?"
             ) from error
-        self._response = response  # from here on it is part of what there is to close
+        self._response = response  # from here on, close() has to close it
         kind = response.headers.get_content_type()
         boundary = response.headers.get_param("boundary")
         if response.status != 200 or kind != "multipart/x-mixed-replace" or not isinstance(boundary, str):
@@ -89,7 +89,7 @@ class HttpSource:
         return Shot(image, part.arrived_ns, self._stamp(part.headers), _number(part.headers))
 
     def interrupt(self) -> None:
-        """Shut the connection down: whoever reads from it stops."""
+        """Shut the connection down, which ends a blocked read."""
         connected = self._socket
         if connected is not None:
             with suppress(OSError):

@@ -1,4 +1,4 @@
-"""JPEG as cameras send it: where one ends, how large it is, and whether all of it came."""
+"""JPEG from cameras: end of the image, size, and check for completeness."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def decode(jpeg: bytes, reduction: Reduction) -> NDArray[np.uint8]:
 
 
 def require_whole(image: NDArray[np.uint8]) -> None:
-    """Raise DataError where the lowest row is one flat colour.
+    """Raise DataError if the lowest row is one flat colour.
 
-    A decoder fills what did not arrive with its last colour; a real camera's noise is never flat.
+    A decoder fills missing data with its last colour; a real camera's noise is never flat.
     """
     row = image[-1]
     if image.shape[1] > 1 and bool((row == row[0]).all()):

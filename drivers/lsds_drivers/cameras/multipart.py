@@ -1,4 +1,4 @@
-"""`multipart/x-mixed-replace` taken apart: parts with headers, and back in step after damage."""
+"""A parser for `multipart/x-mixed-replace`: parts with headers, and resynchronisation after damage."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Part(NamedTuple):
 class PartReader:
     """Reads parts from a stream of bytes.
 
-    `more` returns some bytes, empty at the end; `now` tells the monotonic time. Raises ConnectionError at the end.
+    `more` returns some bytes, empty at the end; `now` returns the monotonic time. Raises ConnectionError at the end.
     """
 
     def __init__(self, device: str, boundary: str, more: Callable[[], bytes], now: Callable[[], int]) -> None:
@@ -78,7 +78,7 @@ class PartReader:
         while len(self._data) < length:
             self._fill()
         body = bytes(self._data[:length])
-        # A part that was cut short has swallowed the beginning of the next, which is to be given back.
+        # A truncated part contains the beginning of the next one, which must be put back into the buffer.
         if not body.rstrip(b"\0").endswith(b"\xff\xd9") and (cut := body.find(self._mark)) >= 0:
             del self._data[:cut]
             raise DataError("the frame is shorter than announced (cut short on the way)")

@@ -1,4 +1,4 @@
-"""Whatever else OpenCV opens: RTSP and other network streams, and video files played at their own pace."""
+"""Other sources that OpenCV opens: RTSP and other network streams, and video files played at their own rate."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class OpenCvSource:
         return Shot(image, arrived_ns)
 
     def interrupt(self) -> None:
-        """Let a `shot` that waits for its time go."""
+        """Wake a waiting `shot`."""
         self._stopped.set()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Options that every camera driver has."""
+"""Options common to all camera drivers."""
 
 from __future__ import annotations
 
@@ -17,20 +17,28 @@ class StreamOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    connect_timeout_s: float = Field(default=5.0, gt=0, le=60, description="to open and to show a first picture")
+    connect_timeout_s: float = Field(
+        default=5.0, gt=0, le=60, description="time limit for opening the camera and receiving the first frame"
+    )
     stale_after_ms: float = Field(
         default=0.0,
         ge=0,
         le=60_000,
-        description="an older frame is StaleData; 0: five measured intervals, at least 500",
+        description="age above which a frame is StaleData; 0: five measured intervals, at least 500 ms",
     )
     still_after_ms: float = Field(
-        default=1000.0, ge=0, le=600_000, description="a picture that repeats for longer is StaleData; 0: never"
+        default=1000.0, ge=0, le=600_000, description="time after which a repeated image is StaleData; 0: never"
     )
-    skip_frames: int = Field(default=3, ge=0, le=500, description="dark first frames discarded after each opening")
+    skip_frames: int = Field(
+        default=3, ge=0, le=500, description="number of dark first frames to discard after opening"
+    )
     stamps: StampPolicy = Field(
-        default="auto", description="auto: the device's own where on this machine's clock; arrival: of the first byte"
+        default="auto",
+        description="auto: the device's time stamp if it uses this machine's clock; arrival: time of the first byte",
     )
     delay_ms: float = Field(
-        default=0.0, ge=0, le=1000, description="known delay from exposure to stamp, taken off each time"
+        default=0.0,
+        ge=0,
+        le=1000,
+        description="known delay from exposure to time stamp, subtracted from each time stamp",
     )

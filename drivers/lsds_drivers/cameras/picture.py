@@ -1,4 +1,4 @@
-"""From a camera's picture to the tactile one: cut, turned, mirrored, resized."""
+"""Convert a camera's picture to the tactile image: crop, rotate, mirror, resize."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FACTORS = (8, 4, 2)
 
 @dataclass(frozen=True, slots=True)
 class Crop:
-    """What to cut off: `border` as a share of each side, then `left`, `top`, `right`, `bottom` in px."""
+    """What to crop: `border` as a share of each side, then `left`, `top`, `right`, `bottom` in px."""
 
     border: float = 0.0
     left: int = 0
@@ -34,7 +34,7 @@ class Crop:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Cuts, then turns (clockwise, degrees), mirrors, swaps red and blue, and resizes to (width, height)."""
+    """Crops, then rotates (clockwise, degrees), mirrors, swaps red and blue, and resizes to (width, height)."""
 
     width: int
     height: int
@@ -75,7 +75,7 @@ class Picture:
             inner = np.asarray(cv2.flip(inner, _FLIPS[self.flip]), np.uint8)
         if self.swap_red_blue:
             inner = inner[..., ::-1]
-        # Owned and contiguous: whoever gets it may keep it without keeping the camera's whole picture alive.
+        # A contiguous copy, so that keeping it does not keep the camera's whole picture in memory.
         return np.array(inner, np.uint8, order="C")
 
     def _inner(self, width: int, height: int) -> tuple[int, int]:

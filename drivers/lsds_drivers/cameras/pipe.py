@@ -54,7 +54,7 @@ class PipeSource:
 
     def interrupt(self) -> None:
         """Wake a `shot` that waits."""
-        with self._lock:  # a descriptor that was closed in between may already be somebody else's
+        with self._lock:  # a descriptor that was closed in between may already be reused
             if self._wake is not None:
                 os.write(self._wake[1], b"x")
 
@@ -87,7 +87,7 @@ class PipeSource:
             self._began_ns = time.monotonic_ns()
         data = os.read(self._pipe, 256 * 1024)
         if not data:
-            # Without a writer a pipe reads as ended, at once and for ever.
+            # Without a writer, reading a pipe returns end of file at once.
             time.sleep(min(0.02, max(0.0, left)))
         self._data += data
         if len(self._data) > LONGEST:

@@ -1,4 +1,4 @@
-"""A camera's own thread: reads all that comes, keeps the newest, and opens the camera again when it was lost."""
+"""The thread of a camera: reads all pictures, keeps the newest, and reopens the camera when it is lost."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ CLOSE_TIMEOUT_S = 2.0
 
 
 class Work(Protocol[T_co]):
-    """What is made of each picture, in the camera's thread."""
+    """The processing of each picture, in the camera's thread."""
 
     def __call__(self, image: NDArray[np.uint8], t_ns: int, seq: int) -> T_co:
-        """Return what `read` is to hand out. Raises DataError for a picture that cannot be used."""
+        """Return the result for `read`. Raises DataError for a picture that cannot be used."""
         ...
 
 
@@ -44,9 +44,9 @@ class Sample(NamedTuple, Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class PumpLimits:
-    """How long to wait: for the first picture, for a next one, and how old the newest may grow (None: five intervals,
-    as measured, and at least half a second). `skip` pictures are thrown away after each opening: a camera's first ones
-    are dark."""
+    """Time limits: for the first picture, for the next one, and for the age of the newest (None: five measured
+    intervals, at least half a second). `skip` pictures are discarded after each opening, because a camera's first
+    pictures are dark."""
 
     connect_timeout_s: float = 5.0
     silence_s: float = 1.0
@@ -81,10 +81,10 @@ class FramePump(Generic[T]):
         self._interval_s: float | None = None
         self._begin()
         self.lost = 0
-        """How often the camera was lost and opened again, or tried to be."""
+        """Number of times that the camera was lost and reopened, including attempts."""
 
     def _begin(self) -> None:
-        """Forget an attempt to start that failed."""
+        """Clear the state of a failed start."""
         self._stop, self._first = threading.Event(), threading.Event()
         self._sample: Sample[T] | None = None
         self._damaged: DataError | None = None
@@ -96,13 +96,13 @@ class FramePump(Generic[T]):
 
     @property
     def measured_rate_hz(self) -> float | None:
-        """Frames a second as they really come, by their own times; None before the second."""
+        """Measured frame rate from the frame times; None before the second frame."""
         interval = self._interval_s
         return None if not interval else 1.0 / interval
 
     @property
     def times_from_device(self) -> bool:
-        """Whether exposure times are the device's own stamps; else they are those of arrival."""
+        """True if exposure times are the device's stamps, false if they are arrival times."""
         return self._times.from_device
 
     def start(self) -> None:
@@ -119,7 +119,7 @@ class FramePump(Generic[T]):
         limit_s = self._limits.connect_timeout_s
         self._due_ns = self._clock.now() + nanoseconds(limit_s)
         self._thread.start()
-        # A little longer than the source itself waits, so that its own words for the silence are told.
+        # Wait a little longer than the source itself, so that its own error message is reported.
         self._first.wait(limit_s + _GRACE_S)
         refused, trouble, came = self._refused, self._unusable or self._trouble, self._first.is_set()
         if came and refused is None:
@@ -160,8 +160,8 @@ class FramePump(Generic[T]):
         return max(0.5, _STALE_FRAMES * (self._interval_s or 0.0))
 
     def close(self) -> None:
-        """End the thread and give the camera back; returns within `CLOSE_TIMEOUT_S` even where the camera hangs, and
-        then the thread ends by itself when the camera lets it."""
+        """End the thread and release the camera. Returns within `CLOSE_TIMEOUT_S` even if the camera hangs; the thread
+        then ends when the camera responds."""
         self._stop.set()
         if self._thread is not None and self._thread.is_alive():
             self._source.interrupt()
@@ -178,7 +178,7 @@ class FramePump(Generic[T]):
                 self._refuse(error)
             except LsdsError as error:
                 self._note(error)
-            except Exception as error:  # a vendor's library may raise anything; here it is one more lost camera
+            except Exception as error:  # a vendor's library may raise anything; treat it as a lost camera
                 self._note(ProtocolFault(self._device, f"{type(error).__name__}: {error}"))
             finally:
                 self._source.close()

@@ -1,4 +1,4 @@
-"""What every source of pictures can do, whatever bus it is on."""
+"""The interface of all picture sources."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def whole(width: int, height: int) -> int:
 
 
 class Shot(NamedTuple):
-    """One picture: uint8 RGB (height, width, 3), which nobody writes to again.
+    """One picture: uint8 RGB (height, width, 3), not modified later.
 
-    `arrived_ns` is when its first bytes came, on the monotonic clock; `stamp_ns` the device's own time of it, on
-    whatever clock the device keeps; `number` the device's own count. Both None where the device does not tell.
+    `arrived_ns` is the arrival of its first bytes on the monotonic clock; `stamp_ns` the device's time stamp, on the
+    device's clock; `number` the device's count. The last two are None if the device does not provide them.
     """
 
     image: NDArray[np.uint8]
@@ -35,7 +35,7 @@ class FrameSource(Protocol):
     """A camera that is read by one thread. Only `interrupt` may be called from another."""
 
     def open(self, timeout_s: float) -> None:
-        """Open it. Raises ConnectFailed with what a person can do about it."""
+        """Open it. Raises ConnectFailed with a remedy."""
         ...
 
     def shot(self, timeout_s: float) -> Shot:
@@ -44,9 +44,9 @@ class FrameSource(Protocol):
         ...
 
     def interrupt(self) -> None:
-        """Make a `shot` that waits in another thread give up soon, where the source can."""
+        """End a `shot` that waits in another thread, if the source supports it."""
         ...
 
     def close(self) -> None:
-        """Give the camera back; it can be opened again. Never raises."""
+        """Release the camera; it can be opened again. Never raises."""
         ...

@@ -1,4 +1,4 @@
-"""A fingertip that is a camera: one `TactileSensor` for every make, told apart by its picture and its spec."""
+"""Camera-based fingertips: one `TactileSensor` class for all makes, which differ in picture conversion and spec."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class CameraSensor(CameraDevice[Frame]):
-    """A `TactileSensor` that reads a source in a thread of its own and hands out the newest frame.
+    """A `TactileSensor` that reads a source in its own thread and returns the newest frame.
 
-    A frame's time is that of its exposure as well as it is known (`lsds_drivers.cameras.times`); a frame that is black,
-    torn or cannot be decoded raises DataError once, and the last good one is handed out again after that.
+    A frame's time is its estimated exposure time (`lsds_drivers.cameras.times`). A frame that is black, torn or cannot
+    be decoded raises DataError once; after that the last good frame is returned again.
     """
 
     def __init__(

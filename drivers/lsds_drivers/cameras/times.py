@@ -1,9 +1,8 @@
-"""When a picture was exposed, as well as it can be known.
+"""Estimate the exposure time of a picture.
 
-The best witness is the device's own stamp, but only where it is kept on this machine's monotonic clock: the kernel
-stamps UVC frames so (their first packet, after exposure), and a mock on loopback stamps the exposure. A network
-camera stamps by a clock of its own, which says nothing here; then the arrival of the picture's first byte counts. From
-either the delay is taken off that the user has measured.
+The best source is the device's time stamp, if it uses this machine's monotonic clock: the kernel stamps UVC frames this
+way (first packet, after exposure), and a mock on loopback stamps the exposure. A network camera uses its own clock, so
+the arrival of the picture's first byte is used instead. The delay measured by the user is subtracted in both cases.
 """
 
 from __future__ import annotations
@@ -15,14 +14,14 @@ from lsds.clock import nanoseconds
 StampPolicy = Literal["auto", "arrival"]
 
 OLDEST_NS = nanoseconds(1.0)
-"""A stamp older than this on arrival is from another clock."""
+"""A stamp older than this on arrival belongs to another clock."""
 
 
 class ExposureTimes:
-    """Turns arrivals and stamps into exposure times that only go up.
+    """Converts arrivals and stamps to strictly increasing exposure times.
 
-    `auto` takes a device's stamp where it lies within the second before the arrival, else the arrival. `delay_s` is
-    taken off either: what the user knows of exposure, readout and transport.
+    `auto` uses the device's stamp if it is within one second before the arrival, else the arrival. `delay_s` is
+    subtracted from both: the known delay of exposure, readout and transport.
     """
 
     def __init__(self, policy: StampPolicy, delay_s: float = 0.0) -> None:
@@ -38,21 +37,21 @@ class ExposureTimes:
         self.from_device = plausible and self._policy == "auto"
         t_ns = (stamp_ns if self.from_device and stamp_ns is not None else arrived_ns) - self._delay_ns
         if self._last_ns is not None and t_ns <= self._last_ns:
-            # Two pictures of one instant cannot be; the later is at least as late as the earlier and arrived later.
+            # Two pictures cannot have the same time; the later one was exposed after the earlier one.
             t_ns = self._last_ns + 1
         self._last_ns = t_ns
         return t_ns
 
 
 class FrameNumbers:
-    """Turns a device's own counts into numbers that only go up, with a gap wherever a picture was lost on the way."""
+    """Converts a device's counts to increasing sequence numbers, with a gap for every lost picture."""
 
     def __init__(self) -> None:
         self._next = 0
         self._device: int | None = None
 
     def of(self, number: int | None) -> int:
-        """Return the number of a picture; by the device's count where it has one and that goes on from the last."""
+        """Return the number of a picture, from the device's count if it has one that continues from the last."""
         step = 1
         if number is not None and self._device is not None and number > self._device:
             step = number - self._device
@@ -62,5 +61,5 @@ class FrameNumbers:
         return given
 
     def restart(self) -> None:
-        """The device was opened anew and may count from zero again."""
+        """Report that the device was reopened and may count from zero again."""
         self._device = None

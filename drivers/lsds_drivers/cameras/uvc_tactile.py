@@ -1,4 +1,4 @@
-"""Sensor `uvc-tactile`: any other fingertip with a camera in it, dotted or not, described by its options."""
+"""Sensor `uvc-tactile`: any other camera-based fingertip, with or without markers, described by its options."""
 
 from __future__ import annotations
 
@@ -19,28 +19,30 @@ NAME = "uvc-tactile"
 
 
 class UvcTactileOptions(StreamOptions):
-    """Options of `[sensor.uvc-tactile]`. The defaults show the camera's picture whole and describe a DIGIT."""
+    """Options of `[sensor.uvc-tactile]`. The defaults use the whole picture and describe a DIGIT."""
 
     camera: str = Field(
-        default="DIGIT", description="index, /dev path, part of the USB name, http:// stream, or named pipe"
+        default="DIGIT", description="camera index, /dev path, part of the USB name, http:// stream or named pipe"
     )
-    capture_width: int = Field(default=640, ge=16, le=8192, description="width to ask the camera for, px")
-    capture_height: int = Field(default=480, ge=16, le=8192, description="height to ask the camera for, px")
-    border: float = Field(default=0.0, ge=0, le=0.45, description="share cut off each side")
-    cut_left: int = Field(default=0, ge=0, le=8192, description="px cut off the left, after the border")
-    cut_top: int = Field(default=0, ge=0, le=8192, description="px cut off the top")
-    cut_right: int = Field(default=0, ge=0, le=8192, description="px cut off the right")
-    cut_bottom: int = Field(default=0, ge=0, le=8192, description="px cut off the bottom")
-    turn: Literal[0, 90, 180, 270] = Field(default=270, description="degrees clockwise, after cutting")
-    flip: Flip = Field(default="none", description="none, horizontal, vertical or both, after turning")
-    swap_red_blue: bool = Field(default=False, description="for cameras that give BGR as RGB")
-    width: int = Field(default=240, ge=32, le=4096, description="width of the result in px")
-    height: int = Field(default=320, ge=32, le=4096, description="height of the result in px")
-    rate_hz: float = Field(default=30.0, gt=0, le=240, description="nominal rate; times are measured in any case")
-    mm_per_px: float = Field(default=0.06, gt=0, le=1, description="scale of the result: measure yours")
+    capture_width: int = Field(default=640, ge=16, le=8192, description="width requested from the camera, px")
+    capture_height: int = Field(default=480, ge=16, le=8192, description="height requested from the camera, px")
+    border: float = Field(default=0.0, ge=0, le=0.45, description="fraction cropped on each side")
+    cut_left: int = Field(default=0, ge=0, le=8192, description="px cropped on the left, after border")
+    cut_top: int = Field(default=0, ge=0, le=8192, description="px cropped at the top")
+    cut_right: int = Field(default=0, ge=0, le=8192, description="px cropped on the right")
+    cut_bottom: int = Field(default=0, ge=0, le=8192, description="px cropped at the bottom")
+    turn: Literal[0, 90, 180, 270] = Field(default=270, description="rotation clockwise in degrees, after cropping")
+    flip: Flip = Field(default="none", description="mirroring, after the rotation: none, horizontal, vertical or both")
+    swap_red_blue: bool = Field(default=False, description="swap red and blue, for cameras that deliver BGR as RGB")
+    width: int = Field(default=240, ge=32, le=4096, description="width of the resulting image, px")
+    height: int = Field(default=320, ge=32, le=4096, description="height of the resulting image, px")
+    rate_hz: float = Field(
+        default=30.0, gt=0, le=240, description="nominal frame rate; frame times are always measured"
+    )
+    mm_per_px: float = Field(default=0.06, gt=0, le=1, description="scale of the resulting image, to be measured")
     # A TOML array is a list, which strict tuples refuse.
     pad: tuple[DotCount, DotCount] | None = Field(
-        default=None, strict=False, description="printed dots, [rows, columns]; absent for a gel without"
+        default=None, strict=False, description="printed markers, [rows, columns]; leave out for a gel without markers"
     )
 
 

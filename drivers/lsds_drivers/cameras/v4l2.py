@@ -1,7 +1,7 @@
 """UVC cameras through OpenCV's V4L2 back end.
 
-The camera's JPEG is taken undecoded where OpenCV gives it, so that a large picture need not be decoded at full size for
-a small result: at 8 megapixels that is the difference between 18 and 25 frames a second.
+If OpenCV provides the camera's JPEG undecoded, a large picture need not be decoded at full size for a small result: at
+8 megapixels this raises the rate from 18 to 25 frames per second.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def open_v4l2(path: str) -> cv2.VideoCapture:
 
 
 class V4l2Source:
-    """A `FrameSource`. `size` asks the camera for (width, height), None leaves its own default."""
+    """A `FrameSource`. `size` requests (width, height) from the camera, None keeps its default."""
 
     def __init__(
         self,
@@ -75,7 +75,7 @@ class V4l2Source:
         self._capture = capture
 
     def shot(self, timeout_s: float) -> Shot:
-        """Wait for the next picture; how long at most is OpenCV's to say (10 s). Raises DataError, ConnectFailed."""
+        """Wait for the next picture, at most OpenCV's time limit (10 s). Raises DataError, ConnectFailed."""
         if self._capture is None:
             raise ConnectFailed(self._device, "the camera is not open")
         good, data = self._capture.read()

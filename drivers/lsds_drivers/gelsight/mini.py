@@ -22,18 +22,24 @@ class GelSightMiniOptions(StreamOptions):
     """Options of `[sensor.gelsight-mini]`."""
 
     camera: str = Field(
-        default="GelSight", description="index, /dev path, part of the USB name, http:// stream, or named pipe"
+        default="GelSight", description="camera index, /dev path, part of the USB name, http:// stream or named pipe"
     )
-    width: int = Field(default=320, ge=32, le=4096, description="width of the result in px")
-    height: int = Field(default=240, ge=32, le=4096, description="height of the result in px")
-    border: float = Field(default=0.15, ge=0, le=0.45, description="share cut off each side; 0 for cut streams")
-    rate_hz: float = Field(default=25.0, gt=0, le=240, description="nominal rate; times are measured in any case")
-    mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the result; 0.058-0.071 are published")
+    width: int = Field(default=320, ge=32, le=4096, description="width of the resulting image, px")
+    height: int = Field(default=240, ge=32, le=4096, description="height of the resulting image, px")
+    border: float = Field(
+        default=0.15, ge=0, le=0.45, description="fraction cropped on each side; 0 for a stream that is already cropped"
+    )
+    rate_hz: float = Field(
+        default=25.0, gt=0, le=240, description="nominal frame rate; frame times are always measured"
+    )
+    mm_per_px: float = Field(
+        default=0.0625, gt=0, le=1, description="scale of the resulting image; published values are 0.058-0.071"
+    )
     # A TOML array is a list, which strict tuples refuse.
     pad: tuple[DotCount, DotCount] | None = Field(
-        default=(7, 9), strict=False, description="printed dots, [rows, columns]"
+        default=(7, 9), strict=False, description="printed markers, [rows, columns]"
     )
-    dots: bool = Field(default=True, description="false for a gel without dots, whatever pad says")
+    dots: bool = Field(default=True, description="false for a gel without markers; pad is then ignored")
 
 
 def build(options: GelSightMiniOptions, context: BuildContext) -> CameraSensor:

@@ -95,7 +95,7 @@ class RealSenseSource:
                 self._pipeline = self._playback = None
 
     def _require_device(self, rs: Any) -> None:
-        """Raise ConnectFailed where the camera is not there; the pipeline would wait for it for fifteen seconds."""
+        """Raise ConnectFailed if the camera is not connected; the pipeline would wait for fifteen seconds."""
         serials = [d.get_info(rs.camera_info.serial_number) for d in rs.context().query_devices()]
         if not serials or (self._which and self._which not in serials):
             there = f"there are: {', '.join(serials)}" if serials else "none is plugged in; see rs-enumerate-devices"
@@ -107,7 +107,7 @@ class RealSenseSource:
         pixels = np.asanyarray(colour.get_data())
         layout = colour.get_profile().format()
         image = pixels[..., ::-1] if layout == rs.format.bgr8 else pixels
-        # Copied: the library takes the frame's memory back.
+        # Copied, because the library reuses the frame's memory.
         picture = np.array(image, np.uint8, order="C")
         return Shot(picture, arrived_ns, None if self._recording else _stamp(rs, colour), self._last)
 
@@ -121,10 +121,10 @@ def _library() -> Any:
 
 
 def _stamp(rs: Any, frame: Any) -> int | None:
-    """Return the frame's own time on the monotonic clock, where it is told in a clock of this machine.
+    """Return the frame's time stamp on the monotonic clock, if it uses a clock of this machine.
 
-    The library's global and system times count wall-clock milliseconds; the difference of the two clocks now moves them
-    over. Its hardware clock starts with the camera and says nothing here.
+    The library's global and system times count wall-clock milliseconds, which are converted with the present difference
+    of the two clocks. Its hardware clock starts with the camera and cannot be used.
     """
     if frame.get_frame_timestamp_domain() == rs.timestamp_domain.hardware_clock:
         return None

@@ -1,5 +1,4 @@
-"""What arming does: reset, activate, and measure the end counts where that is asked for. Only here anything moves
-that no command asked for."""
+"""Arming: reset, activate, and measure the end counts if requested. Only here the gripper moves without a command."""
 
 from __future__ import annotations
 
@@ -18,9 +17,9 @@ if TYPE_CHECKING:
     from lsds_drivers.robotiq.pump import Pump
 
 ANSWER_S = 2.0
-"""For a status after a write, or a write to be carried: several lost frames in a row fit."""
+"""Time limit for a status after a write, or for a write: allows several lost frames in a row."""
 _SETTLE_NS = 50_000_000
-"""A fault that the rising edge clears may still be shown for a few refreshes."""
+"""A fault cleared by the rising edge may still be reported for a few refreshes."""
 _CALIBRATION = (128, 0)
 """Speed and force while the end counts are measured: half, and the least."""
 _END_TOLERANCE = 15
@@ -37,7 +36,7 @@ class Arming:
         self._halts = pump.halts
 
     def is_active(self) -> bool:
-        """Return whether the gripper is active and well, by a status of now. Raises DeviceTimeout."""
+        """Return whether the gripper is active without a fault, from a new status. Raises DeviceTimeout."""
         status = self._await(lambda _status: True, ANSWER_S, self._clock.now(), "did not tell its status")
         return status.activation is Activation.ACTIVE and not blocks(status.fault)
 

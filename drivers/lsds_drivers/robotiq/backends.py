@@ -1,4 +1,4 @@
-"""The drivers as a config names them: each a gripper over a transport."""
+"""The driver backends: each a gripper over a transport."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ NOT_ACTIVATED, RELEASING = 0x07, 0x0B
 
 
 class Fault(NamedTuple):
-    """One code. `blocks` means that commands are not carried out until somebody has done something."""
+    """One code. `blocks` means that commands are not executed until a person has acted."""
 
     problem: str
     remedy: str
@@ -34,13 +34,13 @@ FAULTS: dict[int, Fault] = {
 
 
 def device_fault(device: str, code: int, controller: int = 0) -> DeviceFault:
-    """Return the error that tells of a fault code; `controller` is the universal controller's own (kFLT)."""
+    """Return the error for a fault code; `controller` is the universal controller's own (kFLT)."""
     fault = FAULTS.get(code) or Fault("a fault that its manual does not list", f"look at its LED, {_REARM}")
     problem = fault.problem + (f", and its controller reports {controller:#x}" if controller else "")
     return DeviceFault(device, problem, remedy=fault.remedy, code=f"0x{code:02X}")
 
 
 def blocks(code: int) -> bool:
-    """Return whether a fault keeps the gripper from obeying; a code that no manual lists is taken to."""
+    """Return whether a fault blocks commands; an unlisted code counts as blocking."""
     fault = FAULTS.get(code)
     return code != 0 and (fault is None or fault.blocks)

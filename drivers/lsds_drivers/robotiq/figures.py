@@ -1,4 +1,5 @@
-"""Between SI units and counts. Position: 0 open to 255 closed, of which a gripper reaches a part; the rest linear.
+"""Conversion between SI units and counts. Position: 0 open to 255 closed, of which a gripper reaches a part; the rest
+linear.
 
 Robotiq manuals: Hand-E 50 mm, 20 to 150 mm/s, 20 to 185 N; 2F-85 85 mm, 20 to 150 mm/s, 20 to 235 N; 2F-140 140 mm,
 30 to 250 mm/s, 10 to 125 N.

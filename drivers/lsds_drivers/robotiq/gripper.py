@@ -1,4 +1,4 @@
-"""The gripper itself: life, reading and commanding, over whichever transport. See `lsds.contracts.Gripper`."""
+"""The gripper: life cycle, reading and commanding, over any transport. See `lsds.contracts.Gripper`."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
     from lsds_drivers.robotiq.transport import Transport
 
 STOP_S = 0.8
-"""How long `stop` waits to be carried out; the gripper is still told later where that is not enough."""
+"""Time that `stop` waits for its execution; if it is exceeded, the stop is still sent later."""
 CLOSE_S = 2.0
 ECHO_NS = 400_000_000
-"""A gripper that does not echo a position request for so long does not refresh its registers."""
+"""A gripper that does not echo a position request for this time does not refresh its registers."""
 
 _CONTACT = {Detection.CONTACT_OPENING: Contact.OPENING, Detection.CONTACT_CLOSING: Contact.CLOSING}
 
 
 class RobotiqGripper:
-    """A `Gripper`. It never opens but by a command, an activation in `arm`, or `automatic_release`.
+    """A `Gripper`. It opens only by a command, an activation in `arm`, or `automatic_release`.
 
-    Reading and commanding take no time: a thread of its own talks to the gripper.
+    Reading and commanding do no I/O: a separate thread communicates with the gripper.
     """
 
     def __init__(self, device: str, options: GripperOptions, transport: Transport, clock: Clock) -> None:
@@ -63,7 +63,7 @@ class RobotiqGripper:
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
+        """The state of the device's life cycle."""
         return self._guard.state
 
     @property
@@ -74,16 +74,16 @@ class RobotiqGripper:
 
     @property
     def counts(self) -> Counts:
-        """What happened to requests and commands since connecting: sent, replaced, expired, refused and more."""
+        """Counts of requests and commands since connecting: sent, replaced, expired, refused and more."""
         return self._pump.counts
 
     def connect(self) -> None:
-        """Open the port and get a first status; moves nothing. Raises ConnectFailed with what to do about it."""
+        """Open the port and read a first status; moves nothing. Raises ConnectFailed with a remedy."""
         with self._guard.connecting():
             self._pump.open(self._options.connect_timeout_s)
 
     def arm(self) -> None:
-        """Activate where it is not active (full close and open), and calibrate where the options say so.
+        """Activate if it is not active (full close and open), and calibrate if the options request it.
 
         Raises DeviceFault with the gripper's code, DeviceTimeout, ProtocolFault; ended by `stop` from elsewhere.
         """
@@ -98,22 +98,22 @@ class RobotiqGripper:
                 self._calibrated = True
 
     def stop(self) -> None:
-        """Hold the fingers where they are: the go-to bit is taken away. Returns within a second; never raises.
+        """Stop the fingers where they are, by clearing the go-to bit. Returns within a second; never raises.
 
-        Where the gripper cannot be reached in that time it is told as soon as it answers again.
+        If the gripper does not answer in that time, the stop is sent as soon as it answers again.
         """
         if self._guard.state is not Lifecycle.CLOSED:
             self._pump.halt(STOP_S)
 
     def disarm(self) -> None:
-        """Hold, and take no more commands."""
+        """Stop the fingers, and accept no more commands."""
         if self._guard.state is Lifecycle.ARMED:
             self.stop()
         with self._guard.disarming():
             pass
 
     def close(self) -> None:
-        """Hold where it was armed, end the thread, give the port back; the grip stays as it is."""
+        """Stop the fingers if it was armed, end the thread, close the port; the grip is kept."""
         if self._guard.state is Lifecycle.ARMED or self._arming:
             self.stop()
         with self._guard.closing() as first:
@@ -147,10 +147,10 @@ class RobotiqGripper:
         )
 
     def command(self, command: GripperCommand) -> GripperCommand:
-        """Leave a motion for the I/O thread; return what it means in the gripper's counts. Does no I/O.
+        """Pass a motion to the I/O thread; return it as rounded to the gripper's counts. Does no I/O.
 
-        It replaces one that was not sent yet. It is sent before it expires or not at all, which `counts` tells. Raises
-        LifecycleError, LimitExceeded (not finite), CommandExpired, StaleData, DeviceFault.
+        It replaces a motion that was not sent yet. It is sent before it expires or not at all; `counts` shows which.
+        Raises LifecycleError, LimitExceeded (not finite), CommandExpired, StaleData, DeviceFault.
         """
         self._guard.require_armed()
         if not all(map(math.isfinite, (command.aperture_m, command.speed_m_s, command.force_n))):
@@ -176,9 +176,10 @@ class RobotiqGripper:
         )
 
     def automatic_release(self, *, opening: bool = True) -> None:
-        """Let go in an emergency: a slow motion all the way, after which only arming anew makes it obey again.
+        """Release in an emergency: a slow full motion, after which the gripper accepts commands only after arming
+        again.
 
-        Nothing but this call asks for it. Beyond the `Gripper` contract. Returns when it is sent; `read` then raises
+        Only this call requests it. Not part of the `Gripper` contract. Returns when it is sent; `read` then raises
         DeviceFault with code 0x0B, and 0x0F at its end. Raises LifecycleError before `arm`, StaleData where it could
         not be sent.
         """
@@ -192,7 +193,7 @@ class RobotiqGripper:
 
     @contextlib.contextmanager
     def _while_arming(self) -> Iterator[None]:
-        """Let `close` know that an arming is to be ended before its lock can be had."""
+        """Mark an arming that `close` has to end before it can take the lock."""
         self._arming = True
         try:
             yield
@@ -207,7 +208,7 @@ class RobotiqGripper:
         return StaleData(self.device, f"{age}: {error.problem}", remedy=error.remedy)
 
     def _require_well(self, status: Status) -> None:
-        """Raise DeviceFault where the gripper does not obey; before `arm` it need not be activated to be read."""
+        """Raise DeviceFault if the gripper does not accept commands; before `arm` it can be read without activation."""
         expected = status.fault == NOT_ACTIVATED and self._guard.state is not Lifecycle.ARMED
         if blocks(status.fault) and not expected:
             raise device_fault(self.device, status.fault, status.controller_fault)
@@ -220,7 +221,7 @@ class RobotiqGripper:
             )
 
     def _require_echo(self, t_ns: int, status: Status) -> None:
-        """Raise StaleData where a request that was acknowledged does not show up."""
+        """Raise StaleData if an acknowledged request is not echoed."""
         sent = self._pump.sent
         if sent is not None and t_ns - sent[0] > ECHO_NS and status.echo != sent[1].position:
             raise StaleData(

@@ -18,15 +18,14 @@ if TYPE_CHECKING:
 
 _HOLDING, _INPUT, _WRITE = 3, 4, 16
 QUIET_S = 0.02
-"""Silence after which no answer is on its way any more: a USB adapter may hold one back for 16 ms."""
+"""Silence after which no late answer can arrive: a USB adapter may delay one by 16 ms."""
 
 
 class ModbusTransport:
     """A `Transport` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
 
-    RTU answers do not say which request they belong to. So that one which comes after its time is not taken for the
-    next one's, the line has to fall silent after anything went wrong, and status is then asked for by function 3 where
-    it was by function 4, and so on in turn.
+    RTU answers do not identify their request. So that a late answer is not assigned to the next request, the line must
+    be silent after any failure, and the status is then requested with the other of functions 3 and 4.
     """
 
     def __init__(self, device: str, port: str, slave: int, baud: int, timeout_s: float) -> None:
@@ -51,8 +50,8 @@ class ModbusTransport:
         from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
         self.close()
-        # It warns of every damaged answer; here these are counted and told with the error. Whoever sets up logging
-        # still gets them.
+        # pymodbus logs a warning for every damaged answer; here they are counted and reported with the error. They
+        # still appear # if logging is configured.
         logging.getLogger("pymodbus").addHandler(logging.NullHandler())
         address = tcp_address(self._port)
         client: ModbusSerialClient | ModbusTcpClient
@@ -76,14 +75,14 @@ class ModbusTransport:
         self._client = client
 
     def close(self) -> None:
-        """Give port or socket back."""
+        """Close port or socket."""
         client: Any
         client, self._client = self._client, None
         if client is not None:
             client.close()
 
     def read(self) -> Status:
-        """Ask for the three status registers."""
+        """Request the three status registers."""
         function = self._function
         client = self._ready()
         ask = client.read_holding_registers if function == _HOLDING else client.read_input_registers
@@ -134,7 +133,7 @@ class ModbusTransport:
         return answer
 
     def _drain(self) -> None:
-        """Throw away what came unasked; after a failure, until the line has been silent for long enough.
+        """Discard unexpected bytes; after a failure, until the line has been silent for long enough.
 
         Raises OSError where the other end has gone.
         """

@@ -12,7 +12,7 @@ from lsds_drivers.robotiq.figures import HAND_E, TWO_FINGER, Figures
 
 
 class GripperOptions(BaseModel):
-    """What all Robotiq drivers share. A figure that is not given is the manual's for the model."""
+    """Options common to all Robotiq drivers. The default of a figure is the value of the model's manual."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -23,16 +23,14 @@ class GripperOptions(BaseModel):
     strongest_n: float | None = Field(default=None, gt=0, le=500, description="force at the highest setting")
     open_count: int = Field(default=3, ge=0, le=254, description="position register when fully open")
     closed_count: int = Field(default=228, ge=1, le=255, description="position register when fully closed")
-    calibrate: bool = Field(default=False, description="arming closes and opens the fingers to find both counts")
-    keep_activation: bool = Field(default=True, description="arming moves nothing where it is active already")
-    poll_hz: float = Field(default=100.0, gt=0, le=190, description="status readings a second")
-    answer_timeout_ms: float = Field(default=100.0, gt=0, le=5000, description="the longest to wait for one answer")
-    connect_timeout_s: float = Field(default=2.0, gt=0, le=60, description="the longest for connect()")
-    activation_timeout_s: float = Field(default=5.0, gt=0, le=60, description="the longest for an activation")
-    stale_after_ms: float = Field(default=300.0, gt=0, le=10_000, description="a state older than this is not given")
-    reconnect_after_s: float = Field(
-        default=1.0, gt=0, le=60, description="silence after which the port is opened again"
-    )
+    calibrate: bool = Field(default=False, description="arming closes and opens the fingers to measure both registers")
+    keep_activation: bool = Field(default=True, description="arming moves nothing if the gripper is already active")
+    poll_hz: float = Field(default=100.0, gt=0, le=190, description="rate of status readings")
+    answer_timeout_ms: float = Field(default=100.0, gt=0, le=5000, description="time limit for one answer")
+    connect_timeout_s: float = Field(default=2.0, gt=0, le=60, description="time limit of connect()")
+    activation_timeout_s: float = Field(default=5.0, gt=0, le=60, description="time limit of an activation")
+    stale_after_ms: float = Field(default=300.0, gt=0, le=10_000, description="age above which a state is StaleData")
+    reconnect_after_s: float = Field(default=1.0, gt=0, le=60, description="silence after which the port is reopened")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -44,7 +42,7 @@ class GripperOptions(BaseModel):
         return self
 
     def figures(self) -> Figures:
-        """Return the gripper's figures: the model's, with what was given in their place."""
+        """Return the gripper's figures: those of the model, replaced by the options that are set."""
         base = self._base()
         slow, fast = base.speed_m_s
         weak, strong = base.force_n
@@ -72,7 +70,7 @@ class HandEOptions(GripperOptions):
 
     port: str = Field(description="serial port such as /dev/ttyUSB0, or tcp://host:port for RTU over TCP")
     slave: int = Field(default=9, ge=1, le=247, description="Modbus address")
-    baud: int = Field(default=115200, gt=0, description="of the serial port")
+    baud: int = Field(default=115200, gt=0, description="baud rate of the serial port")
 
     @field_validator("port")
     @classmethod
@@ -95,8 +93,8 @@ class TwoFingerOptions(HandEOptions):
 class UrcapOptions(GripperOptions):
     """Options of `[gripper.hand-e-urcap]`."""
 
-    host: str = Field(min_length=1, description="the robot's controller, where Robotiq's URCap runs")
-    port: int = Field(default=63352, ge=1, le=65535, description="of the URCap's string server")
+    host: str = Field(min_length=1, description="address of the robot controller that runs Robotiq's URCap")
+    port: int = Field(default=63352, ge=1, le=65535, description="port of the URCap's string server")
 
 
 def tcp_address(port: str) -> tuple[str, int] | None:

@@ -1,7 +1,7 @@
-"""The I/O thread: asks for the status at a rate, sends the newest command, opens the port anew where it was lost.
+"""The I/O thread: polls the status, sends the newest command, reopens a lost port.
 
-The thread alone touches the transport. Callers leave one order at a time, which a newer one replaces, and take the
-newest status; neither waits for a request.
+Only this thread uses the transport. Callers leave one order at a time, which a newer one replaces, and read the newest
+status; neither waits for a request.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ SPACING_NS = 5_000_000
 BACK_OFF_NS = (50_000_000, 1_000_000_000)
 """First and longest pause between attempts to open the port."""
 TRUSTED_NS = 250_000_000
-"""How old the status may be for a write to rely on it."""
+"""Maximum age of the status on which a write may rely."""
 
 
 class Sample(NamedTuple):
-    """A status, when it was so (ns, the middle of the exchange), and its number."""
+    """A status, its time (ns, the middle of the exchange), and its number."""
 
     t_ns: int
     seq: int
@@ -35,7 +35,7 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Something to write. `expires_ns` None is for the steps of arming, which are waited for."""
+    """An order to write. `expires_ns` is None for the steps of arming, which are waited for."""
 
     action: int
     motion: Motion | None
@@ -44,7 +44,7 @@ class Order:
 
 @dataclass(slots=True)
 class Counts:
-    """What happened to requests and orders since connecting."""
+    """Counts of requests and orders since connecting."""
 
     requests: int = 0
     timeouts: int = 0
@@ -88,17 +88,17 @@ class Pump:
 
     @property
     def error(self) -> DeviceError | None:
-        """Why the last request failed; None where it did not."""
+        """The error of the last request; None on success."""
         return self._error
 
     @property
     def sent(self) -> tuple[int, Motion] | None:
-        """The motion that was sent last and when (ns), as long as it is the last word."""
+        """The motion sent last and its time (ns), until another order replaces it."""
         return self._sent
 
     @property
     def halts(self) -> int:
-        """How often motion was told to end."""
+        """Number of requests to end motion."""
         return self._halts_wanted
 
     def open(self, timeout_s: float) -> None:
@@ -112,7 +112,7 @@ class Pump:
         self._thread.start()
 
     def post(self, order: Order) -> None:
-        """Leave an order; it takes the place of one that was not sent yet."""
+        """Leave an order; it replaces one that was not sent yet."""
         with self._wake:
             if self._order is not None:
                 self.counts.replaced += 1
@@ -122,7 +122,7 @@ class Pump:
     def halt(self, timeout_s: float) -> bool:
         """End motion as soon as the transport can carry it, instead of any order; return whether that was done.
 
-        What could not be told in time is told as soon as the gripper answers again.
+        A stop that could not be sent in time is sent as soon as the gripper answers again.
         """
         with self._wake:
             if self._thread is None:
@@ -135,7 +135,7 @@ class Pump:
             return self._halts_done >= wanted
 
     def wait_for(self, done: Callable[[Status], bool], timeout_s: float, since_ns: int) -> Sample | None:
-        """Return the first status newer than a time that is `done`; None where none comes, or motion is told to end."""
+        """Return the first status newer than a time that is `done`; None if none arrives, or if motion has to end."""
         halts = self._halts_wanted
 
         def over() -> bool:
@@ -151,7 +151,7 @@ class Pump:
             return None
 
     def wait_sent(self, order: Order, timeout_s: float) -> bool:
-        """Wait until an order has left the mailbox; return whether it was sent. One that was not is taken back."""
+        """Wait until an order was taken; return whether it was sent. An order that was not sent is withdrawn."""
         with self._wake:
             self._wake.wait_for(lambda: self._order is not order or self._ending, timeout_s)
             if self._order is order:
@@ -179,7 +179,8 @@ class Pump:
                 self._poll()
                 return
             except ConnectFailed as error:
-                # A port that cannot be opened stays so; one that opened and hung up may have had its last client still.
+                # A port that cannot be opened is a final failure; one that opened and closed may still have had its
+                # last client.
                 if not opened or self._clock.now() >= deadline_ns:
                     raise
                 self._failed(error)
@@ -209,7 +210,7 @@ class Pump:
                     pause = min(2 * pause, BACK_OFF_NS[1])
                 except DeviceError as error:
                     self._failed(error)
-                # A library's mistake over some odd answer must not leave the gripper without its thread.
+                # An unexpected exception of a library must not end the gripper's thread.
                 except Exception as error:
                     self._failed(ProtocolFault(self._device, f"{type(error).__name__}: {error}"))
                     self._transport.close()
@@ -236,8 +237,8 @@ class Pump:
             halts = self._halts_wanted
             halting = self._halts_done < halts
             overdue = self._clock.now() - self._polled_ns > 2 * self._period_ns
-            # After a failure what the gripper is doing is looked at before anything is written: it may have been
-            # switched off and on, and to be told to activate is then to be told to open.
+            # After a failure, read the status before writing: the gripper may have been switched off and on, and a
+            # request to # activate would then open it.
             look = self._doubtful or not self._trusted() or (overdue and not halting)
             order = None if halting or look else self._take()
         if look:
@@ -272,7 +273,7 @@ class Pump:
         with self._wake:
             self.counts.sent += 1
             self._sent = (self._clock.now(), order.motion) if order.motion is not None else None
-            # An action alone changes what later writes would mean; look before the next.
+            # An action alone changes the meaning of later writes; read the status before the next one.
             self._doubtful = order.motion is None
             self._last_sent = order
             if self._order is order:
@@ -280,7 +281,8 @@ class Pump:
             self._wake.notify_all()
 
     def _halt(self, halts: int) -> None:
-        """Take the go-to bit away; the fingers stay where they are. An activation or a release ends by a reset only."""
+        """Clear the go-to bit; the fingers stay where they are. An activation or a release can only be ended by a
+        reset."""
         sample = self._newest
         assert sample is not None
         before = sample.status
@@ -328,7 +330,8 @@ class Pump:
             self._error = error
             self._doubtful = True
             self._wake.notify_all()
-        # A socket whose other end has vanished, or an adapter that was pulled and put back, keeps silent for ever.
+        # A socket whose peer has vanished, or an adapter that was unplugged and replugged, stays silent without an
+        # error.
         if self._transport.is_open and self._clock.now() - self._good_ns > self._silence_ns:
             self._transport.close()
 

@@ -1,4 +1,4 @@
-"""What the gripper's six command bytes and six status bytes mean (Robotiq instruction manuals, "Control")."""
+"""The gripper's six command bytes and six status bytes (Robotiq instruction manuals, "Control")."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Opening a serial port so that a refusal says what to do about it."""
+"""Open a serial port, with a remedy in the error if that fails."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lsds.errors import ConnectFailed
 
 
 def open_serial(device: str, port: str, baud: int, timeout_s: float) -> Any:
-    """Return an open `serial.Serial` (8N1) that nobody else can open exclusively. Raises ConnectFailed."""
+    """Return a `serial.Serial` (8N1) opened exclusively. Raises ConnectFailed."""
     import serial  # type: ignore[import-untyped]
 
     try:
@@ -22,14 +22,14 @@ def open_serial(device: str, port: str, baud: int, timeout_s: float) -> Any:
     except (OSError, ValueError) as error:
         # SerialException is an OSError.
         raise _refusal(device, port, error) from error
-    # USB adapters hold answers back for up to 16 ms unless they are told; those that cannot be told say so here.
+    # USB adapters delay answers by up to 16 ms without low-latency mode; adapters that do not support it raise here.
     with contextlib.suppress(OSError, ValueError, NotImplementedError, AttributeError):
         opened.set_low_latency_mode(True)
     return opened
 
 
 def _refusal(device: str, port: str, error: Exception) -> ConnectFailed:
-    # What termios complains of comes without a number of its own.
+    # Errors of termios have no errno.
     inner = error.__context__.args if error.__context__ is not None else ()
     number = getattr(error, "errno", None) or (inner[0] if inner else None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or not os.path.lexists(port):

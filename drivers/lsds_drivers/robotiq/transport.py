@@ -1,4 +1,4 @@
-"""What the I/O thread needs of a way to the gripper, whichever protocol it speaks."""
+"""The interface of a connection to the gripper, for the I/O thread."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from lsds_drivers.robotiq.registers import Motion, Status
 class Transport(Protocol):
     """One request at a time, each in bounded time.
 
-    Raises ConnectFailed where the connection itself is gone (it is closed then), DeviceTimeout where no answer came,
-    ProtocolFault where the answer cannot be right.
+    Raises ConnectFailed if the connection is lost (it is closed then), DeviceTimeout without an answer, ProtocolFault
+    for an invalid answer.
     """
 
     @property
     def is_open(self) -> bool:
-        """Whether requests can be made."""
+        """True if requests can be made."""
         ...
 
     def open(self, timeout_s: float) -> None:
@@ -24,11 +24,11 @@ class Transport(Protocol):
         ...
 
     def close(self) -> None:
-        """Give the port or socket back. Never raises; does nothing where it is closed."""
+        """Close the port or socket. Never raises; does nothing if it is closed."""
         ...
 
     def read(self) -> Status:
-        """Ask for the status."""
+        """Request the status."""
         ...
 
     def write(self, action: int, motion: Motion | None) -> None:

@@ -27,7 +27,7 @@ _LONGEST_ANSWER = 1024
 
 
 class UrcapTransport:
-    """A `Transport` of GET and SET lines. Any failure closes it: a fresh connection has no late answers in it."""
+    """A `Transport` of GET and SET lines. Any failure closes it, because a new connection has no late answers."""
 
     def __init__(self, device: str, host: str, port: int, timeout_s: float, clock: Clock) -> None:
         self._device = device
@@ -47,14 +47,14 @@ class UrcapTransport:
         self._socket = open_socket(self._device, self._address, timeout_s)
 
     def close(self) -> None:
-        """Give the socket back."""
+        """Close the socket."""
         connection, self._socket = self._socket, None
         if connection is not None:
             with contextlib.suppress(OSError):
                 connection.close()
 
     def read(self) -> Status:
-        """Ask for all variables in one go."""
+        """Request all variables in one line."""
         values = self._values(self._exchange(_ASK, lines=len(_NAMES)))
         return Status(
             activated=bool(values["ACT"]),
@@ -69,7 +69,7 @@ class UrcapTransport:
         )
 
     def write(self, action: int, motion: Motion | None) -> None:
-        """Set all that changes in one line, so that it takes effect at once."""
+        """Set all changed variables in one line, so that they take effect together."""
         words = "SET"
         if motion is not None:
             words += f" POS {motion.position} SPE {motion.speed} FOR {motion.force}"
@@ -155,7 +155,7 @@ class UrcapTransport:
 
 
 def _drain(connection: socket.socket) -> None:
-    """Throw away what came unasked: an answer that was sent twice, or one too late."""
+    """Discard unexpected bytes: a duplicate or a late answer."""
     connection.setblocking(False)
     with contextlib.suppress(BlockingIOError):
         while connection.recv(4096):

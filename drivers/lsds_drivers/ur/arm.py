@@ -1,4 +1,4 @@
-"""The driver: an `Arm` whose bytes are another process's."""
+"""The driver: an `Arm` that communicates through a child process."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ RECONNECT_S = (0.5, 5.0)
 NORMAL_BIT, PROTECTIVE_BIT = 1, 4
 PLAYING = 2
 PROGRAM_SHOWS_NS = 100_000_000
-"""How long after arming a state may still be one from before."""
+"""Time after arming in which a state may still be an older one."""
 
 
 class UrArm:
     """An `Arm`. States come from the controller with its own timestamps, mapped to the rig's clock.
 
-    Where the child process or the connection is lost, one call raises a DeviceError that says why; a new child is
-    started with growing pauses, and reading goes on when it has connected. Commands are refused until the arm is
-    disarmed and armed again, because nobody knows what it has done in between.
+    If the child process or the connection is lost, one call raises a DeviceError with the reason; a new child is
+    started with increasing pauses, and reading continues when it has connected. Commands are refused until the arm is
+    disarmed and armed again, because its motion in between is unknown.
     """
 
     def __init__(self, options: UrOptions, context: BuildContext) -> None:
@@ -59,7 +59,7 @@ class UrArm:
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
+        """The state of the device's life cycle."""
         return self._guard.state
 
     @property
@@ -78,7 +78,7 @@ class UrArm:
     def arm(self) -> None:
         """Take control: upload the control program, set TCP and payload. Nothing moves.
 
-        Raises DeviceFault where the controller refuses, with its code; DeviceTimeout.
+        Raises DeviceFault with the controller's code if it refuses; DeviceTimeout.
         """
         with self._guard.arming():
             child = self._living()
@@ -89,7 +89,7 @@ class UrArm:
             self._armed_child, self._armed_ns = child, time.monotonic_ns() + PROGRAM_SHOWS_NS
 
     def stop(self) -> None:
-        """Decelerate to rest: by the child and, where that is gone, by the controller's dashboard."""
+        """Decelerate to rest: by the child or, if it has ended, by the controller's dashboard."""
         child = self._child
         if child is None or self._guard.state is Lifecycle.CLOSED:
             return
@@ -99,7 +99,7 @@ class UrArm:
                 stop_by_dashboard(self.options.host)
 
     def disarm(self) -> None:
-        """Come to rest and give control back."""
+        """Decelerate to rest and release control."""
         with self._guard.disarming() as armed:
             child = self._armed_child
             self._armed_child = None
@@ -108,7 +108,7 @@ class UrArm:
                     child.request(Kind.DISARM, self.options.connect_timeout_s)
 
     def close(self) -> None:
-        """Come to rest and give back."""
+        """Decelerate to rest and close the device."""
         with self._guard.closing() as first:
             if not first:
                 return
@@ -160,7 +160,8 @@ class UrArm:
             min(command.acceleration_m_s2, self.options.acceleration_limit_m_s2),
             command.expires_ns,
         )
-        # The child reads the same monotonic clock; a rig on another clock gives the expiry as a distance in time.
+        # The child uses the same monotonic clock; for a rig on another clock the expiry is converted as a time
+        # difference.
         expires_ns = time.monotonic_ns() + (command.expires_ns - now)
         twist = (*sent.twist.linear_m_s, *sent.twist.angular_rad_s)
         if not child.send(pack_command(Command(twist, sent.acceleration_m_s2, expires_ns))):
@@ -194,7 +195,7 @@ class UrArm:
         return child
 
     def _started(self) -> Child:
-        """Return a child that has connected and told a state. Raises ConnectFailed."""
+        """Return a child that has connected and sent a state. Raises ConnectFailed."""
         child = Child(self._name, self.options.model_dump())
         try:
             deadline = time.monotonic() + self.options.connect_timeout_s
@@ -214,7 +215,7 @@ class UrArm:
         return child
 
     def _keep(self) -> None:
-        """Watch the child; where it ends, say so once and start another."""
+        """Watch the child; if it ends, report it once and start another one."""
         pause_s = RECONNECT_S[0]
         while not self._closing.wait(0.02):
             child = self._child
@@ -233,7 +234,7 @@ class UrArm:
                     continue
                 self._child = fresh
                 if self._closing.is_set():
-                    # Whoever closes may have given up waiting for this thread.
+                    # close() may have stopped waiting for this thread.
                     fresh.close()
                 break
 
@@ -267,7 +268,7 @@ def _limited(vector: tuple[float, float, float], limit: float) -> tuple[float, f
 
 
 def stop_by_dashboard(host: str) -> bool:
-    """Tell the controller to stop its program, in bounded time; return whether it said it did."""
+    """Command the controller to stop its program, in bounded time; return whether it confirmed."""
     try:
         with socket.create_connection((host, DASHBOARD_PORT), DASHBOARD_S) as link:
             link.settimeout(DASHBOARD_S)

@@ -1,4 +1,4 @@
-"""Starting, hearing and ending the child process that holds ur_rtde."""
+"""Start, read and end the child process that runs ur_rtde."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ END_S = 2.0
 
 
 class Child:
-    """One child, from start to end. `state` is the newest that came; `ended` tells why there will be no more."""
+    """One child process. `state` is its newest state; `ended` is the reason why it has ended."""
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         self._name = name
@@ -59,20 +59,20 @@ class Child:
         return self._process.pid
 
     def send(self, packet: bytes) -> bool:
-        """Send without waiting; return whether the child took it."""
+        """Send without waiting; return whether the packet was accepted."""
         try:
             return self._link.send(packet, socket.MSG_DONTWAIT) == len(packet)
         except OSError:
             return False
 
     def request(self, kind: Kind, timeout_s: float) -> Reply:
-        """Ask, and return the answer. Raises DeviceTimeout, and DeviceError where the child has ended."""
+        """Send a request and return its reply. Raises DeviceTimeout, and DeviceError where the child has ended."""
         self._requests += 1
         self.send(pack_request(kind, self._requests))
         return self.await_reply(timeout_s)
 
     def await_reply(self, timeout_s: float) -> Reply:
-        """Return the answer to the last request, and not one that comes late to an earlier one.
+        """Return the reply to the last request; ignores late replies to earlier requests.
 
         Raises DeviceTimeout, and DeviceError where the child has ended.
         """
@@ -88,12 +88,12 @@ class Child:
         return reply
 
     def error(self) -> DeviceError:
-        """Return the error that says why the child has ended."""
+        """Return the error with the reason why the child has ended."""
         ended = self.ended or Reply("its process has ended")
         return DeviceError(self._name, ended.problem, remedy=ended.remedy or "reconnect", code=ended.code)
 
     def close(self) -> None:
-        """End the child: asked first, then by force."""
+        """End the child: by request first, then by force."""
         self.send(bytes([Kind.QUIT]))
         try:
             self._process.wait(END_S)

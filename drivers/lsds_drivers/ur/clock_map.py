@@ -1,20 +1,21 @@
-"""From the controller's time to ours."""
+"""Map the controller's time to the monotonic clock."""
 
 from __future__ import annotations
 
 from collections import deque
 
 WINDOW = 64
-"""Arrivals among which the fastest is looked for: a quarter of a second at 250 Hz.
+"""Number of arrivals among which the fastest is used: a quarter of a second at 250 Hz.
 
-Long enough to meet an undelayed one, short enough to learn soon of a controller whose clock has stood still.
+Long enough to contain an undelayed one, short enough to adapt soon after the controller's clock has stood still.
 """
 
 
 class ClockMap:
-    """Learns the offset between the controller's timestamps and the monotonic clock from the fastest recent package.
+    """Estimates the offset between the controller's time stamps and the monotonic clock from the fastest recent
+    package.
 
-    What delays a package only makes it later, so that the smallest difference seen is the nearest to the truth.
+    A delay can only make a package later, so the smallest difference is closest to the true offset.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""What driver and child tell each other: one packet a message on a socket pair. Times are monotonic nanoseconds."""
+"""Messages between driver and child: one packet per message on a socket pair. Times are monotonic nanoseconds."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ class Command(NamedTuple):
 
 
 class State(NamedTuple):
-    """What the controller told last. `pose` holds a rotation vector; `safety_bits` and the modes are its own."""
+    """The last state of the controller. `pose` holds a rotation vector; `safety_bits` and the modes are the
+    controller's."""
 
     t_ns: int
     seq: int
@@ -49,7 +50,8 @@ class State(NamedTuple):
 
 
 class Reply(NamedTuple):
-    """How a request ended; `problem` is empty for well. `request` is its number, 0 for the connecting at the start."""
+    """The result of a request; `problem` is empty on success. `request` is its number, 0 for the connecting at the
+    start."""
 
     problem: str = ""
     remedy: str = ""
@@ -58,7 +60,7 @@ class Reply(NamedTuple):
 
 
 def pack_request(kind: Kind, number: int) -> bytes:
-    """Return the packet of something that is answered, with the number that the answer bears."""
+    """Return the packet of a request, with the number that its reply will have."""
     return _REQUEST.pack(kind, number)
 
 

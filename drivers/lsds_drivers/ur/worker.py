@@ -1,8 +1,8 @@
-"""The child process that holds ur_rtde.
+"""The child process that runs ur_rtde.
 
-It lives apart because ur_rtde 1.6.5 crashes the process that holds it when the controller's stream stalls for about
-three seconds. Started as `python -m lsds_drivers.ur.worker`; standard input is the socket to the driver. When the
-driver goes away, or the stream stalls for long, the child stops the arm as well as it can and ends.
+It is separate because ur_rtde 1.6.5 crashes its process when the controller's stream stalls for about
+three seconds. Started as `python -m lsds_drivers.ur.worker`; standard input is the socket to the driver. If the driver
+ends, or the stream stalls for long, the child tries to stop the arm and ends.
 """
 
 from __future__ import annotations
@@ -33,27 +33,29 @@ from lsds_drivers.ur.packets import (
 )
 
 LOOK_S = 0.001
-"""How long it sleeps before it looks for a new state, and for a command that has to be renewed, again."""
+"""Sleep between checks for a new state and for a command to renew."""
 
 RESEND_NS = 20_000_000
-"""A command that stands is sent again this often, which also feeds the watchdog."""
+"""Interval of sending the present command again, which also feeds the watchdog."""
 
 WATCHDOG_HZ = 10.0
-"""The controller stops the program where commands come less often than this: the arm never runs on without us."""
+"""The controller stops the program if commands arrive less often than this, so that the arm never moves without the
+driver."""
 
 STALLED_NS = 2_000_000_000
-"""After so long without a new timestamp the child ends itself, before ur_rtde would crash it."""
+"""After this time without a new time stamp the child ends, before ur_rtde would crash it."""
 
 SPEED_T_S = 0.002
 
 SETTLES_NS = 300_000_000
-"""How long an arm that was told to stop may show no slowing down, and one at rest may be seen to move."""
+"""Time that a stopping arm may show no deceleration, and an arm at rest may show motion."""
 
 RESTS_NS = 80_000_000
-"""States all along so much time have to show an arm at rest, and no slower, before it is taken to be."""
+"""Time for which all states must show the arm at rest before it counts as at rest."""
 
 REFUSES_NS = 200_000_000
-"""How long a refused motion may stand without a state that says why: the program has ended, the robot has stopped."""
+"""Time allowed after a refused motion until a state shows the reason: the program has ended, or the robot has
+stopped."""
 
 _STILL = [0.0] * 6
 
@@ -63,7 +65,7 @@ VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "
 
 
 class Lost(Exception):
-    """Nobody has the arm in hand any more: the child ends, and with it what feeds the controller's watchdog."""
+    """Control of the arm is lost: the child ends, and no longer feeds the controller's watchdog."""
 
 
 class Worker:
@@ -80,8 +82,8 @@ class Worker:
         self._seq = 0
         self._command: Command | None = None
         self._sent_ns = 0
-        # Whether it has been commanded to move and not been seen at rest since; when it was told to stop, 0 if it was
-        # not; whether the controller has refused a motion since.
+        # Whether it has been commanded to move and not been seen at rest since; when it was commanded to stop, 0 if it
+        # was not; whether the controller has refused a motion since.
         self._moving, self._halted_ns, self._refused, self._refused_ns = False, 0, False, 0
         self._two_states_ns = 2e9 / options["state_rate_hz"]
         # Whether its program has been seen to run since it was armed; whether it is over, whatever runs there now.
@@ -89,7 +91,7 @@ class Worker:
         self._seen = MotionSeen()
 
     def run(self) -> None:
-        """Serve until the driver says so, or is gone, or the stream stalls."""
+        """Serve until the driver requests the end or has ended, or the stream stalls."""
         try:
             from rtde_receive import RTDEReceiveInterface
 
@@ -99,7 +101,7 @@ class Worker:
             return
         self._changed_ns = time.monotonic_ns()
         self._send(pack_reply(Kind.DONE, Reply()))
-        # States go on while a call to the controller waits: they have a thread of their own.
+        # States have their own thread, so that they continue while a call to the controller blocks.
         threading.Thread(target=self._watch, name="states", daemon=True).start()
         try:
             while self._listen():
@@ -107,13 +109,13 @@ class Worker:
         except Lost as lost:
             self._give_up(str(lost), _PENDANT)
         except Exception as error:
-            # ur_rtde's own; an orderly exit could wait for its threads, and the driver for that.
+            # An exception of ur_rtde. A regular exit could block in its threads, and the driver would wait.
             self._give_up(f"cannot be driven: {_plain(error)}", _PENDANT)
 
     # -- the driver's side --------------------------------------------------------------------------------
 
     def _listen(self) -> bool:
-        """Take what the driver says; False at the end."""
+        """Handle messages of the driver; return False at the end."""
         wait_s = LOOK_S
         while select.select([self._link], [], [], wait_s)[0]:
             wait_s = 0.0
@@ -139,7 +141,7 @@ class Worker:
     # -- the controller's side ----------------------------------------------------------------------------
 
     def _watch(self) -> None:
-        """Pass states on; end the process where none have come for long."""
+        """Pass states on; end the process if none have arrived for long."""
         while True:
             time.sleep(LOOK_S)
             try:
@@ -151,9 +153,9 @@ class Worker:
                 self._give_up(problem, "see whether it still runs")
 
     def _give_up(self, problem: str, remedy: str) -> None:
-        """Say why, and end: the driver stops the program by the dashboard, the controller by its watchdog."""
+        """Report the reason and end: the driver stops the program by the dashboard, the controller by its watchdog."""
         self._send(pack_reply(Kind.FAILED, Reply(problem, remedy)))
-        # No good-bye: ur_rtde would wait for a controller that does not answer.
+        # No regular disconnect: ur_rtde would wait for a controller that does not answer.
         os._exit(1)
 
     def _look(self) -> None:
@@ -178,7 +180,7 @@ class Worker:
         self._seen.judge(state.speed, now)
 
     def _runtime(self, told: int) -> int:
-        """Return the state of our program: once it has ended, another one may run in its place, which is not ours."""
+        """Return the state of our program; after it has ended, a program of another client may be running."""
         if told == PLAYING:
             self._played = True
         elif self._played:
@@ -186,15 +188,15 @@ class Worker:
         return STOPPED if self._ended else told
 
     def _drive(self) -> None:
-        """Send the standing command where it is new or has to be renewed; brake where it has expired.
+        """Send the present command if it is new or has to be renewed; brake if it has expired.
 
-        Raises Lost where the arm is not where it should be: at rest, without a command.
+        Raises Lost if the arm is not at rest without a command.
         """
         command, control = self._command, self._control
         if control is None or self._refused or self._ended:
             self._command = None
         if control is None or self._ended:
-            # Not fed until it is armed again: whatever states say, the controller's watchdog ends what still runs.
+            # Not fed until it is armed again, so that the controller's watchdog ends any running program.
             return
         now = time.monotonic_ns()
         if self._refused:
@@ -213,7 +215,7 @@ class Worker:
         self._sent_ns = time.monotonic_ns()
         taken = self._control.speedL(twist, acceleration, SPEED_T_S)
         if time.monotonic_ns() - self._sent_ns > REFUSES_NS:
-            # ur_rtde may have connected anew meanwhile, and run a fresh program that nobody has set a watchdog for.
+            # ur_rtde may have reconnected meanwhile and started a new program without a watchdog.
             raise Lost("took too long to take a motion")
         if not taken:
             self._refuse()
@@ -224,7 +226,7 @@ class Worker:
             self._refused, self._refused_ns = True, time.monotonic_ns()
 
     def _halt(self) -> None:
-        """Begin to decelerate. Not by speedStop: it waits for rest, and meanwhile nobody would feed the watchdog."""
+        """Start to decelerate. Not by speedStop, which waits for rest and would not feed the watchdog meanwhile."""
         self._command = None
         if self._control is None or not (self._moving or self._seen.runs_ns):
             return
@@ -241,14 +243,14 @@ class Worker:
         self._refuse()
 
     def _leave(self) -> None:
-        """Decelerate to rest, and wait for it: the watchdog is of no use any more."""
+        """Decelerate to rest and wait for it; the watchdog is no longer needed."""
         self._command = None
         if self._control is not None and self._moving:
             with contextlib.suppress(RuntimeError):
                 self._control.speedStop(self._options["stop_acceleration_m_s2"])
 
     def _seek_reason(self, now: int) -> None:
-        """See that a motion was refused because the controller has ended the program, or stopped the arm."""
+        """Check that a motion was refused because the controller has ended the program, or stopped the arm."""
         state = self._receive
         if state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT:
             self._ended = True
@@ -256,7 +258,7 @@ class Worker:
             raise Lost("did not take a motion or a stop, and does not say why")
 
     def _rest(self, control: Any, now: int) -> None:
-        """Without a command: see that the arm comes to rest, and stays there, and feed the watchdog if it does."""
+        """Without a command: check that the arm comes to rest and stays there; if so, feed the watchdog."""
         settles_ns, seen = SETTLES_NS + self._two_states_ns, self._seen
         if not self._moving:
             if seen.runs_ns and seen.judged_ns - seen.runs_ns > SETTLES_NS:
@@ -265,7 +267,7 @@ class Worker:
             self._moving, self._halted_ns = False, 0
             self._end_motion(control)
         elif now - max(self._halted_ns, seen.judged_ns) > settles_ns:
-            # Blind: from here on the controller's watchdog has it.
+            # No states: from here on the controller's watchdog stops the arm.
             self._ended = True
         elif not seen.rests_ns and now - max(self._halted_ns, seen.slowed_ns) > settles_ns:
             raise Lost("was told to stop, and does not slow down")
@@ -278,7 +280,7 @@ class Worker:
             control.kickWatchdog()
 
     def _arm(self) -> Reply:
-        """Make the arm commandable; return what is in the way."""
+        """Make the arm commandable; return the problem that prevents it."""
         refusal = self._refusal()
         if refusal is not None:
             return refusal
@@ -304,7 +306,7 @@ class Worker:
         return Reply()
 
     def _begin(self) -> None:
-        """Forget what was; nothing is known of a program yet."""
+        """Reset the state; no program is known yet."""
         self._moving, self._halted_ns, self._refused = False, 0, False
         self._played = self._ended = False
 
@@ -365,7 +367,7 @@ class Worker:
             time.sleep(0.01)
 
     def _disarm(self) -> None:
-        """Give control back; the program on the controller ends."""
+        """Release control; the program on the controller ends."""
         self._leave()
         control, self._control = self._control, None
         self._begin()
@@ -387,7 +389,7 @@ def _plain(error: BaseException) -> str:
 
 def main() -> None:
     """Serve the driver at the other end of standard input."""
-    # Ctrl-C is the driver's to handle: it stops the arm and then ends this process.
+    # The driver handles Ctrl-C: it stops the arm and then ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     link = socket.socket(fileno=os.dup(0))
     try:

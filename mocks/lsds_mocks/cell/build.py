@@ -1,4 +1,4 @@
-"""From options to a cell, and the one place where the mocks of a rig meet in it."""
+"""Build a cell from options, and share it among the mocks of a rig."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
     if options.fidelity == "winkler":
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
         return WinklerGel(shape, material, kernel=kernel)
-    # What the solver leaves is a force from nowhere: damped by backward Euler, fed into ringing by the midpoint rule.
+    # A solver residual acts like an external force: backward Euler damps it, the midpoint rule lets it oscillate.
     settled = 0.02 if options.integrator == "backward-euler" else 0.004
-    # The compiled solver and its tables: only for those who want it.
+    # Import the compiled solver and its tables only if they are used.
     from lsds_mocks.gel.field.compiling import prepare
 
     if options.fidelity == "auto":
@@ -64,7 +64,7 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
 
 
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
-    """Make the plant; `seed` draws the object's surface and the arm's tremble."""
+    """Make the plant; `seed` draws the object's surface and the arm's vibration."""
     material = GelMaterial(
         modulus_pa=options.modulus_mpa * 1e6,
         poisson=options.poisson,

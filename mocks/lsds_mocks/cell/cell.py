@@ -1,7 +1,7 @@
-"""The simulated cell: steps the plant lazily to the present and hands out what was so at past instants.
+"""The simulated cell: steps the plant lazily to the present and provides states at past instants.
 
 Physics runs on an absolute grid of steps, commands are ordered by when they take effect, and every random stream is
-seeded by name: the same calls at the same times give bit-identical results, whatever was read in between.
+seeded by name: the same calls at the same times give bit-identical results, independent of reads in between.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class SimulatedCell:
 
     @property
     def t_ns(self) -> int:
-        """Where the physics stands: the last step's end."""
+        """The time of the physics: the end of the last step."""
         return self._t_ns
 
     def connect(self) -> None:
@@ -88,7 +88,7 @@ class SimulatedCell:
             return self.plant.truth(self._t_ns)
 
     def fidelity(self) -> dict[str, Any]:
-        """Return what the gel's model is, and what it says of its own accuracy."""
+        """Return the gel model and its report on its accuracy."""
         with self._lock:
             report = getattr(self.plant.gel, "report", None)
             if report is None:
@@ -99,12 +99,12 @@ class SimulatedCell:
             return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
 
     def history(self) -> tuple[CellTruth, ...]:
-        """Return the truth of each step kept, oldest first; empty unless the option `history_s` asks for it."""
+        """Return the truth of each step kept, oldest first; empty unless the option `history_s` is set."""
         with self._lock:
             return tuple(self._history)
 
     def post(self, t_ns: int, source: str, action: Action) -> None:
-        """Let a command take effect at `t_ns`; safe from any thread, never waits for physics."""
+        """Schedule a command to take effect at `t_ns`; safe from any thread, never waits for physics."""
         self._queue.post(t_ns, source, action)
 
     def moment(self, t_ns: int) -> Moment:
@@ -116,12 +116,12 @@ class SimulatedCell:
             return self._moments[0]
 
     def watch(self, camera: Camera) -> None:
-        """Let a camera expose from now on."""
+        """Add a camera, which exposes from now on."""
         with self._lock:
             self._cameras.append(camera)
 
     def unwatch(self, camera: Camera) -> None:
-        """Let it expose no more."""
+        """Remove a camera."""
         with self._lock:
             if camera in self._cameras:
                 self._cameras.remove(camera)

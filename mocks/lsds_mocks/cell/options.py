@@ -16,54 +16,72 @@ _PROPORTIONS = (1.0, 10.0)
 class CellOptions(BaseModel):
     """Options of `[cell.simulated]`. The default: a weighted PVC pipe standing on a table, gripped at its foot.
 
-    Lengths in millimetres here, because people type them; SI inside.
+    Lengths are in millimetres here for convenience; SI units inside.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    step_ms: float = Field(default=2.0, ge=0.25, le=10, description="step of the physics, on an absolute grid")
+    step_ms: float = Field(default=2.0, ge=0.25, le=10, description="time step of the physics, on an absolute grid")
     integrator: Literal["backward-euler", "midpoint"] = Field(
-        default="backward-euler", description="midpoint keeps the ringing that backward Euler damps"
+        default="backward-euler", description="time integration; midpoint keeps oscillations that backward Euler damps"
     )
     fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(
         default="auto",
-        description="gel: an elastic pad on the coarsest grid that will do; bristles, elastic layer, elastic pad",
+        description="gel model: auto (elastic pad, automatic grid), winkler (bristles), elastic layer or pad",
     )
     tolerance_um: float = Field(
-        default=20.0, ge=0.5, le=200, description="RMS error of the dots' motion that the grid of auto may cause"
+        default=20.0, ge=0.5, le=200, description="RMS error of marker motion allowed by the grid of auto"
     )
     grid: Literal[1, 2, 4] = Field(
         default=2,
-        description="cells of fixed layer and pad per 0.96 mm and direction (1: 0.96 mm, 2: 0.48 mm, 4: 0.24 mm)",
+        description="gel cells per 0.96 mm in each direction, for layer and pad (1: 0.96 mm, 2: 0.48 mm, 4: 0.24 mm)",
     )
 
     object: ObjectName = Field(
-        default="pvc-pipe", description="an object of the catalogue; other options set here override its values"
+        default="pvc-pipe", description="object of the catalogue; other options set here override its values"
     )
-    shape: ShapeName = Field(default="cylinder", description="shape of the surface that the pads meet")
+    shape: ShapeName = Field(default="cylinder", description="shape of the surface in contact with the pads")
     diameter_mm: float = Field(default=25.0, ge=4, le=45, description="thickness of the object between the pads")
     width_mm: float = Field(default=60.0, ge=1, le=1000, description="width of a box's face")
     edge_mm: float = Field(default=1.0, ge=0.1, le=50, description="radius of an edge, or of a box's rounded edges")
     turned_deg: float = Field(default=0.0, ge=-90, le=90, description="angle between object and pad")
-    texture: TextureName = Field(default="smooth", description="relief of the surface (winkler feels outlines only)")
+    texture: TextureName = Field(default="smooth", description="relief of the surface (winkler uses the outline only)")
     texture_size_mm: float = Field(default=1.0, ge=0.3, le=24, description="size of pores, bumps or threads")
     texture_depth_mm: float = Field(default=0.0, ge=0, le=5, description="depth of the relief")
-    height_map: str = Field(default="", description="file of heights in place of shape and texture: .npy (m) or image")
-    height_map_mm_per_px: float = Field(default=0.1, gt=0, le=10, description="distance of the height map's samples")
-    height_map_range_mm: float = Field(default=1.0, gt=0, le=50, description="height of white in an image of heights")
-    length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the object, standing upright")
-    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the object with its contents")
-    stiffness_n_mm: float = Field(default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of it")
-    centre_x_mm: float = Field(
-        default=0.0, ge=-100, le=100, description="centre of mass to the right of the pads; not 0: the object can turn"
+    height_map: str = Field(
+        default="", description="file of a height map that replaces shape and texture: .npy (m) or image"
     )
-    clamped: bool = Field(default=False, description="the object is clamped to the table, and neither lifts nor turns")
-    grip_height_mm: float = Field(default=50.0, ge=0, le=1000, description="pad centre above the table at the start")
+    height_map_mm_per_px: float = Field(default=0.1, gt=0, le=10, description="spacing of the height map's samples")
+    height_map_range_mm: float = Field(default=1.0, gt=0, le=50, description="height of white in a height map image")
+    length_mm: float = Field(default=150.0, ge=20, le=1000, description="length of the upright object")
+    mass_kg: float = Field(default=0.3, gt=0, le=5, description="mass of the object with its contents")
+    stiffness_n_mm: float = Field(
+        default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of the object"
+    )
+    centre_x_mm: float = Field(
+        default=0.0,
+        ge=-100,
+        le=100,
+        description="distance of the centre of mass to the right of the pads; if not 0, the object can rotate",
+    )
+    clamped: bool = Field(default=False, description="clamp the object to the table: it can neither lift nor rotate")
+    grip_height_mm: float = Field(
+        default=50.0, ge=0, le=1000, description="height of the pad centre above the table at the start"
+    )
 
-    static_friction: float = Field(default=0.55, ge=0.02, le=3, description="friction coefficient at rest")
-    kinetic_friction: float = Field(default=0.45, ge=0.01, le=3, description="friction coefficient while sliding fast")
-    friction_scale: float = Field(default=1.0, ge=0.2, le=5, description="of both: the same object on another day")
-    stribeck_speed_mm_s: float = Field(default=10.0, gt=0, le=1000, description="speed over which friction falls")
+    static_friction: float = Field(default=0.55, ge=0.02, le=3, description="static friction coefficient")
+    kinetic_friction: float = Field(
+        default=0.45, ge=0.01, le=3, description="kinetic friction coefficient at high speed"
+    )
+    friction_scale: float = Field(
+        default=1.0,
+        ge=0.2,
+        le=5,
+        description="factor of both friction coefficients, for the same object on another day",
+    )
+    stribeck_speed_mm_s: float = Field(
+        default=10.0, gt=0, le=1000, description="speed scale of the transition from static to kinetic friction"
+    )
     texture_amplitude: float = Field(
         default=0.08, ge=0, le=0.3, description="relative standard deviation of friction over the object's surface"
     )
@@ -85,16 +103,14 @@ class CellOptions(BaseModel):
     finger_stiffness_n_mm: float = Field(
         default=5.0, gt=0, le=1000, description="normal stiffness of one finger with its gel holder, without the gel"
     )
-    vibration_um: float = Field(default=3.0, ge=0, le=200, description="largest displacement of the arm's tremble")
-    drop_slip_mm: float = Field(
-        default=60.0, gt=0, le=1000, description="slip through the fingers that counts as dropped"
-    )
-    history_s: float = Field(default=0.0, ge=0, le=3600, description="seconds of per-step truth to keep for study")
+    vibration_um: float = Field(default=3.0, ge=0, le=200, description="maximum displacement of the arm's vibration")
+    drop_slip_mm: float = Field(default=60.0, gt=0, le=1000, description="slip distance that counts as dropped")
+    history_s: float = Field(default=0.0, ge=0, le=3600, description="duration of per-step truth to keep")
 
     @model_validator(mode="before")
     @classmethod
     def _take_object(cls, data: Any) -> Any:
-        """Fill in what the catalogue says of the object, where nothing else is said."""
+        """Fill in the catalogue's values of the object for options that are not set."""
         name = data.get("object", "") if isinstance(data, dict) else None
         spec = CATALOGUE.get(cast(ObjectName, name)) if isinstance(name, str) else None
         if spec is None:

@@ -1,4 +1,4 @@
-"""The cell on the wire: a plant and its devices' wire faces in processes of their own, joined or started by a rig."""
+"""The cell on the wire: a plant and wire mocks in separate processes, started by a rig or already running."""
 
 from __future__ import annotations
 
@@ -34,12 +34,14 @@ class ProcessCellOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    socket: str = Field(default="", description="where the plant is found; empty: one for each user")
-    start: bool = Field(default=True, description="start plant and mocks where none are running")
-    plant: CellOptions = Field(default_factory=CellOptions, description="the object, its friction, the fingers")
+    socket: str = Field(default="", description="socket of the plant; empty: one per user")
+    start: bool = Field(default=True, description="start plant and mocks if none are running")
+    plant: CellOptions = Field(
+        default_factory=CellOptions, description="options of the plant: object, friction, fingers"
+    )
     mocks: dict[str, dict[str, Any]] = Field(
         default_factory=lambda: {"hand-e": {"activated": True}, "ur5e": {}, "gelsight-mini": {}},
-        description="wire mocks to start, by name, each with its options",
+        description="wire mocks to start, each with its options, by name",
     )
 
     @field_validator("mocks")
@@ -63,7 +65,7 @@ class ProcessCell:
         self._truth: RemoteTruth | None = None
 
     def connect(self) -> None:
-        """Join a running plant and put its object back; where there is none, start it and all mocks.
+        """Connect to a running plant and reset its object; if there is none, start it and all mocks.
 
         Raises ConnectFailed.
         """
@@ -94,7 +96,7 @@ class ProcessCell:
 
     @property
     def broken(self) -> str:
-        """Name of a mock that has ended by itself, empty for none."""
+        """Name of a mock that has ended unexpectedly, empty if none."""
         return next((process.name for process in self._processes if not process.alive), "")
 
     def advance(self, t_ns: int) -> None:

@@ -1,4 +1,4 @@
-"""The way of a command from a device mock to the plant: seeded latency, in order, cut short by a stop."""
+"""The queue of commands from a device mock to the plant: seeded latency, in order, cancelled by a stop."""
 
 from __future__ import annotations
 

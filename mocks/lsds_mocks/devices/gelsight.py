@@ -1,4 +1,4 @@
-"""Mock GelSight Mini: renders what the shared plant's gel looks like, when it is read."""
+"""Mock GelSight Mini: renders images of the shared plant's gel when they are read."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class MockGelSightMini(MotionlessLife):
         self.options = options
         self.cell = shared_cell(context)
         self._clock = context.clock
-        # The left finger's streams have no suffix: a rig with one sensor keeps its random numbers.
+        # The left finger's streams have no suffix, so that a rig with one sensor keeps its random numbers.
         own = "" if options.finger == "left" else f" {options.finger}"
         self._seed = context.rng_seed(f"gelsight timing{own}")
         self._guard = LifecycleGuard(NAME)

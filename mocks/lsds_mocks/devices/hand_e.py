@@ -1,4 +1,4 @@
-"""Mock Robotiq Hand-E: ticks, bytes, latency and object detection of the real one, on the shared plant."""
+"""Mock Robotiq Hand-E with the ticks, bytes, latency and object detection of the real one, on the shared plant."""
 
 from __future__ import annotations
 
@@ -67,18 +67,18 @@ class MockHandE:
                 self._clock.sleep_until(now + ACTIVATION_NS)
 
     def stop(self) -> None:
-        """Hold the fingers where they are; never opens."""
+        """Stop the fingers where they are; never opens."""
         if self._guard.state not in (Lifecycle.NEW, Lifecycle.CLOSED):
             self._line.stop(self._clock.now(), _hold)
 
     def disarm(self) -> None:
-        """Hold and take no more commands."""
+        """Stop the fingers and accept no more commands."""
         with self._guard.disarming() as armed:
             if armed:
                 self.stop()
 
     def close(self) -> None:
-        """Hold and give back; the grip stays closed."""
+        """Stop the fingers and close the device; the grip stays closed."""
         with self._guard.closing() as first:
             if first:
                 self._line.stop(self._clock.now(), _hold)

@@ -12,12 +12,14 @@ class HandEOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    stroke_mm: float = Field(default=50.0, gt=0, le=200, description="both fingers together, between the two ticks")
+    stroke_mm: float = Field(
+        default=50.0, gt=0, le=200, description="stroke of both fingers together, between open_tick and closed_tick"
+    )
     open_tick: int = Field(default=3, ge=0, le=254, description="position register when fully open")
     closed_tick: int = Field(default=228, ge=1, le=255, description="position register when fully closed")
-    latency_ms: float = Field(default=40.0, ge=0, le=1000, description="from command to motion")
-    latency_jitter_ms: float = Field(default=3.0, ge=0, le=100, description="half width of the latency's spread")
-    activated: bool = Field(default=True, description="already activated; otherwise arm() closes and opens it")
+    latency_ms: float = Field(default=40.0, ge=0, le=1000, description="latency from command to motion")
+    latency_jitter_ms: float = Field(default=3.0, ge=0, le=100, description="half width of the latency distribution")
+    activated: bool = Field(default=True, description="start activated; otherwise arm() closes and opens the gripper")
     command_loss: float = Field(default=0.0, ge=0, le=1, description="fault: probability that a command is lost")
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def look_of(options: GelSightOptions) -> Look:
-    """Return the optical part. What is set counts before what the numbered gel says."""
+    """Return the optical part. Options that are set take precedence over those of the numbered gel."""
     gel = None if options.gel is None else specimen.draw(options.gel)
 
     def of_gel(name: str) -> float:

@@ -1,4 +1,4 @@
-"""When a mock camera exposes, when each frame becomes readable, and which frames get lost on the way."""
+"""Timing of a mock camera: exposures, when each frame becomes readable, and lost frames."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Shutter:
         silent = options.silent_at_s is not None and since_start_s >= options.silent_at_s
         if not silent and lost >= options.drop_probability:
             self._waiting.append(snapshot)
-        # Nobody can read the past: what a newer readable frame hides by now is gone for good.
+        # Only the newest readable frame can be read, so older ones can be dropped.
         while len(self._waiting) >= 2 and self._waiting[1].available_ns <= t_ns:
             self._waiting.popleft()
         self._seq += 1

@@ -1,7 +1,7 @@
 """Pose source `mock-truth-camera`: sees the simulated cell through rendered pictures, on the cell's own time.
 
-Nothing is handed over but pixels: the markers are found in the picture as those of a real camera are, with their noise,
-their blur and their latency. `CellTruth` says what was really so.
+It uses pixels only: the markers are detected in the rendered picture as with a real camera, with noise, blur and
+latency. `CellTruth` has the true state.
 """
 
 from __future__ import annotations

@@ -76,13 +76,13 @@ class MockUR5e:
             self._line.stop(self._clock.now(), self._brake)
 
     def disarm(self) -> None:
-        """Come to rest and take no more commands."""
+        """Decelerate to rest and accept no more commands."""
         with self._guard.disarming() as armed:
             if armed:
                 self.stop()
 
     def close(self) -> None:
-        """Come to rest and give back."""
+        """Decelerate to rest and close the device."""
         with self._guard.closing() as first:
             if first:
                 self._line.stop(self._clock.now(), self._brake)

@@ -5,7 +5,7 @@ surface goes where the bristles' tips go. The kernel alone lets dots in the midd
 object by a third; so under the contact the kernel's answer is drawn to the tips, fully in the middle of the patch
 and not at all beside it.
 
-Both are linear in the forces, so for one contact they are one matrix; it is made anew when the contact changes.
+Both are linear in the forces, so for one contact they are one matrix; it is rebuilt when the contact changes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.kernel import MarkerKernel
 
 REACH_M = 0.8e-3
-"""Over what distance a tip speaks for the surface beside it."""
+"""Distance over which a bristle tip represents the surface around it."""
 QUORUM = 0.1
 """Part of a full patch's weight at which tips and kernel count alike."""
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 OVERLAP_STIFFNESS_PER_M = 570.0
 RIM_SHEAR = 0.68
 CONTACT_LEVEL = 0.85
-"""Contact ends where the gap reaches this part of the indentation: the free surface yields beside the object."""
+"""Contact ends where the gap reaches this part of the indentation: the free surface deforms around the object."""
 PRESSURE_EXPONENT = 0.55
 """Pressure goes with (overlap)^0.55: between a half-space (0.5) and a thin layer (1), from where full slip sets in."""
 

@@ -62,7 +62,7 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Surface:
-    """What can be told of any shape from its gap alone; shapes that know better say so themselves."""
+    """Properties of any shape computed from its gap alone; shapes with a better solution override them."""
 
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gap of the shape: no texture."""

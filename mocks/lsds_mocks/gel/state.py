@@ -53,7 +53,7 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
 
 
 def _over(cells: NDArray[np.int32], state: GelState) -> GelState:
-    """Return a state's forces over other cells: none where it had none; what lay outside them was about to let go."""
+    """Return a state's forces over other cells: zero where it had none; forces outside these cells are dropped."""
     _, here, there = np.intersect1d(cells, state.cells, assume_unique=True, return_indices=True)
     deflection, shear, pressure = np.zeros((2, len(cells))), np.zeros((2, len(cells))), np.zeros(len(cells))
     deflection[:, here], shear[:, here] = state.deflection_m[:, there], state.shear_n[:, there]

@@ -1,4 +1,4 @@
-"""The shape of the gel's surface under and beside a rigid object, for the optics and for the truth."""
+"""The shape of the gel's surface under and around a rigid object, for the optics and for the truth."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHOULDER = 0.05
 def surface_depth(
     shape: Shape, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Depth (H, W) in metres: the object's own surface in contact, a smooth shoulder beside it.
+    """Depth (H, W) in metres: the object's own surface in contact, a smooth shoulder around it.
 
     Depth = (o + sqrt(o^2 + 4 s^2)) / 2, a soft maximum of the overlap o and zero that never rises above the flat gel.
     """

@@ -3,7 +3,7 @@
 A bristle's root rests in the gel's base and its tip rides on the object until the force exceeds friction times the
 bristle's share of the normal force; then the tip is drawn back onto that limit (elastic predictor, plastic corrector,
 backward Euler). The pressure falls toward the patch's edge, so the edge slides first and the centre last.
-`lsds_mocks.gel.markers` says where the dots go.
+`lsds_mocks.gel.markers` computes the marker positions.
 """
 
 from __future__ import annotations

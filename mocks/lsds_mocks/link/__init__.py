@@ -1,1 +1,1 @@
-"""How a wire face reaches the plant: within its own process, or in one that all faces share."""
+"""Links of a wire mock to a plant: in its own process, or in a process shared by all mocks."""

@@ -79,7 +79,7 @@ class LoneFingers:
         return max(0.0, self._stiffness_n_m * (self._drive.aperture_m - self._hollow_m) / 2)
 
     def _advance(self) -> None:
-        """Step while something moves; what rests stays, however long nobody asked."""
+        """Step while something moves; a gripper at rest is not stepped."""
         now, drive = self._clock.now(), self._drive
         while self._now_ns < now:
             step = min(_STEP_NS, now - self._now_ns)

@@ -10,5 +10,5 @@ from lsds_mocks.cell.options import CellOptions
 class PlantOptions(CellOptions):
     """Options of `lsds mock plant`."""
 
-    socket: str = Field(default="plant.sock", description="path of the socket at which wire faces find it")
-    aperture_mm: float = Field(default=50.0, ge=0, le=50, description="where the fingers begin")
+    socket: str = Field(default="plant.sock", description="path of the socket that wire mocks connect to")
+    aperture_mm: float = Field(default=50.0, ge=0, le=50, description="aperture of the fingers at the start")

@@ -1,4 +1,4 @@
-"""`lsds mock plant`: the physics of one cell in a process of its own, in real time, for all wire faces around it."""
+"""`lsds mock plant`: the physics of one cell in a separate process, in real time, for all its wire mocks."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 NAME = "plant"
 LAG_NS = 8_000_000
-"""How far the physics runs behind the present: long enough for what the arm's process tells to have come."""
+"""Delay of the physics behind the present, long enough for messages of the arm's process to arrive."""
 
 LATEST_NS = 200_000_000
 LATE_NS = 20_000_000
@@ -58,7 +58,7 @@ class _Client:
         self.want = Want.NOTHING
 
     def send(self, packet: bytes) -> None:
-        # One that does not read loses packets, and holds nobody up.
+        # A client that does not read loses packets, and does not delay others.
         with contextlib.suppress(OSError):
             self.link.send(packet)
 
@@ -79,7 +79,7 @@ class _Exposures:
         self._asked.append((t_ns, client))
 
     def expose(self, state: GelState) -> None:
-        """Answer all who asked for the earliest instant."""
+        """Answer all requests for the earliest instant."""
         now = self.next_exposure_ns
         for t_ns, client in self._asked:
             if t_ns == now:
@@ -141,10 +141,10 @@ class PlantMock:
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Refuse: physics has no faults."""
-        raise ConfigError(NAME, [ConfigIssue("fault.kind", f"'{fault.get('kind')}': the plant knows no faults")])
+        raise ConfigError(NAME, [ConfigIssue("fault.kind", f"'{fault.get('kind')}': the plant has no faults")])
 
     def close(self) -> None:
-        """Close the socket and take it away."""
+        """Close and remove the socket."""
         for client in self._clients.values():
             client.link.close()
         self._clients.clear()
@@ -164,7 +164,7 @@ class PlantMock:
         self._cell = make_cell(self._options, self._context)
         plant = self._cell.plant
         self._axis = FollowedAxis(plant.parameters.grip_height_m, self._cell.t_ns)
-        # The same motion, from another source: where it is and how fast it goes is all that the plant asks of it.
+        # The same interface as `ArmAxis`: the plant needs only position and velocity.
         plant.arm = self._axis  # type: ignore[assignment]
         plant.fingers.aperture_m = plant.fingers.target_m = self.options.aperture_mm * 1e-3
         self._cell.watch(self._exposures)
@@ -207,7 +207,7 @@ class PlantMock:
             try:
                 self._take(packet, client)
             except (struct.error, ValueError):
-                # Not one of ours: whoever sends such packets cannot be understood any further.
+                # Not a packet of this protocol; disconnect this client.
                 poll.unregister(descriptor)
                 self._clients.pop(descriptor).link.close()
                 return
@@ -226,7 +226,7 @@ class PlantMock:
             if t_ns <= self._cell.t_ns - LATE_NS:
                 client.send(pack_gel(t_ns, None))
             elif t_ns <= self._cell.t_ns:
-                # Asked a little late: the gel as it is now is as near as can be had.
+                # The request is slightly late: the present state of the gel is the nearest available.
                 client.send(pack_gel(t_ns, self._cell.gel_state()))
             else:
                 self._exposures.ask(t_ns, client)

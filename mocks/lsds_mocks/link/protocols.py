@@ -1,4 +1,4 @@
-"""What each wire face needs of the plant, and no more. Times are the rig's monotonic nanoseconds."""
+"""The interfaces between wire mocks and the plant. Times are the rig's monotonic nanoseconds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Fingers(NamedTuple):
 
 
 class FingerLink(Protocol):
-    """The way of a gripper face to the fingers it drives."""
+    """The link of a gripper mock to its fingers."""
 
     def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
         """Go to an aperture at a finger speed, pushing with at most a force; takes effect at once. Never blocks."""
@@ -47,10 +47,10 @@ class Load(NamedTuple):
 
 
 class ArmLink(Protocol):
-    """The way of an arm face to what it carries."""
+    """The link of an arm mock to its load."""
 
     def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
-        """Tell where the TCP is (height in the base frame) and how fast it rises. Never blocks."""
+        """Send the TCP's height in the base frame and its vertical velocity. Never blocks."""
         ...
 
     def load(self) -> Load:
@@ -72,7 +72,7 @@ class Scene(NamedTuple):
 
 
 class GelLink(Protocol):
-    """The way of a tactile camera to the gel that it films."""
+    """The link of a tactile camera mock to its gel."""
 
     @property
     def gel(self) -> GelModel:
@@ -89,7 +89,7 @@ class GelLink(Protocol):
 
 
 class SceneLink(Protocol):
-    """The way of a ground-truth camera to the scene."""
+    """The link of a ground-truth camera mock to the scene."""
 
     def scene(self, t_ns: int) -> Scene | None:
         """Return the scene as it was at a past instant, None where that is not known (yet, or any more)."""

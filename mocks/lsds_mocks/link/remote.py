@@ -1,4 +1,4 @@
-"""Links to a plant in another process, over a Unix socket that keeps packets whole."""
+"""Links to a plant in another process, over a Unix socket that preserves packet boundaries."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PlantSocket:
             raise ConnectFailed("shared plant", f"no plant at '{address}': {error.strerror}", remedy=remedy) from error
 
     def send(self, packet: bytes) -> None:
-        """Send, or lose it: a plant that does not listen must not hold up a device."""
+        """Send without waiting; a packet is dropped if the plant does not read, so that it cannot block a device."""
         with contextlib.suppress(OSError):
             self._socket.send(packet)
 
@@ -80,7 +80,7 @@ class PlantSocket:
         return packet
 
     def ask(self, kind: Kind, t_ns: int, unpack: Callable[[bytes], tuple[int, T]]) -> T | None:
-        """Ask for what was at an instant and wait until the physics has passed it; None where no answer comes."""
+        """Request the state at an instant and wait until the physics has passed it; None without an answer."""
         self.send(ASK.pack(kind, t_ns))
         while (packet := self.receive(ANSWER_S)) is not None:
             asked_ns, answer = unpack(packet)
@@ -129,7 +129,7 @@ class RemoteArm:
         self._last = Load(0, 0.0)
 
     def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
-        """Tell where the tool is."""
+        """Send the position of the tool."""
         self._plant.send(FOLLOW.pack(Kind.FOLLOW, t_ns, height_m, velocity_m_s))
 
     def load(self) -> Load:
@@ -151,7 +151,7 @@ class RemoteScene:
         self._plant = PlantSocket(address, Want.NOTHING)
 
     def scene(self, t_ns: int) -> Scene | None:
-        """Ask for the scene at an instant; wait until the physics has passed it."""
+        """Request the scene at an instant; wait until the physics has passed it."""
         return self._plant.ask(Kind.ASK_SCENE, t_ns, unpack_scene)
 
     def close(self) -> None:

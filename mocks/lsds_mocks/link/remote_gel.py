@@ -24,7 +24,7 @@ class RemoteGel:
         self.gel: GelModel = build_plant(options, [0]).gel
 
     def at(self, t_ns: int) -> GelState | None:
-        """Ask for the gel at an instant; wait until the physics has passed it."""
+        """Request the gel at an instant; wait until the physics has passed it."""
         return self._plant.ask(Kind.ASK_GEL, t_ns, unpack_gel)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Brightness over time: dim red first frames, slow drift, and swings where asked for."""
+"""Brightness over time: dim red first frames, slow drift, and optional swings."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from lsds.clock import NS_PER_S
 KEPT = 256
 SMOOTHED_S = 0.02
 BLIND_NS = 20_000_000
-"""How long the last known velocity is believed."""
+"""Time for which the last known velocity is used."""
 
 
 class FollowedAxis:

@@ -17,7 +17,7 @@ CREEP_M_S = 1e-4
 """Below this speed the Stribeck term is one to four digits: friction is the static one and need not be looked up."""
 
 LEAST = 0.3
-"""Sliding friction never falls below this part of the kinetic coefficient, whatever the chatter."""
+"""Sliding friction never falls below this fraction of the kinetic coefficient."""
 
 
 class SurfaceFriction:

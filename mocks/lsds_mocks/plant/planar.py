@@ -34,9 +34,9 @@ _ARM_M = 5e-3
 
 @dataclass(slots=True)
 class PlanarMotion(ObjectMotion):
-    """Beside height and vertical velocity of the centre of mass: its sideways velocity, the rate of turning (x to y),
-    where the object's point that was first between the pads has got to, as seen from there, and whether the object is
-    clamped to the table."""
+    """In addition to height and vertical velocity of the centre of mass: its sideways velocity, the rate of turning (x
+    to y), where the object's point that was first between the pads has got to, as seen from there, and whether the
+    object is clamped to the table."""
 
     velocity_x_m_s: float = 0.0
     rate_rad_s: float = 0.0

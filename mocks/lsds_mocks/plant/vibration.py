@@ -1,4 +1,5 @@
-"""The arm's own tremble: a few micrometres at a few hertz, so that a held object's dots are never quite still."""
+"""Vibration of the arm: a few micrometres at a few hertz, so that a held object's markers are never completely
+still."""
 
 from __future__ import annotations
 

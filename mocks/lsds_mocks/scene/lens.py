@@ -62,7 +62,7 @@ class Rays:
 def _directions(
     size: tuple[int, int], lens: tuple[float, ...], distortion: tuple[float, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return x/z and y/z (height, width), the same arrays for the same camera, and nobody's to change."""
+    """Return x/z and y/z (height, width), the same arrays for the same camera; do not modify them."""
     (width, height), (fx, fy, cx, cy) = size, lens
     u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
     x, y = undistorted((u - cx) / fx, (v - cy) / fy, np.array(distortion))

@@ -109,7 +109,7 @@ class Painter:
 
 @lru_cache(maxsize=16)
 def _sheet(card: Card) -> NDArray[np.uint8]:
-    """Return the card's picture, and beside it, as a second channel, that there is card."""
+    """Return the card's picture with a mask of the card as the second channel."""
     return np.dstack([card.texture, np.full_like(card.texture, 255)])
 
 

@@ -1,4 +1,4 @@
-"""What the ground-truth camera looks at: a wall, a table, and a marked card each on the gripper and on the object."""
+"""The scene of the ground-truth camera: a wall, a table, and a marked card each on the gripper and on the object."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Stage:
         self.camera = camera_model(width, height)
         self._painter = Painter(self.camera)
         self._cards = _cards()
-        # What stands still looks as in the picture before.
+        # Parts at rest look the same as in the previous picture.
         self._last: dict[str, tuple[tuple[Pose, Pose], Layer | None]] = {}
         rng = np.random.default_rng(seed)
         self._back = _backdrop(width, height, rng)

@@ -41,7 +41,7 @@ def require_loopback(mock: str, address: str, option: str = "host") -> None:
 
 
 def _loopback_aliases() -> set[str]:
-    """Return the further addresses that somebody has given to the loopback interface."""
+    """Return the additional addresses of the loopback interface."""
     size = 128 * _ENTRY
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:

@@ -42,18 +42,20 @@ MESSAGE_FAULTS: tuple[FaultKind, ...] = ("drop", "delay", "corrupt", "truncate",
 
 
 class Fault(BaseModel):
-    """One fault. The default strikes every message from the start on; narrow it by the other fields."""
+    """One fault. By default it applies to every message from the start; the other fields limit it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     kind: FaultKind
-    face: str = Field(default="", description="name of the face it strikes; empty for all of them")
-    probability: float = Field(default=1.0, ge=0, le=1, description="for each message, frame or cycle")
-    after_s: float = Field(default=0.0, ge=0, description="begins this long after the mock started, or was told")
-    for_s: float | None = Field(default=None, gt=0, description="how long it lasts; for ever where not given")
-    count: int | None = Field(default=None, ge=1, description="most times that it strikes")
-    delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="of `delay`, `split` and `delayed-ack`")
-    code: int = Field(default=0, ge=0, le=255, description="of `gripper-fault`: the fault register's value")
+    face: str = Field(default="", description="name of the face it applies to; empty: all")
+    probability: float = Field(default=1.0, ge=0, le=1, description="probability for each message, frame or cycle")
+    after_s: float = Field(
+        default=0.0, ge=0, description="delay of its start after the mock's start, or after its injection"
+    )
+    for_s: float | None = Field(default=None, gt=0, description="duration; default: unlimited")
+    count: int | None = Field(default=None, ge=1, description="maximum number of times it occurs")
+    delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="delay of `delay`, `split` and `delayed-ack`")
+    code: int = Field(default=0, ge=0, le=255, description="value of the fault register for `gripper-fault`")
 
 
 @dataclass(slots=True)
@@ -79,10 +81,10 @@ class _Armed:
 
 
 class FaultInjector:
-    """All faults of one mock. `knows` lists the kinds that the mock can show and `faces` what its faces are called;
+    """All faults of one mock. `knows` lists the kinds that the mock supports and `faces` the names of its faces;
     others are refused.
 
-    The same seed and the same messages strike alike: each fault draws from a stream of its own, once a message.
+    The same seed and messages give the same faults: each fault draws from its own random stream, once per message.
     """
 
     def __init__(
@@ -128,7 +130,7 @@ class FaultInjector:
         return not self._armed
 
     def strikes(self, kind: FaultKind, face: str) -> Fault | None:
-        """Draw whether a fault of this kind strikes this face now; return it, or None."""
+        """Draw whether a fault of this kind occurs at this face now; return it, or None."""
         if not self._armed:
             return None
         now = self._clock.now()
@@ -164,7 +166,7 @@ class FaultInjector:
         return parts
 
     def remaining_s(self, fault: Fault) -> float | None:
-        """How long a fault that has struck goes on; None where it never ends."""
+        """Duration of a fault that has occurred; None if it never ends."""
         for armed in self._armed:
             if armed.fault is fault and armed.ends_ns is not None:
                 return max(0.0, (armed.ends_ns - self._clock.now()) / NS_PER_S)

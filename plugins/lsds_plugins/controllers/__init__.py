@@ -1,1 +1,1 @@
-"""Controllers: what aperture stops it?"""
+"""Controllers: the aperture that stops the slip."""

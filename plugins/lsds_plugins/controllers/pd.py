@@ -1,11 +1,11 @@
-"""Controller `pd`: the paper's Algorithm 1, made to close on slip.
+"""Controller `pd`: Algorithm 1 of the paper, with the sign that closes on slip.
 
     e = severity - target;  de = e - e_prev;  p_new = clamp(p -+ (Kp e + Kd de), 0, 225)   while slip is detected
 
 With p = 0 open and 225 closed the printed minus sign opens the gripper on slip and the object drops; the plus sign is
-what the text describes. Gains keep the paper's units (ticks per cm/s, at 25 Hz), so its 3.10 and 0.42 can be used as
-they stand; ticks become metres through the stroke. The derivative is scaled to the measured frame interval, starts at
-zero, and forgets the last error when slip ends.
+what the text describes. Gains keep the paper's units (ticks per cm/s, at 25 Hz), so its 3.10 and 0.42 can be used
+unchanged; ticks are converted to metres by the stroke. The derivative is scaled to the measured frame interval, starts
+at zero, and drops the last error when slip ends.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, GripInput
 
-#: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is the unit of the gains and nothing else: where
-#: the fingers' range ends is the gripper's to say.
+#: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is only the unit of the gains; the
+#: range of the fingers is that of the gripper.
 TICK_M = 0.05 / 225
-#: The interval the paper's derivative gain is quoted at.
+#: The frame interval of the paper's derivative gain, s.
 NOMINAL_DT_S = 0.04
 
 
@@ -28,14 +28,16 @@ class PdOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    kp: float = Field(default=3.10, ge=0, le=1000, description="ticks per cm/s of slip")
-    kd: float = Field(default=0.42, ge=0, le=1000, description="ticks per cm/s of change over 0.04 s")
-    target_m_s: float = Field(default=0.0, ge=0, le=1, description="slip speed to leave alone")
-    literal_sign: bool = Field(default=False, description="the sign as printed, which opens on slip and drops")
-    release_m_s: float = Field(
-        default=0.0, ge=0, le=0.01, description="open this slowly while nothing slips; 0 never opens, as in the paper"
+    kp: float = Field(default=3.10, ge=0, le=1000, description="proportional gain, ticks per cm/s of slip")
+    kd: float = Field(default=0.42, ge=0, le=1000, description="derivative gain, ticks per cm/s of change over 0.04 s")
+    target_m_s: float = Field(default=0.0, ge=0, le=1, description="slip speed that is not corrected")
+    literal_sign: bool = Field(
+        default=False, description="use the printed sign, which opens on slip and drops the object"
     )
-    release_after_s: float = Field(default=2.0, ge=0, le=600, description="quiet time before a release begins")
+    release_m_s: float = Field(
+        default=0.0, ge=0, le=0.01, description="opening speed while nothing slips; 0: never open, as in the paper"
+    )
+    release_after_s: float = Field(default=2.0, ge=0, le=600, description="time without slip before the release begins")
 
 
 class PdController:
@@ -47,17 +49,17 @@ class PdController:
 
     @property
     def may_open(self) -> bool:
-        """Whether these options ever open the gripper on purpose: the guard refuses it to all others."""
+        """True if these options can open the gripper on purpose; the guard allows opening only then."""
         return self._options.literal_sign or self._options.release_m_s > 0
 
     def reset(self) -> None:
-        """Forget the last error and the quiet time."""
+        """Clear the last error and the time without slip."""
         self._last_error: float | None = None
         self._quiet_s = 0.0
         self._released_to: float | None = None
 
     def update(self, state: GripInput) -> float | None:
-        """Return the new aperture in metres, or None to leave the gripper alone."""
+        """Return the new aperture in metres, or None to leave the gripper unchanged."""
         estimate = state.estimate
         if not state.detection.slip:
             self._last_error = None
@@ -75,21 +77,23 @@ class PdController:
         ticks = self._options.kp * error + self._options.kd * change
         if self._options.literal_sign:
             ticks = -ticks
-        # From where the fingers are, as the paper has it, not from where they were last sent: while a command is on
-        # its way the same correction is asked for again, not added once more, so delay does not wind the grip up.
+        # Start from the measured aperture, as in the paper, not from the last command: while a command is being
+        # executed, the # same correction is commanded again instead of added, so that delay does not accumulate
+        # corrections.
         aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
         wanted = max(0.0, aperture - TICK_M * ticks)
-        # A falling error, or fingers that lag behind their command, must not loosen the grip while the object slips.
+        # A decreasing error, or fingers behind their command, must not open the grip while the object slips.
         return wanted if self._options.literal_sign else min(wanted, state.aperture_m)
 
     def _release(self, state: GripInput) -> float | None:
-        """Open slowly after a quiet time. Abstention is not quiet: it neither counts nor releases."""
+        """Open slowly after a time without slip. Abstention does not count as time without slip, and does not
+        release."""
         if state.detection.slip is None or self._options.release_m_s <= 0 or not state.dt_s > 0:
             return None
         self._quiet_s += state.dt_s
         if self._quiet_s < self._options.release_after_s:
             return None
-        # Steps smaller than a tick would be rounded away, or up: add up what was asked for, not what was sent.
+        # The device rounds steps smaller than a tick, so integrate the requested aperture, not the sent one.
         base = state.aperture_m if self._released_to is None else self._released_to
         self._released_to = base + self._options.release_m_s * state.dt_s
         return self._released_to

@@ -1,1 +1,1 @@
-"""Detectors: does the object slip?"""
+"""Detectors: decide whether the object slips."""

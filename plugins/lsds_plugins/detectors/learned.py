@@ -17,11 +17,13 @@ class LearnedOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    model: str = Field(default="", description="the model's .onnx, its card beside it; empty: the one shipped")
+    model: str = Field(default="", description="model file (.onnx) with its card next to it; empty: the shipped model")
     threshold: float | None = Field(
-        default=None, gt=0, lt=1, description="probability above which it slips; the card's where it is not given"
+        default=None, gt=0, lt=1, description="probability above which slip is detected; default: that of the card"
     )
-    abstain_below: float = Field(default=0.0, ge=0, le=1, description="less confidence than this: abstain")
+    abstain_below: float = Field(
+        default=0.0, ge=0, le=1, description="minimum confidence; below it the detector abstains"
+    )
 
 
 class LearnedDetector:
@@ -38,11 +40,11 @@ class LearnedDetector:
         self._abstain_below = options.abstain_below
 
     def reset(self) -> None:
-        """Forget the past frames."""
+        """Clear the past frames."""
         self._model.reset()
 
     def update(self, observation: Observation) -> Detection:
-        """Decide; abstain where a signal is undefined, or where the model is less sure than asked for."""
+        """Detect slip; abstain if a signal is undefined, or if the confidence is below the option."""
         threshold = self._threshold
         numbers = self._model.update(observation)
         if numbers is None:

@@ -1,7 +1,7 @@
-"""Detector `rigid-residual`: what the best rigid or affine motion of the markers leaves unexplained.
+"""Detector `rigid-residual`: the residual of the markers' velocities after the best rigid or affine motion.
 
 Nothing is trained (cf. Dong et al. 2019, who take the residual of the rigid motion). The statistic is the residual's
-excess along the shear, see `lsds.tactile.slip_residual`; the threshold stands a few times above the tracker's jitter.
+excess along the shear, see `lsds.tactile.slip_residual`; the threshold is a few times the tracker's jitter.
 """
 
 from __future__ import annotations
@@ -21,11 +21,16 @@ class RigidResidualOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     residual_m_s: float = Field(
-        default=5.0e-5, gt=0, le=1, description="RMS residual velocity above which it slips (0.8 px/s on a Mini)"
+        default=5.0e-5,
+        gt=0,
+        le=1,
+        description="RMS residual velocity above which slip is detected (0.8 px/s on a Mini)",
     )
-    motion: Motion = Field(default="quadratic", description="the motion that counts as sticking")
+    motion: Motion = Field(default="quadratic", description="motion model that counts as sticking")
     frames: int = Field(default=1, ge=1, le=100, description="frames whose residuals are pooled")
-    least_markers: int = Field(default=6, ge=4, le=1000, description="fewer valid markers than this: abstain")
+    least_markers: int = Field(
+        default=6, ge=4, le=1000, description="minimum number of valid markers; with fewer it abstains"
+    )
 
 
 class RigidResidualDetector:
@@ -36,11 +41,11 @@ class RigidResidualDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past frames."""
+        """Clear the past frames."""
         self._squares: deque[float] = deque(maxlen=self._options.frames)
 
     def update(self, observation: Observation) -> Detection:
-        """Decide; abstain with too few markers or no velocity."""
+        """Detect slip; abstain with too few markers or no velocity."""
         threshold = self._options.residual_m_s
         evidence = slip_residual(observation, self._options.motion, self._options.least_markers)
         if evidence is None:

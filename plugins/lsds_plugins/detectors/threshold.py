@@ -1,6 +1,6 @@
-"""Detector `threshold`: the larger of the last two frames' v_net against one number.
+"""Detector `threshold`: a threshold on the larger v_net of the last two frames.
 
-The one-parameter rule that every learned detector has to beat: on the paper's released sample it scores 99.76 %.
+The one-parameter baseline for every learned detector: on the paper's released sample it scores 99.76 %.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class ThresholdOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     v_net_m_s: float = Field(
-        default=2.5e-4, gt=0, le=1, description="mean marker velocity above which it slips (4 px/s on a Mini)"
+        default=2.5e-4, gt=0, le=1, description="mean marker velocity above which slip is detected (4 px/s on a Mini)"
     )
 
 
@@ -31,11 +31,11 @@ class ThresholdDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last frame."""
+        """Clear the last frame."""
         self._last = math.nan
 
     def update(self, observation: Observation) -> Detection:
-        """Decide; abstain where neither frame has a velocity."""
+        """Detect slip; abstain if neither frame has a velocity."""
         now = observation.features["v_net"]
         known = [v for v in (now, self._last) if not math.isnan(v)]
         self._last = now

@@ -1,1 +1,1 @@
-"""Estimators: how fast does it slip?"""
+"""Estimators: estimate the slip velocity."""

@@ -1,12 +1,12 @@
 """Estimator `field`: linear and angular slip velocity by regression on the field over a short window.
 
-Each frame's velocities are regressed on a smooth motion; what is left along the shear is the mark of sliding
-(`lsds.tactile.slip_residual`). Markers catch and let go the more often the faster the surface passes under them, so
-that residual, averaged over the window, grows in proportion to sliding speed, with a gain that depends on surface and
-gel and is known to a factor only; the uncertainty says so. The direction is that of the shear which friction holds
-up, and rotation's share is its share of the rigid motion over the window.
+Each frame's velocities are regressed on a smooth motion; the residual along the shear is the signature of slip
+(`lsds.tactile.slip_residual`). Markers stick and release more often when the surface slides faster, so the residual,
+averaged over the window, is proportional to the slip speed. The gain depends on surface and gel and is known only to a
+factor, which the standard deviation includes. The direction is that of the shear carried by friction; the share of
+rotation is its share of the rigid motion over the window.
 
-Untrained but for the gain, which was measured on the simulated cell (`python -m lsds_research.studies.field_gain`).
+Only the gain is fitted, on the simulated cell (`python -m lsds_research.studies.field_gain`).
 """
 
 from __future__ import annotations
@@ -31,10 +31,16 @@ class FieldOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     frames: int = Field(default=2, ge=1, le=100, description="frames in the window")
-    gain: float = Field(default=100.0, gt=0, le=1e4, description="sliding speed per RMS residual velocity (simulated)")
-    gain_log_std: float = Field(default=0.65, ge=0, le=3, description="one sigma of the gain's logarithm (simulated)")
-    motion: Motion = Field(default="quadratic", description="the motion that counts as sticking")
-    least_markers: int = Field(default=6, ge=4, le=1000, description="fewer valid markers than this: abstain")
+    gain: float = Field(
+        default=100.0, gt=0, le=1e4, description="slip speed per RMS residual velocity (fitted in simulation)"
+    )
+    gain_log_std: float = Field(
+        default=0.65, ge=0, le=3, description="standard deviation of the gain's logarithm (fitted in simulation)"
+    )
+    motion: Motion = Field(default="quadratic", description="motion model that counts as sticking")
+    least_markers: int = Field(
+        default=6, ge=4, le=1000, description="minimum number of valid markers; with fewer it abstains"
+    )
 
 
 class FieldEstimator:
@@ -47,7 +53,7 @@ class FieldEstimator:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the window."""
+        """Clear the window."""
         self._window: deque[SlipResidual] = deque(maxlen=self._options.frames)
 
     def update(self, observation: Observation) -> SlipEstimate:
@@ -62,7 +68,7 @@ class FieldEstimator:
         along = sum(e.along for e in window) / count
         across = sum(e.across for e in window) / count
         total = gain * math.sqrt(max(0.0, along - across))
-        # Where nothing slips both mean squares are jitter's, and their difference scatters by this much.
+        # Without slip both mean squares are due to jitter, and their difference has this standard deviation.
         floor = gain * math.sqrt(across) * (2 / sum(e.markers for e in window)) ** 0.25
         translation, rim = sum(e.translation for e in window), sum(e.rim for e in window)
         share = rim / (translation + rim) if translation + rim > 0 else 0.0
@@ -83,7 +89,7 @@ class FieldEstimator:
 
 
 def speed_of(windows: NDArray[np.float32], gain: float) -> NDArray[np.float64]:
-    """Return the sliding speed (n,) in m/s that `FieldEstimator` tells, of windows (n, frames, 4) of the signals
+    """Return the slip speed (n,) in m/s that `FieldEstimator` estimates for windows (n, frames, 4) of the signals
     residual_along, residual_across, rigid_speed and rim_speed."""
     along, across, rigid, rim = (windows.astype(float) ** 2).mean(axis=1).T
     total = gain * (along - across).clip(0.0) ** 0.5

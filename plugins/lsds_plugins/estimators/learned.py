@@ -18,16 +18,19 @@ class LearnedOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    model: str = Field(default="", description="the model's .onnx, its card beside it; empty: the one shipped")
+    model: str = Field(default="", description="model file (.onnx) with its card next to it; empty: the shipped model")
     abstain_above_std_m_s: float | None = Field(
-        default=None, gt=0, le=10, description="abstain where the speed's standard deviation is larger"
+        default=None,
+        gt=0,
+        le=10,
+        description="maximum standard deviation of the speed; above it the estimator abstains",
     )
 
 
 class LearnedEstimator:
-    """An `Estimator` whose standard deviations are one sigma of what makes its 90 % intervals hold.
+    """An `Estimator` with standard deviations calibrated so that its 90 % intervals hold.
 
-    The card's conformal factors (`lsds.models.intervals`) widen or narrow what the model says of itself.
+    The card's conformal factors (`lsds.models.intervals`) scale the model's own standard deviations.
     """
 
     def __init__(self, options: LearnedOptions, context: BuildContext, name: str) -> None:
@@ -38,11 +41,12 @@ class LearnedEstimator:
         self._most = math.inf if options.abstain_above_std_m_s is None else options.abstain_above_std_m_s
 
     def reset(self) -> None:
-        """Forget the past frames."""
+        """Clear the past frames."""
         self._model.reset()
 
     def update(self, observation: Observation) -> SlipEstimate:
-        """Estimate; abstain where a signal is undefined, or where the model is less sure than asked for."""
+        """Estimate the slip velocity; abstain if a signal is undefined, or if the standard deviation is above the
+        option."""
         numbers = self._model.update(observation)
         if numbers is None or not math.isfinite(sum(numbers)):
             return _ABSTAINED

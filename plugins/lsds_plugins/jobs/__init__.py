@@ -1,1 +1,1 @@
-"""Jobs: what a run is for."""
+"""Jobs: the task of a run."""

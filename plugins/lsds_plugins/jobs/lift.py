@@ -1,4 +1,4 @@
-"""Job `lift`, the paper's: look at the untouched gel, grasp, settle, lift, hold."""
+"""Job `lift`, the paper's demonstration: take the reference, grasp, settle, lift, hold."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from lsds.jobs.grasp import Grasp
 
 
 class LiftJob:
-    """A `Job` in stages: reference, grasp, settle, lift, hold. Slip is answered in the last two.
+    """A `Job` in stages: reference, grasp, settle, lift, hold. Slip is corrected in the last two.
 
-    In a simulated cell it ends where the object has dropped. `[task]` holds its options.
+    In a simulated cell it ends when the object has dropped. Its options are in `[task]`.
     """
 
     def __init__(self, options: None = None, context: BuildContext | None = None) -> None: ...
 
     def begin(self, setting: Setting) -> None:
-        """Begin with the untouched gel."""
+        """Start with the gel without contact."""
         self._task = task = setting.task
         self._cell = setting.cell
         #: Each timed stage with its duration (s), in order.
@@ -26,7 +26,7 @@ class LiftJob:
         self._since_ns = setting.t_ns
 
     def step(self, now: Situation) -> Wanted:
-        """Say what is wanted now. Raises SafetyStop where reference or grasp takes too long."""
+        """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
         if self._grasp is not None:
             if not self._grasp.step(now):
                 grip = self._grasp.grip if self._grasp.stage == "grasp" else None

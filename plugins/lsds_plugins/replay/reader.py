@@ -1,4 +1,4 @@
-"""Frames out of a file: a video, a folder of images, or a pattern of image names."""
+"""Frames from a video file, a folder of images, or a glob pattern of image names."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
 class Reader(Protocol):
-    """A source of images in order. `count` is how many the source claims, 0 where it does not say."""
+    """A source of images in order. `count` is the number stated by the source, 0 if unknown."""
 
     count: int
     nominal_hz: float
@@ -39,7 +39,7 @@ def open_reader(path: str) -> Reader:
     if not source.exists() and any(letter in source.name for letter in "*?["):
         return ImageReader(path, list(source.parent.glob(source.name)))
     if not source.exists():
-        raise DataError(f"{path}: there is no such file or folder (check the path)")
+        raise DataError(f"{path}: no such file or folder; check the path")
     if source.stat().st_size == 0:
         raise DataError(f"{path}: the file is empty (was the recording or the copy interrupted?)")
     return VideoReader(source)
@@ -82,7 +82,8 @@ class VideoReader:
         capture.release()
 
     def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
-        """Yield the frames. Fewer than the header promises means a truncated or damaged file, told at its end."""
+        """Yield the frames. Fewer frames than the header states mean a truncated or damaged file, which is reported at
+        the end."""
         capture = self._open()
         number = 0
         try:
@@ -90,7 +91,7 @@ class VideoReader:
                 good, image = capture.read()
                 if not good:
                     break
-                # Asked for after the read, this is the time of the frame just read.
+                # Queried after the read, this is the time of the frame just read.
                 yield _rgb(np.asarray(image, np.uint8)), capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
                 number += 1
         finally:
@@ -100,7 +101,7 @@ class VideoReader:
         if number < self.count:
             raise DataError(
                 f"{self._file}: frame {number} cannot be decoded, the header promises {self.count} "
-                "(the file is truncated or damaged; the frames before it are good)"
+                "(the file is truncated or damaged; the earlier frames are valid)"
             )
 
     def _open(self) -> cv2.VideoCapture:
@@ -111,7 +112,7 @@ class VideoReader:
 
 
 def _text(file: Path) -> str:
-    """Return a file's name as OpenCV can take it; on other bytes than UTF-8 it would take the process down."""
+    """Return a file's name for OpenCV, which would crash on bytes that are not UTF-8."""
     name = str(file)
     try:
         name.encode()

@@ -1,4 +1,4 @@
-"""When each frame of a recording was taken."""
+"""Times of the frames of a recording."""
 
 from __future__ import annotations
 

@@ -26,21 +26,25 @@ class VideoOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    path: str = Field(default="", description="video file, folder of images, or pattern such as clip/*.png")
+    path: str = Field(default="", description="video file, folder of images, or glob pattern such as clip/*.png")
     timestamps: Timestamps = Field(
         default="nominal", description="nominal: every 1/rate_hz; file: as stored in the video; list: times_file"
     )
     times_file: str = Field(default="", description="text file with one time in seconds per frame, for 'list'")
-    rate_hz: float = Field(default=0.0, ge=0, le=1000, description="nominal rate; 0 takes the file's own, else 25")
-    mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the image as it is read")
+    rate_hz: float = Field(
+        default=0.0, ge=0, le=1000, description="nominal rate; 0: that of the file if it has one, else 25"
+    )
+    mm_per_px: float = Field(default=0.0625, gt=0, le=1, description="scale of the image in the file")
     # A TOML array is a list, which strict tuples refuse.
     size: tuple[_Count, _Count] | None = Field(
-        default=None, strict=False, description="resize to [width, height]; as it is where absent"
+        default=None, strict=False, description="resize to [width, height]; default: do not resize"
     )
     pad: tuple[_Count, _Count] | None = Field(
-        default=None, strict=False, description="dots printed, [rows, columns], where known"
+        default=None, strict=False, description="printed markers, [rows, columns], if known"
     )
-    grey: bool = Field(default=False, description="accept a recording without colour; contact area means nothing then")
+    grey: bool = Field(
+        default=False, description="accept a recording without colour, for which the contact area is meaningless"
+    )
 
     @model_validator(mode="after")
     def _times_need_a_file(self) -> VideoOptions:

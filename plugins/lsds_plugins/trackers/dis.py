@@ -30,12 +30,14 @@ class DenseFlowOptions(BaseModel):
 
     rows: int = Field(default=7, ge=3, le=60, description="rows of sample points")
     columns: int = Field(default=9, ge=3, le=80, description="columns of sample points")
-    margin_px: float = Field(default=20, ge=0, le=100, description="distance of the outer points from the border")
+    margin_px: float = Field(
+        default=20, ge=0, le=100, description="distance of the outer sample points from the border"
+    )
     least_contrast: float = Field(
-        default=1.0, ge=0, le=255, description="grey-level deviation around a point below which it cannot be followed"
+        default=1.0, ge=0, le=255, description="minimum grey-level deviation around a point for tracking it"
     )
     most_mismatch: float = Field(
-        default=12.0, gt=0, le=255, description="mean grey-level difference beyond which a point counts as lost"
+        default=12.0, gt=0, le=255, description="mean grey-level difference above which a point counts as lost"
     )
 
 

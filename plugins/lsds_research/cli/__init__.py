@@ -1,1 +1,1 @@
-"""Commands of research: backends of kind `command`, imported when they are called."""
+"""Research commands: backends of kind `command`, imported when they are called."""

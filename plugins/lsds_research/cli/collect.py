@@ -1,4 +1,4 @@
-"""`lsds collect`: record data by the protocols of the study, on the cell that a config names."""
+"""`lsds collect`: record a dataset by a protocol of the paper, on the cell of a config."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("job", type=click.Choice(["detection", "severity", "pipe", "catch"]))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder of the dataset.")
-@click.option("--config", "config_file", type=click.Path(dir_okay=False), help="Config of the rig, TOML.")
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change one key; repeatable.")
-@click.option("--object", "objects", multiple=True, metavar="NAME", help="Only this object; repeatable.")
+@click.option("--config", "config_file", type=click.Path(dir_okay=False), help="TOML config of the rig.")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one config key; repeatable.")
+@click.option("--object", "objects", multiple=True, metavar="NAME", help="Record only this object; repeatable.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
-@click.option("--quick", is_flag=True, help="About a tenth of the protocol, to try it out.")
+@click.option("--quick", is_flag=True, help="Record about a tenth of the protocol, as a trial.")
 @click.option(
     "--jobs",
     type=click.IntRange(1, MOST_PROCESSES),
     default=processes,
-    show_default="one a core",
-    help="Processes; simulated cells only.",
+    show_default="one per core",
+    help="Number of processes; simulated cells only.",
 )
 @json_option
 def collect(
@@ -44,11 +44,11 @@ def collect(
     jobs: int,
     json_file: str | None,
 ) -> None:
-    """Record a dataset: JOB is detection, severity or pipe, as in the study, or catch: it is gripped while it slips.
+    """Record a dataset by a protocol: detection, severity or pipe as in the paper, or catch (grip a slipping object).
 
-    Each recording is on disk as soon as it is done. Interrupted, full disk, a trial that failed: the same command goes
-    on where it stopped. Without --config it is the simulated cell, and all figures from it are simulated. On a real
-    one, each object is asked for by name before the arm moves.
+    Each recording is written to disk as soon as it is done. After an interrupt, a full disk or a failed trial, run the
+    same command again to continue. Without --config it records in the simulated cell, and all figures from the dataset
+    are simulated. On a real cell, the command prompts for each object before the arm moves.
 
     \b
     Examples:
@@ -66,8 +66,8 @@ def collect(
     def prepare(trial: Trial) -> None:
         how = "clamped to the table" if trial.clamped else "standing free"
         click.prompt(
-            f"\n{trial.recording}: bring the arm back to its start, open the fingers, put {trial.object} "
-            f"between them, {how}; Enter when nobody is near",
+            f"\n{trial.recording}: move the arm back to its start, open the fingers, place {trial.object} "
+            f"between them, {how}; press Enter when nobody is near the cell",
             default="",
             show_default=False,
             err=True,

@@ -1,4 +1,4 @@
-"""`lsds evaluate`: what models are worth on data that they have not seen, real recordings above all."""
+"""`lsds evaluate`: score models on unseen data, such as real recordings."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from lsds.cli.study_command import study_command
 from lsds_research.incipient.options import IncipientOptions
 from lsds_research.studies.models.options import ModelsOptions
 
-MODELS = """Score models as they are on a dataset's objects that they have not learnt from. Nothing is trained.
+MODELS = """Score finished models on held-out objects.
 
-DATA is a folder of lsds collect, or one in data/ of lsds reproduce. Needs the data extra.
+Scores are over the objects of a dataset that the models were not trained on. Nothing is trained. DATA is a folder
+written by lsds collect, or a folder in data/ of lsds reproduce. Needs the data extra.
 
 \b
 Examples:
@@ -19,12 +20,13 @@ Examples:
   lsds evaluate models detection --job estimate --object book --json book.json
 """
 
-INCIPIENT = """Separate recordings with slip from those without, on objects never trained on.
+INCIPIENT = """Classify real recordings as slip or no slip.
 
-PATH holds index.csv (columns video, recording, object, camera, slip, and label_conflict if need be) and the videos
-that it names. All models see clips of equal length, because a recording's length reveals its label. Offline figures
-stand next to causal ones, and next to the rule of one number, the majority, shuffled labels and nuisances. A video that
-cannot be read is reported and left out.
+Models are trained on some objects and tested on others. PATH holds index.csv (columns video, recording, object, camera,
+slip, and optionally label_conflict) and the videos that it names. All models get clips of equal length, because the
+length of a recording reveals its label. The table compares offline with causal models and both with controls: a
+threshold on one feature, the majority class, shuffled labels and nuisance controls. A video that cannot be read is
+reported and left out.
 
 \b
 Examples:
@@ -37,9 +39,9 @@ Examples:
 
 @click.group()
 def evaluate() -> None:
-    """Score models on data that they have not seen, next to rules that know nothing.
+    """Score models on unseen data and compare them with trivial baselines.
 
-    The same as lsds study models and lsds study incipient-slip, but nothing is drawn unless --plot asks for it.
+    The same as lsds study models and lsds study incipient-slip, but a picture is drawn only with --plot.
 
     \b
     Examples:

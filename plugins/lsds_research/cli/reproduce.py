@@ -1,4 +1,4 @@
-"""`lsds reproduce`: the study's tables, measured here on the simulated cell."""
+"""`lsds reproduce`: measure the paper's tables on the simulated cell."""
 
 from __future__ import annotations
 
@@ -22,18 +22,22 @@ from lsds.extras import require
     show_default=True,
     help="Folder for data, tables and picture.",
 )
-@click.option("--quick", is_flag=True, help="A tenth of the data, fewer fits: minutes.")
+@click.option("--quick", is_flag=True, help="Use a tenth of the data and fewer fits; takes minutes.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option(
-    "--jobs", type=click.IntRange(1, MOST_PROCESSES), default=processes, show_default="one a core", help="Processes."
+    "--jobs",
+    type=click.IntRange(1, MOST_PROCESSES),
+    default=processes,
+    show_default="one per core",
+    help="Number of processes.",
 )
 @json_option
 def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | None) -> None:
-    """Measure the study's tables on simulated data, and compare them with the printed ones.
+    """Measure the paper's tables on simulated data and compare them with the printed ones.
 
-    Collects the data by the study's protocols, fits every model by the paper's split and grouped by recording and
-    object, and writes tables.md, results.json and tables.png. Interrupted, it goes on where it stopped. Needs the train
-    extra.
+    Collects the data by the paper's protocols, fits every model with the paper's split and with splits by recording and
+    by object, and writes tables.md, results.json and tables.png. After an interrupt, run the same command again to
+    continue. Needs the train extra.
 
     \b
     Examples:
@@ -42,7 +46,8 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
     """
     require_writable(json_file)
     require("pyarrow", "sklearn", "torch", "onnx", "skl2onnx", extra="train", purpose="the reproduction")
-    require("numba", "matplotlib", extra="sim", purpose="the reproduction")
+    require("numba", extra="sim", purpose="the reproduction")
+    require("matplotlib", extra="plot", purpose="the reproduction")
     one_thread()
     from lsds.files import write_whole
     from lsds_research.reproduce.measure import measure

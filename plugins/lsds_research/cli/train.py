@@ -20,11 +20,15 @@ from lsds.plugins.registry import did_you_mean
     type=click.Path(path_type=Path),
     required=True,
     multiple=True,
-    help="Folder of a dataset (lsds collect); repeatable: all are learnt from.",
+    help="Folder of a dataset (lsds collect) to train on; repeatable.",
 )
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="The model's file, .onnx.")
-@click.option("--option", "options", multiple=True, metavar="KEY=VALUE", help="An option of the learner; repeatable.")
-@click.option("--without", multiple=True, metavar="OBJECT", help="An object not to learn from; repeatable.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="Model file to write, .onnx."
+)
+@click.option(
+    "--option", "options", multiple=True, metavar="KEY=VALUE", help="Set an option of the learner; repeatable."
+)
+@click.option("--without", multiple=True, metavar="OBJECT", help="Leave this object out of training; repeatable.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @json_option
 def train(
@@ -36,10 +40,10 @@ def train(
     seed: int,
     json_file: str | None,
 ) -> None:
-    """Fit LEARNER (see lsds plugins) on a dataset and write it as ONNX, with its card beside it.
+    """Fit LEARNER (see lsds plugins) on a dataset and write an ONNX model with its card next to it.
 
-    Scores and intervals on the card are of objects left out; the card compares them with the trivial rules. Needs the
-    train extra; running the model does not.
+    The card holds scores and intervals on held-out objects, and those of trivial baselines. Needs the train extra;
+    running the model does not.
 
     \b
     Examples:
@@ -63,7 +67,7 @@ def train(
     from lsds_research.evaluation.shipping import train as run
 
     if out.suffix != ".onnx":
-        raise click.UsageError(f"--out {out}: has to end in .onnx")
+        raise click.UsageError(f"--out {out}: must end in .onnx")
     for option in options:
         if "=" not in option:
             raise click.UsageError(f"--option {option}: needs KEY=VALUE, such as signals=field")
@@ -80,24 +84,24 @@ def train(
 
 
 def require_part(objects: list[str], without: tuple[str, ...]) -> None:
-    """Raise click.UsageError where an object is to be left out that is not there, or nothing would be left."""
+    """Raise click.UsageError if an object to leave out is not in the dataset, or if no object would remain."""
     known = set(objects)
     for name in without:
         if name not in known:
-            hint = did_you_mean(name, known) or f"it has {', '.join(sorted(known))}"
+            hint = did_you_mean(name, known) or f"its objects are {', '.join(sorted(known))}"
             raise click.UsageError(f"--without {name}: not in the dataset; {hint}")
     if known == set(without):
-        raise click.UsageError("--without leaves nothing to learn from")
+        raise click.UsageError("--without leaves no object to train on")
 
 
 def scores_table(scores: dict[str, Any], title: str) -> str:
-    """Return a card's scores as text, those of the rules beside them."""
-    beside = scores.pop("beside", {})
+    """Return a card's scores as a text table, with those of the baselines in further columns."""
+    baselines = scores.pop("beside", {})
     rows = []
     for key, value in scores.items():
         named = f"{key} ({_UNITS[key]})" if key in _UNITS else key
-        rows.append((named, _shown(value), *(_shown(rule.get(key, "")) for rule in beside.values())))
-    return table(rows, ("score", title, *beside))
+        rows.append((named, _shown(value), *(_shown(rule.get(key, "")) for rule in baselines.values())))
+    return table(rows, ("score", title, *baselines))
 
 
 _UNITS = {

@@ -1,6 +1,6 @@
-"""Recordings of any length as clips of one length, and what a clip comes to as a whole.
+"""Recordings of any length as clips of equal length, and statistics of a whole clip.
 
-How long a recording is tells much about its label and nothing about slip. So no figure here may depend on it: each
+The length of a recording reveals its label but is not a sign of slip. So no statistic here may depend on it: each
 clip has `FRAMES` frames, in one piece or in pieces spread over the recording, and what is averaged over several
 placements of a clip is a mean, never an extreme.
 """
@@ -63,7 +63,7 @@ def _pooled(clips: NDArray[np.float32], width: int) -> NDArray[np.float64]:
     own: NDArray[np.float64] = clips.astype(np.float64)
     within = np.arange(own.shape[1]) % width
     for index, name in enumerate(CLIP_SIGNALS):
-        # What a piece's first frames say of frames before it is not the clip's.
+        # Changes of a piece's first frames relate to frames before it, which are not part of the clip.
         own[:, within < lag_of(name), index] = np.nan
     return mean_of([*quantiles(own, QUANTILES), spread(own)]).T.ravel()
 

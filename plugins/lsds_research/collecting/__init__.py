@@ -1,1 +1,1 @@
-"""Collecting data by the protocols of the study, on whatever cell the config names."""
+"""Collecting data by the paper's protocols on the cell of a config."""

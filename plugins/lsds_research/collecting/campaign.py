@@ -1,7 +1,7 @@
-"""All trials of a job, over processes, each recording safe on disk as soon as it is done; then one dataset.
+"""Run all trials of a job in parallel, write each recording to disk when it is done, and merge them to one dataset.
 
-A recording is a file in `parts`; those that are there are not done again, so that a campaign that was interrupted, or
-ran out of room, goes on where it stopped.
+A recording is a file in `parts`. Existing recordings are not repeated, so a campaign that was interrupted, or ran out
+of disk space, can be continued.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ PRESETS: dict[Job, tuple[str, ...]] = {
     "pipe": (*_GEL, *_CAMERA),
     "catch": _GEL,
 }
-"""What is set where no config names a cell: the simulated one, its gel on the coarsest grid in steps of 4 ms, and for
-velocities a small picture of the camera that measures them, which takes most of the time."""
+"""The default cell: the simulated one, with its gel on the coarsest grid in steps of 4 ms. For velocities the image of
+the pose camera is small, because rendering it takes most of the time."""
 
 
 def collect(
@@ -77,12 +77,12 @@ def collect(
     tick: Callable[[int, int, str], None] = lambda done, whole, name: None,
     prepare: Callable[[Trial], None] | None = None,
 ) -> Dataset:
-    """Collect a job into a folder, or what of it is missing there; `tick(done, whole, recording)` on the way.
+    """Collect the recordings of a job that are missing in a folder; `tick(done, whole, recording)` reports progress.
 
-    On a real cell `prepare(trial)` returns when the object is in its place; without it, none is moved there.
+    On a real cell `prepare(trial)` returns when the object is in its place; without it, a real cell is refused.
 
-    Raises DataError where the folder holds something else, or cannot be written; where trials failed, after all others
-    are done, naming each. What was recorded stays in any case.
+    Raises DataError if the folder holds something else or cannot be written; if trials failed, after all others are
+    done, with the name of each. All finished recordings are kept.
     """
     settings = (*(() if config_file else PRESETS[job]), *overrides)
     config = load_config(config_file, settings)
@@ -110,7 +110,7 @@ def collect(
     work = partial(_do, parts=parts, config_file=config_file, settings=settings)
     if prepare is not None and not mocked:
         work = partial(_do_by_hand, prepare=prepare, work=work)
-    # Of a cell whose time is the wall's there is one, however many processors.
+    # A cell that runs in real time exists once, so only one process can use it.
     for trial, problem in spread(work, missing, jobs if _has_virtual_time(config) else 1):
         done += 1
         if problem != "":
@@ -131,7 +131,7 @@ def collect(
 
 
 def study(job: Job, seed: int, *, quick: bool) -> dict[str, Any]:
-    """Return what the card of the study's own dataset says: the simulated cell, all objects."""
+    """Return the card of the default dataset: the simulated cell, all objects."""
     settings = PRESETS[job]
     return _asked(job, trials(job, None, seed, quick=quick), load_config(None, settings), settings, seed, quick)
 
@@ -139,7 +139,7 @@ def study(job: Job, seed: int, *, quick: bool) -> dict[str, Any]:
 def _asked(
     job: Job, planned: Sequence[Trial], config: RigConfig, settings: Sequence[str], seed: int, quick: bool
 ) -> dict[str, Any]:
-    """Return what decides the data."""
+    """Return the settings that determine the data."""
     return {
         "job": job,
         "seed": seed,
@@ -154,13 +154,13 @@ def _asked(
 
 
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
-    """Do a trial and keep it; return what went wrong with it. Raises DataError where it cannot be kept."""
+    """Run a trial and save it; return its error text. Raises DataError if it cannot be saved."""
     try:
         columns = run_trial(trial, config_file, settings)
     except LsdsError as error:
         return str(error)
     except Exception as error:
-        # A library's own, at whatever that trial has met; the others go on.
+        # Any exception of a library ends only this trial; the others continue.
         return f"{type(error).__name__}: {error}"
     write_table(columns, _part(parts, trial))
     return ""
@@ -172,14 +172,15 @@ def _do_by_hand(trial: Trial, prepare: Callable[[Trial], None], work: Callable[[
 
 
 def differing(card: Mapping[str, Any], asked: dict[str, Any]) -> str:
-    """Return in what a dataset's card differs from what is asked for, one after another; empty where in nothing."""
+    """Return the names of the settings in which a dataset's card differs from the requested ones; empty if they are
+    equal."""
     told = json.loads(json.dumps(asked))
     own = {key: card.get(key) for key in told if card.get(key) != told[key]}
     return ", ".join(f"{key} ({own[key]})" if key in ("seed", "quick", "labels", "lsds") else key for key in own)
 
 
 def _is_begun(out: Path, asked: dict[str, Any]) -> bool:
-    """Whether the folder holds a part of this campaign. Raises DataError where it holds anything else."""
+    """Return whether the folder holds a part of this campaign. Raises DataError if it holds anything else."""
     known = read_card(out)
     if known is None or known.get("format") != FORMAT:
         if out.exists() and any(out.iterdir()):
@@ -199,7 +200,7 @@ def _part(parts: Path, trial: Trial) -> Path:
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether a recording is there, and can be read."""
+    """Return whether a recording exists and can be read."""
     if not path.is_file():
         return False
     try:
@@ -210,7 +211,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _set_aside(path: Path) -> None:
-    """Keep what is left of a damaged recording, which is done again."""
+    """Move a damaged recording aside; it is recorded again."""
     if path.is_file():
         path.replace(path.with_suffix(".damaged"))
 

@@ -1,4 +1,4 @@
-"""One trial on the cell that a config names: the engine runs it as a job, as it runs any other."""
+"""Run one trial on the cell of a config, as a job of the engine."""
 
 from __future__ import annotations
 

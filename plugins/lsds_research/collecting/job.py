@@ -1,4 +1,4 @@
-"""Job `trial`: one recording of a protocol, move by move; a row a frame with what was felt, measured and true."""
+"""Job `trial`: one recording of a protocol; each frame gives a row with signals, measured labels and the truth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lsds.contracts import Cycle, GripperState
 
 APPROACH_M = 4e-3
-"""The fingers come fast to this far from the object, and slowly from there."""
+"""Distance from the object at which the fingers change from fast to slow closing, m."""
 FAST_M_S = 0.1
 REFERENCE_TIMEOUT_S = 8.0
 TRUTH_HZ = 125.0
@@ -33,14 +33,15 @@ class TrialOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    protocol: Job = Field(default="pipe", description="what is recorded, as in lsds collect")
-    number: int = Field(default=0, ge=0, description="which of its recordings, from 0")
+    protocol: Job = Field(default="pipe", description="protocol to record, as in lsds collect")
+    number: int = Field(default=0, ge=0, description="number of the recording within the protocol, from 0")
 
 
 class _Phase(NamedTuple):
-    """For `duration_s` the arm follows `twist`; the fingers go to `grip` at its beginning, None leaves them.
+    """A phase in which the arm follows `twist` for `duration_s`; the fingers go to `grip` at its start, None leaves
+    them.
 
-    `grasps`: the fingers have to arrive before it ends. `poses_count`: there is something to slip.
+    `grasps`: the fingers must arrive before the phase ends. `poses_count`: poses are used for labels.
     """
 
     duration_s: float
@@ -51,9 +52,9 @@ class _Phase(NamedTuple):
 
 
 class TrialJob:
-    """A `Job` that grasps, moves as a trial says, and keeps every frame. Slip is not answered.
+    """A `Job` that grasps, executes the moves of a trial, and records every frame. Slip is not corrected.
 
-    `measured`: labels come from a pose source; without one the simulated cell's truth stands in.
+    `measured`: labels come from a pose source; otherwise they are the simulated cell's truth.
     """
 
     def __init__(self, trial: Trial, *, measured: bool) -> None:
@@ -78,7 +79,7 @@ class TrialJob:
         self._times_ns: list[int] = []
 
     def step(self, now: Situation) -> Wanted:
-        """Say what is wanted now. Raises DataError where the fingers are not open, or no reference can be taken."""
+        """Return what is wanted now. Raises DataError if the fingers are not open, or if no reference can be taken."""
         self._truth.sample(now.t_ns)
         if not self._looked and now.gripper is not None:
             self._require_open(now.gripper)
@@ -136,7 +137,7 @@ class TrialJob:
         self._times_ns.append(frame.t_ns)
 
     def _planned(self) -> list[_Phase]:
-        """Approach fast, close slowly, then the trial's moves; from the closing on there is something to slip."""
+        """Return the phases: approach fast, close slowly, then the trial's moves; poses count from the closing on."""
         thickness = self._trial.grip_aperture_m + APPROACH_M
         still = Twist()
         phases = [

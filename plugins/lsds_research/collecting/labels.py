@@ -1,4 +1,4 @@
-"""Labels of frames: measured through poses as on hardware, lag included, and the simulator's truth beside them."""
+"""Labels of frames: measured from poses as on hardware, lag included, and the simulated truth."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from lsds.session.truth_log import TruthLog
 
 SLIP_M_S, SLIP_RAD_S = 3e-3, 0.05
-"""Measured faster than this is slip: above what the poses' noise makes of rest."""
+"""Threshold of slip for measured velocities, above the noise of the poses at rest."""
 TRUE_SLIP_M_S, TRUE_SLIP_RAD_S = 1e-3, 0.02
 SMOOTHING_S = 0.03
 """Time constant of the exponential smoothing: that of `lsds_research.collecting.pose_velocity`."""
 SLOP_NS = 40_000_000
-"""A frame has the label of the pose nearest in time, if there is one within this."""
+"""Maximum time between a frame and the pose that gives its label."""
 
 
 class _Slip(NamedTuple):
@@ -45,11 +45,12 @@ _UNSEEN = _Slip(0, math.nan, math.nan, math.nan, math.nan)
 
 
 class SlipLabels:
-    """Gathers poses; tells labels at the end. `measured` false: there is no pose source, and the truth, smoothed as a
-    pose source's velocity is, stands in.
+    """Collects poses and computes the labels at the end. If `measured` is false, there is no pose source, and the truth
+    is used, smoothed like the velocity of a pose source.
 
-    `end_m`: how far the grip can rise along the object until its middle is at the object's end. Beyond that poses do
-    not tell what still touches: a simulator knows, elsewhere what moves there is unknown."""
+    `end_m`: how far the grip can rise along the object until its middle is at the object's end. Beyond that, poses do
+    not show whether there is contact: in simulation the truth is used; on a real cell a moving frame there is labelled
+    unknown."""
 
     def __init__(self, truth: TruthLog, *, measured: bool, end_m: float = math.inf) -> None:
         self._truth = truth
@@ -63,7 +64,7 @@ class SlipLabels:
         self._slips: list[_Slip] = []
 
     def see(self, sample: PoseSample) -> None:
-        """Take a pose sample; bodies "gripper" and "object" have to be in sight.
+        """Add a pose sample; the bodies "gripper" and "object" must be visible.
 
         On a real cell the gripper's body has its origin between the pads, and is upright in the first sample.
         """
@@ -75,16 +76,16 @@ class SlipLabels:
         apart = np.subtract(poses["gripper"].position_m, poses["object"].position_m)
         turned = 0.0
         if self._truth.samples:
-            # The simulated cell slides up and down only, and its camera is not shown that the gripper turns.
+            # The simulated cell slides only vertically, and its camera does not show the gripper's rotation.
             apart[0] = 0.0
         else:
             rotation = rotation_of(poses["gripper"].quaternion_xyzw)
             self._upright = rotation if self._upright is None else self._upright
             apart = (rotation @ self._upright.T).T @ apart
-            # Carried on beyond half a turn.
+            # Unwrapped beyond half a turn.
             turned = math.remainder(turn_about_normal(poses["gripper"], poses["object"]) - self._angle_rad, math.tau)
         before = apart if self._apart_m is None else self._apart_m
-        # What slides is the object's point between the pads, and not its own origin.
+        # Slip is the motion of the object's point between the pads, not of the object's origin.
         middle = (apart + before) / 2
         self._slid_m += apart - before + turned * np.array([middle[2], 0.0, -middle[0]])
         self._apart_m, self._angle_rad = apart, self._angle_rad + turned
@@ -122,13 +123,13 @@ class SlipLabels:
         slips = [nearest(self._slips, t_ns, SLOP_NS) or _UNSEEN for t_ns in times_ns]
         seen = np.array([slip[1:4] for slip in slips]).reshape(-1, 3)
         if samples:
-            # Where pads and object are apart there is nothing to slip.
+            # Without contact there is no slip.
             seen[true[:, 4] <= 0] = 0.0
         else:
             past = np.array([slip.risen_m for slip in slips]) > self._end_m
             seen[past & (np.hypot(seen[:, 0], seen[:, 1]) > SLIP_M_S)] = math.nan
         speed = np.hypot(seen[:, 0], seen[:, 1])
-        # The simulated cell's camera is not shown that the gripper turns.
+        # The simulated cell's camera does not show the gripper's rotation.
         turning = smooth[:, 2] if samples else seen[:, 2]
         slip = np.where(np.isfinite(speed), (speed > SLIP_M_S) | (np.nan_to_num(np.abs(turning)) > SLIP_RAD_S), -1)
         return columns | {
@@ -142,7 +143,7 @@ class SlipLabels:
     def _smoothed(self, times_ns: Sequence[int]) -> NDArray[np.float64]:
         """Return (frames, 3): the true slip velocity and rate smoothed as a pose source's are, lag included.
 
-        Stick and slip follow each other within a frame; no laboratory sees that, and no grip can answer it.
+        Stick and slip alternate within a frame; this can neither be measured with poses nor corrected by the grip.
         """
         samples = self._truth.samples
         if not samples:

@@ -1,7 +1,7 @@
-"""The objects of the protocols: fifteen to learn from, five never seen, and the pipe of the demonstration.
+"""The objects of the protocols: fifteen training objects, five held-out objects, and the pipe of the demonstration.
 
-What a person would try out before recording: how thick an object is, how far to close beyond that for a given force.
-The numbers are the simulated cell's (`[cell.simulated] object`); on another cell they are where to begin.
+For each object: its thickness, and how far to close beyond that for a given force. The numbers are those of the
+simulated cell (`[cell.simulated] object`); on another cell they are starting values.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ class Plan:
     closure_mm: tuple[float, float, float]
 
     def aperture_m(self, force_n: float) -> float:
-        """Return the aperture at which each finger presses with a force (N): a power law between what is known."""
+        """Return the aperture at which each finger presses with a force (N): by a power law between the known
+        points."""
         known = np.log(self.closure_mm)
         forces = np.log(FORCES_N)
         at = math.log(force_n)
@@ -35,7 +36,7 @@ class Plan:
         return max(0.0, self.thickness_mm - closure_mm) * 1e-3
 
     def force_n(self, aperture_m: float) -> float:
-        """Return the force (N) at an aperture: the other way round; 0 where nothing touches."""
+        """Return the force (N) at an aperture, the inverse; 0 without contact."""
         closure_mm = self.thickness_mm - aperture_m * 1e3
         if closure_mm <= 0:
             return 0.0
@@ -70,7 +71,7 @@ PLANS: dict[str, Plan] = {
 }
 
 UNSEEN = ("book", "scissors", "plank", "sponge", "duster")
-"""The paper's five objects that nothing is trained on."""
+"""The paper's five held-out objects."""
 PIPE = "pvc-pipe"
 SEEN = tuple(name for name in PLANS if name not in (*UNSEEN, PIPE))
-"""The fifteen to learn from."""
+"""The fifteen training objects."""

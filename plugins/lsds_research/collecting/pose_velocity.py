@@ -1,4 +1,4 @@
-"""Velocity from poses: differences, smoothed exponentially, with the lag that this costs told beside it."""
+"""Velocity from poses: exponentially smoothed differences, with the lag of the smoothing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lsds.contracts.values import Vector3
 
 
 class Motion(NamedTuple):
-    """A smoothed velocity (m/s). It is that of `t_ns`, which lies `lag_s` before the newest sample."""
+    """A smoothed velocity (m/s), valid at `t_ns`, which is `lag_s` before the newest sample."""
 
     t_ns: int
     velocity_m_s: Vector3
@@ -22,7 +22,7 @@ class PoseVelocity:
 
     Each difference is the mean velocity of its interval, so it belongs to the interval's middle; the smoothed value is
     a weighted mean of differences, and its lag is the same weighted mean of their ages. For a steady rate that is close
-    to the time constant itself. After a gap longer than `gap_s` (the body was out of sight) it starts anew.
+    to the time constant itself. After a gap longer than `gap_s` (the body was out of sight) it starts again.
     """
 
     def __init__(self, time_constant_s: float = 0.03, gap_s: float = 0.25) -> None:
@@ -31,13 +31,13 @@ class PoseVelocity:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Clear the state."""
         self._last: tuple[int, Vector3] | None = None
         self._velocity: Vector3 | None = None
         self._lag_s = 0.0
 
     def update(self, t_ns: int, position_m: Vector3) -> Motion | None:
-        """Take a sample; return the velocity, None until there are two. A sample that is no newer is ignored."""
+        """Add a sample; return the velocity, None until there are two. A sample that is not newer is ignored."""
         last, self._last = self._last, (t_ns, position_m)
         if last is None:
             return None

@@ -1,11 +1,11 @@
-"""The protocols as trials: what the fingers and the arm do, move by move.
+"""The protocols as trials: the sequence of moves of fingers and arm.
 
 Detection, an object about three minutes: STATIC, five ever tighter grasps, ten trajectories in each with the object
 lifted; GRASP, from first touch ten ticks tighter, with pauses; SLIP, in half of it the object is clamped and dragged
 through the grip, in the other half it is lifted with too little force. Severity: clamped, the grip slides up at five
-velocities, five repeats of each, off the object's end; beside the paper's protocol it turns about the object, too.
-Pipe: like severity, on the demonstration's object and at its arm speed.
-Catch, not the study's: what the loop does, which none of the others does: the fingers close while it slips.
+velocities, five repeats of each, off the object's end; in addition to the paper, the grip also rotates about the
+object. Pipe: like severity, on the demonstration's object and at its arm speed.
+Catch, not in the paper: the fingers close while the object slips, as in the closed loop.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ RATES_RAD_S = (0.3, 0.6, 1.0, 1.5, 2.2)
 STATIC_GRASPS, TRAJECTORIES, GRASP_TICKS, REPEATS = 5, 10, 10, 5
 PAUSE_S = 5.0
 QUICK_OBJECTS = 6
-"""Of the fifteen to learn from, so many are in a quick campaign."""
+"""Number of training objects in a quick campaign."""
 DRAGS, LIFTS, STROKES = 12, 12, 6
 """Slip recordings of either kind, and strokes of one: a third of all frames slip, as in the study's data."""
 FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
@@ -46,7 +46,7 @@ CHATTER = (0.25, 0.6)
 """How unevenly a simulated surface slides. The upper end comes closest to how fast dots tremble in the study's released
 sample while slipping (median 11 px/s, 95 % below 53); one surface is not like another."""
 SLOW_M_S = 0.03
-"""At what the fingers close on an object."""
+"""Speed at which the fingers close on an object."""
 REST_S = 0.6
 PAST_END_M = 14e-3
 """How far the grip goes beyond where its middle has reached the object's end: the pad is off it then."""
@@ -56,8 +56,8 @@ SLIDE_M = 45e-3
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """For `duration_s` the arm rises at `velocity_m_s` and turns at `turn_rad_s`; at its beginning the fingers go to
-    `aperture_m` at `closing_m_s`, None leaves them."""
+    """A move: for `duration_s` the arm rises at `velocity_m_s` and rotates at `turn_rad_s`; at its start the fingers go
+    to `aperture_m` at `closing_m_s`, None leaves them."""
 
     duration_s: float
     velocity_m_s: float = 0.0

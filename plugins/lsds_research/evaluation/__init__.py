@@ -1,1 +1,1 @@
-"""Training and scoring learners: fits by name, splits by object and recording, rules and controls beside them."""
+"""Training and scoring of learners: fits by name, splits by object and recording, baselines and controls."""

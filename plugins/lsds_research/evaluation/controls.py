@@ -1,7 +1,8 @@
-"""What stands beside every learned score: rules with one parameter or none, and the same learner on nothing.
+"""Baselines and controls for every learned score: rules with one parameter or none, and the same learner on nuisance
+signals or shuffled labels.
 
-A learner that beats these by little has learnt little; one that scores on shuffled labels, or on marker count and
-brightness, has found a leak.
+A learner that is only slightly better than the baselines has learned little; one that scores above chance on shuffled
+labels, or on marker count and brightness, uses a leak.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ RULE = "v_net"
 
 
 def nuisance(model: Model) -> Model:
-    """Return the same learner on what must not tell slip from rest."""
+    """Return the same learner on nuisance signals, which must not separate slip from rest."""
     return Model(model.learner, {**model.options, "signals": "nuisance"}, f"{model.name}, nuisances only", model.most)
 
 
@@ -40,7 +41,7 @@ def rule_threshold(score: Floats, slip: NDArray[Any]) -> float:
     """Return the threshold with the greatest accuracy on these rows: the rule's one parameter."""
     order = np.argsort(score, kind="stable")
     slips = np.asarray(slip, bool)[order]
-    # Saying slip above position k: right are the non-slips up to it and the slips beyond it.
+    # With slip above position k, the non-slips up to k and the slips beyond it are correct.
     right = np.concatenate([[0], np.cumsum(~slips)]) + slips.sum() - np.concatenate([[0], np.cumsum(slips)])
     values = score[order]
     borders = np.concatenate([[-np.inf], (values[1:] + values[:-1]) / 2, [np.inf]])
@@ -49,20 +50,20 @@ def rule_threshold(score: Floats, slip: NDArray[Any]) -> float:
 
 
 def contact_constant(area: Floats, speed: Floats) -> float:
-    """Return c of the predictor "c where there is contact, else 0" that makes the least squares."""
+    """Return the least-squares constant c of the predictor "c in contact, else 0"."""
     touching = in_contact(area)
     return float(speed[touching].mean()) if touching.any() else 0.0
 
 
 def in_contact(area: Floats) -> NDArray[np.bool_]:
-    """Tell where the object touches (rows,): at least half a per cent of the image."""
+    """Return whether the object is in contact (rows,): at least half a per cent of the image."""
     return np.asarray(np.nan_to_num(area) > 0.005)
 
 
 def shuffled(data: Dataset, seed: int) -> Dataset:
-    """Return the dataset with each recording's labels from another recording, stretched and begun anywhere.
+    """Return the dataset with each recording's labels taken from another recording, stretched and cyclically shifted.
 
-    All that is left to learn is how labels are spread, so that whatever scores above chance has leaked.
+    Only the distribution of labels remains, so a score above chance shows a leak.
     """
     rng = np.random.default_rng(seed)
     spans = list(pairwise(data.starts.tolist()))
@@ -71,7 +72,7 @@ def shuffled(data: Dataset, seed: int) -> Dataset:
     for (first, end), other in zip(spans, source, strict=True):
         begin, stop = spans[other]
         stretched = begin + np.arange(end - first) * (stop - begin) // max(end - first, 1)
-        # Protocols are alike: rest, slide, rest. Turned round by a random part, they are not.
+        # All protocols have the same order: rest, slide, rest. A random cyclic shift removes it.
         rows[first:end] = np.roll(stretched, rng.integers(0, end - first))
     from lsds_research.datasets import LABELS
 

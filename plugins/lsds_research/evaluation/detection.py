@@ -1,4 +1,4 @@
-"""Scores of detectors: by the paper's split and by recording and object, the rule and the controls beside them."""
+"""Scores of detectors with the paper's split and by recording and object, with baselines and controls."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def split(own: Task, by: SplitName, seed: int) -> Iterator[tuple[NDArray[np.intp
 def cross_validate(
     data: Dataset, model: Model, host: PluginHost, by: SplitName, seed: int = 0, *, labels: str = "measured"
 ) -> Row:
-    """Return one row of scores; `labels` "shuffled" is the control that has to end at chance."""
+    """Return one row of scores; `labels` "shuffled" is a control that must score at chance."""
     learner = model.build(host)
     own = task(shuffled(data, seed) if labels == "shuffled" else data, learner)
     said = out_of_fold(learner, own, split(own, by, seed), seed, model.most)
@@ -43,9 +43,9 @@ def cross_validate(
 
 
 def scored(own: Task, score: NDArray[Any], threshold: float | NDArray[Any] = THRESHOLD) -> Row:
-    """Return accuracy with its interval, precision, recall, F1, false positive rate, AUC; where time is known also
-    latency of onsets and false alarms a minute. "accuracy_all" is of all labelled frames: one that the model does not
-    answer is taken as rest, for that is what the loop does in it."""
+    """Return accuracy with its interval, precision, recall, F1, false positive rate, AUC; with known times also
+    onset latency and false alarms per minute. "accuracy_all" is over all labelled frames: a frame without a prediction
+    counts as rest, because the loop then acts as at rest."""
     slip = own.column("slip") == 1
     said = np.asarray(score > threshold)
     right = (said == slip).astype(float)
@@ -85,7 +85,7 @@ def rule_out_of_fold(
 
 
 def majority(own: Task) -> Row:
-    """Return the row of the predictor that always says what is more frequent."""
+    """Return the row of the majority-class predictor."""
     slip = own.column("slip") == 1
     said = np.full(len(slip), slip.mean() > 0.5)
     return {"model": "majority", "split": "-", "labels": "measured", "frames": len(slip)} | classification(
@@ -96,7 +96,7 @@ def majority(own: Task) -> Row:
 def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginHost, seed: int = 0) -> list[Row]:
     """Return a row for each model and object of `test`, after fitting on all of `train`.
 
-    Last the rows of the rule and of the predictor that always says what is more frequent there.
+    The last rows are those of the one-parameter rule and of the majority-class predictor.
     """
     rows: list[Row] = []
     for model in models:

@@ -1,4 +1,4 @@
-"""A learner by its name, fitted on rows of a dataset; its answers out of fold."""
+"""A learner by name, fitted on rows of a dataset, and its cross-validated predictions."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A learner to be built: its backend's name, its options, what a table calls it, and how many windows it is fitted
-    on at most, drawn from all; 0 for all."""
+    """A learner to build: backend name, options, title in tables, and the maximum number of windows to fit on, drawn at
+    random; 0 for all."""
 
     learner: str
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -45,8 +45,8 @@ class Model:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """A dataset as one learner sees it: windows (n, length, F), targets (n,) or (n, 3), and the rows (n,) that they are
-    of; rows whose label is unknown are left out."""
+    """A dataset as the input of one learner: windows (n, length, F), targets (n,) or (n, 3), and their rows (n,); rows
+    with an unknown label are left out."""
 
     data: Dataset
     x: NDArray[np.float32]
@@ -60,7 +60,8 @@ class Task:
 
     @property
     def answered(self) -> float:
-        """Share of the labelled frames of these windows' objects that have a window; of the others nothing is said."""
+        """Fraction of the labelled frames of these windows' objects that have a window; the others get no
+        prediction."""
         return len(self.rows) / max(len(self.rows) + len(self.unanswered), 1)
 
     @property
@@ -84,9 +85,9 @@ class Task:
 
 
 def task(data: Dataset, looks: Learner | Card) -> Task:
-    """Return a dataset as a learner, or the model with that card, sees it.
+    """Return a dataset as the input of a learner, or of the model with that card.
 
-    Raises DataError where no row has a label and all signals.
+    Raises DataError if no row has a label and all signals.
     """
     x, rows = windows(data, looks.signals, looks.length)
     y = targets(data, looks.job)[rows]
@@ -97,14 +98,14 @@ def task(data: Dataset, looks: Learner | Card) -> Task:
 
 
 def labelled(data: Dataset, job: str) -> Task:
-    """Return all rows that have a label, and no signals: what rules are scored on."""
+    """Return all rows that have a label, without signals: the data for scoring baselines."""
     y = targets(data, job)
     rows = np.flatnonzero(_known(y))
     return Task(data, np.zeros((len(rows), 0, 0), np.float32), y[rows], rows)
 
 
 def targets(data: Dataset, job: str) -> NDArray[np.float32]:
-    """Return what is to be learnt, (rows,) slip or (rows, 3) velocities; negative or NaN where it is not known."""
+    """Return the targets, (rows,) slip or (rows, 3) velocities; negative or NaN if unknown."""
     if job == "detect":
         return data["slip"].astype(np.float32)
     names = ("velocity_x", "velocity_y", "angular_velocity_label")
@@ -116,7 +117,7 @@ def _known(y: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 
 def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitted:
-    """Fit, on `most` of the examples where that is not 0. Raises DataError where there is nothing to tell apart."""
+    """Fit, on at most `most` examples if that is not 0. Raises DataError if all labels are equal."""
     if 0 < most < len(examples.y):
         kept = np.sort(np.random.default_rng(seed).choice(len(examples.y), most, replace=False))
         examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept])
@@ -131,7 +132,7 @@ def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitte
 def out_of_fold(
     learner: Learner, own: Task, folds: Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]], seed: int, most: int = 0
 ) -> NDArray[np.float32]:
-    """Return the answers to each window by the model that has not been fitted on its fold: (n,) or (n, 8)."""
+    """Return the prediction for each window by the model not fitted on its fold: (n,) or (n, 8)."""
     answers: NDArray[np.float32] | None = None
     for train, test in folds:
         said = fit(learner, own.examples(train), seed, most).predict(own.x[test])

@@ -1,4 +1,4 @@
-"""Scores of estimators: leave one object out, unseen objects; the zero and the contact predictor beside them."""
+"""Scores of estimators on left-out and held-out objects, with the zero and the constant-in-contact baselines."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 MOVING_RAD_S = 0.05
 CALIBRATED_ON = 8_000
-"""Windows at most that models are fitted on whose errors calibrate another's intervals: a little worse, and so on the
-safe side."""
+"""Maximum number of windows for fits whose errors calibrate the intervals of another model. Such fits are slightly
+worse, which makes the intervals conservative."""
 AS_TOLD = Factors()
-"""Of a model's own standard deviations, taken for a normal distribution's."""
+"""Interval factors if a model's standard deviations are those of a normal distribution."""
 Row = dict[str, Any]
 
 
@@ -37,8 +37,8 @@ def true_speed(own: Task) -> NDArray[np.float64]:
 def leave_objects_out(
     data: Dataset, model: Model, host: PluginHost, seed: int = 0, *, labels: str = "measured", groups: int = 0
 ) -> Row:
-    """Return one row of scores, every object answered by a model that has not seen it; `groups` > 0 leaves out so many
-    groups of objects in place of single ones."""
+    """Return one row of scores, each object predicted by a model not trained on it; `groups` > 0 leaves out that many
+    groups of objects instead of single objects."""
     learner = model.build(host)
     own = task(shuffled(data, seed) if labels == "shuffled" else data, learner)
     objects = own.column("object")
@@ -48,13 +48,13 @@ def leave_objects_out(
         else ((train, test) for _, train, test in leave_one_out(objects))
     )
     row = scored(own, out_of_fold(learner, own, parts, seed, model.most))
-    # Nobody has calibrated these intervals.
+    # These intervals are not calibrated.
     return {"model": model.name, "labels": labels} | {k: v for k, v in row.items() if not k.endswith("coverage")}
 
 
 def scored(own: Task, said: NDArray[Any], factors: Factors = AS_TOLD) -> Row:
-    """Return MAE (with interval), RMSE, R2, moving only, the angular error and the coverage of 90 % intervals, of all
-    frames and of those that move or turn."""
+    """Return MAE (with interval), RMSE and R2, the same for moving frames, the angular error, and the coverage of 90 %
+    intervals over all frames and over frames with motion or rotation."""
     true = true_speed(own)
     speed = said[:, SPEED].astype(float)
     off = np.abs(speed - true)
@@ -110,8 +110,9 @@ def plain(own: Task, name: str, speed: NDArray[np.float64]) -> Row:
 
 
 def plain_speeds(fitted: Task, own: Task) -> dict[str, NDArray[np.float64]]:
-    """Return the speeds (n,) that "always zero" and "a constant while there is contact" say. The constant is from
-    `fitted`; where that is `own` itself, for each object from the others, or for each recording where there is one."""
+    """Return the speeds (n,) of the baselines "always zero" and "constant in contact". The constant is fitted on
+    `fitted`; if that is `own` itself, for each object on the others, or for each recording if there is one object
+    only."""
     objects = own.column("object")
     area, speed = fitted.column("area").astype(float), true_speed(fitted)
     constant = np.full(len(objects), contact_constant(area, speed))
@@ -124,12 +125,12 @@ def plain_speeds(fitted: Task, own: Task) -> dict[str, NDArray[np.float64]]:
 
 
 def baselines(fitted: Task, own: Task) -> list[Row]:
-    """Return the rows of these two."""
+    """Return the rows of the two baselines."""
     return [plain(own, name, speed) for name, speed in plain_speeds(fitted, own).items()]
 
 
 def plain_unseen(fitted: Task, own: Task) -> list[Row]:
-    """Return their rows for each object of a task and for all of them."""
+    """Return the baselines' rows for each object of a task and for all of them."""
     speeds, parts = plain_speeds(fitted, own), each_and_all(own.column("object"))
     return [
         {**plain(own.part(rows), name, speed[rows]), "object": which}
@@ -139,7 +140,7 @@ def plain_unseen(fitted: Task, own: Task) -> list[Row]:
 
 
 def calibration(own: Task, said: NDArray[Any]) -> Factors:
-    """Return the factors of the intervals from answers out of fold."""
+    """Return the interval factors from cross-validated predictions."""
     return conformal(np.column_stack([own.y, true_speed(own)]), said)
 
 
@@ -159,7 +160,7 @@ class Calibrated:
 
 
 def calibrated(train: Dataset, model: Model, host: PluginHost, seed: int = 0) -> Calibrated:
-    """Fit on `train`, intervals calibrated on objects left out of a first fit."""
+    """Fit on `train`; the intervals are calibrated on objects left out of a first fit."""
     learner = model.build(host)
     own = task(train, learner)
     moving = (true_speed(own) > 1e-3).astype(int)

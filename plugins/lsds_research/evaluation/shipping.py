@@ -1,4 +1,4 @@
-"""Fit on everything, calibrate on objects left out, and write the artefact that the running cell loads."""
+"""Fit on all data, calibrate on held-out objects, and write the model that the running cell loads."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _LIBRARIES = ("numpy", "onnx", "onnxruntime", "scikit-learn", "torch")
 
 
 def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int = 0) -> Card:
-    """Write `path` (.onnx) and its card; return the card. Its scores and its intervals are from objects left out.
+    """Write `path` (.onnx) and its card; return the card. Its scores and intervals are from held-out objects.
 
-    Raises DataError where there is nothing to learn, or a file cannot be written.
+    Raises DataError if the data cannot be fitted, or if a file cannot be written.
     """
     learner = model.build(host)
     own = task(data, learner)
@@ -41,7 +41,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     parts = list(folds(names, np.asarray(spread, int), count, seed))
     said = out_of_fold(learner, own, parts, seed, model.most)
     factors = Factors() if detects else severity.calibration(own, said)
-    # The rules answer the same windows, what they fit out of fold, too.
+    # The baselines are scored on the same windows, also with parameters fitted out of fold.
     if detects:
         scores = detection.scored(own, said)
         rules = [detection.scored(own, *detection.rule_out_of_fold(own, parts)), detection.majority(own)]
@@ -59,7 +59,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
         intervals=factors.rest,
         moving_intervals=factors.moving,
         trained_on=_origin(data, model, seed),
-        # Intervals were calibrated on these very answers: what they cover says nothing.
+        # The intervals were calibrated on these predictions, so their coverage here is not informative.
         scores={
             "how": f"{count} folds by {by}",
             **_told(scores),
@@ -100,7 +100,8 @@ def _versions() -> dict[str, str]:
 
 
 def _told(scores: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the figures that a card keeps; None for an undefined one, such as the precision of who never says slip."""
+    """Return the figures for a card; None for an undefined one, such as the precision of a model that never detects
+    slip."""
     return {
         key: (round(value, 5) if math.isfinite(value) else None) if isinstance(value, float) else value
         for key, value in scores.items()

@@ -1,4 +1,4 @@
-"""The causal half of the study: windows as they come, decisions on all so far, and how folds at random leak."""
+"""The causal part of the study: scores of windows, of running decisions, and the leak of random folds."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Causal:
 
     @property
     def notes(self) -> list[str]:
-        """What the windows tell, in words."""
+        """Return notes on the scores of the windows."""
         mean = self.counts["mean"]
         after = ", ".join(f"{value:.3f} after {count}" for value, count in zip(mean, COUNTS, strict=True))
         leaks = self.leaks
@@ -84,7 +84,7 @@ class Causal:
 
 
 def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], object]) -> Causal:
-    """Score every window by a model that has not seen its object, and what a running decision makes of them."""
+    """Score every window by a model not trained on its object, and the running decisions made from them."""
     fit = clip_model(fewer(trees), _LEAF, jobs)
     windows = online_windows(videos)
     said = window_scores(fit, windows, seed, tick)

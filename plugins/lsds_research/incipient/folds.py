@@ -1,7 +1,7 @@
-"""Trains on some objects' recordings and tests on others', and says what the scores are worth.
+"""Train on the recordings of some objects and test on those of others, with confidence intervals.
 
-A model gives every video a probability; a recording's is the mean over its cameras. Scores are of recordings, and
-their intervals from recordings drawn with replacement.
+A model gives every video a probability; that of a recording is the mean over its cameras. Scores are over recordings,
+with intervals from recordings drawn with replacement.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FOLDS = 10
 
 @dataclass(frozen=True, slots=True)
 class Scored:
-    """A row of the table: who, on what, how well. `spread` is the standard deviation of the AUC over repeats."""
+    """A row of the table: model, test data, scores. `spread` is the standard deviation of the AUC over repeats."""
 
     name: str
     unit: str
@@ -60,7 +60,7 @@ def require_both(slip: NDArray[np.intp], objects: NDArray[Any]) -> None:
 def grouped(objects: NDArray[Any], slip: NDArray[np.intp], seed: int) -> Iterator[tuple[Any, Any]]:
     """Yield rows to train on and to test on; no object in both, and both labels always in the first.
 
-    A fold that would leave only one label to train on is told to the model as what it is: its rows get no probability.
+    A fold that would leave only one label to train on is skipped; its rows get no probability.
     """
     for train, test in folds(objects, slip, fold_count(objects), seed):
         if len(np.unique(slip[train])) == 2:
@@ -70,8 +70,8 @@ def grouped(objects: NDArray[Any], slip: NDArray[np.intp], seed: int) -> Iterato
 def cross_validated(
     fit: Fit, x: Floats, slip: NDArray[np.intp], objects: NDArray[Any], seed: int, tick: Callable[[], object]
 ) -> Floats:
-    """Return (n,) the probability of each row by a model that has seen nothing of its object; 0.5 where there is no
-    such model. `tick` is called for each fold."""
+    """Return (n,) the probability of each row by a model not trained on its object; 0.5 if there is no such model.
+    `tick` is called for each fold."""
     said = np.full(len(slip), 0.5)
     for train, test in grouped(objects, slip, seed):
         said[test] = fit(x[train], slip[train], seed)(x[test])
@@ -80,7 +80,7 @@ def cross_validated(
 
 
 def permuted(slip: NDArray[np.intp], recordings: NDArray[Any], seed: int) -> NDArray[np.intp]:
-    """Return the labels dealt out anew among recordings: rows of one recording still share theirs."""
+    """Return the labels permuted among recordings: all rows of a recording get the same label."""
     _, first, own = np.unique(recordings, return_index=True, return_inverse=True)
     shuffled: NDArray[np.intp] = np.random.default_rng(seed).permutation(slip[first])[own]
     return shuffled
@@ -130,7 +130,7 @@ def scored(
 
 
 def threshold_rule(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
-    """Fit one parameter: the number above which x (n, 1) says slip, with the fewest errors on what it is fitted on."""
+    """Fit one parameter: the threshold on x (n, 1) with the fewest errors on the training data."""
     values = np.nan_to_num(x[:, 0])
     cuts = np.unique(values)
     cuts = np.concatenate([[cuts[0] / 2], (cuts[1:] + cuts[:-1]) / 2, [2 * cuts[-1]]])
@@ -145,7 +145,7 @@ def threshold_rule(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
 
 
 def majority_rule(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
-    """Fit the label that most have."""
+    """Fit the majority label."""
     most = float(np.mean(slip) > 0.5)
     return lambda rows: np.full(len(rows), most)
 

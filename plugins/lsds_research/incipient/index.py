@@ -1,7 +1,7 @@
 """Real recordings that are labelled as a whole: a folder with `index.csv` and videos, as one dataset.
 
 `index.csv` names video, recording, object, camera and slip (1 where the recording contains slip, else 0), and
-may tell of a `label_conflict` (1 where the label is in doubt). Each video is one recording of the dataset, called
+optionally `label_conflict` (1 if the label is in doubt). Each video is one recording of the dataset, called
 `recording__camera`; both cameras of one recording share its label and are no independent trials.
 """
 
@@ -30,7 +30,7 @@ _SHOWN = 5
 
 @dataclass(frozen=True, slots=True)
 class Video:
-    """One row of the index. `conflict` says that its label is in doubt."""
+    """One row of the index. `conflict` is true if its label is in doubt."""
 
     path: Path
     recording: str
@@ -53,8 +53,8 @@ def physical(name: str) -> str:
 def read_index(folder: Path) -> list[Video]:
     """Return the videos that a folder's index names, in its order.
 
-    Raises DataError where there is no index, or it lacks a column, or a row says something else than it should: all
-    that is wrong is told at once.
+    Raises DataError where there is no index, or it lacks a column, or a row is invalid;
+    all problems are reported together.
     """
     path = folder / INDEX
     if not folder.is_dir():

@@ -38,7 +38,7 @@ _BLOCK = 8192
 
 
 def applied(told: str, slower: float, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:
-    """Return name, probabilities (n,) and threshold of each simulation-trained detector that is told: a file's path,
+    """Return name, probabilities (n,) and threshold of each requested simulation-trained detector: a file's path,
     `shipped` or `none`. `slower` is how many times the true frame interval is the nominal one: rates are divided by it.
     Raises ModelError for a file that is no detector."""
     if told == "none":

@@ -1,7 +1,7 @@
-"""The same question asked while a recording runs: from each window of last frames, and from all so far.
+"""Causal detection while a recording runs: from each window of past frames, and from all windows so far.
 
-A window's label is its recording's, though most windows of a recording that slips show none: what one window can tell
-is bounded by that, and is shown as it is. Every recording gives equally many windows to train on.
+The label of a window is that of its recording, although most windows of a recording with slip show none; this limits
+the score of single windows. Every recording gives the same number of windows to train on.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ RULES: dict[str, Callable[[Floats], Floats]] = {
     "90 % quantile": lambda p: np.array([np.quantile(p[: k + 1], 0.9) for k in range(len(p))]),
     "maximum": np.maximum.accumulate,
 }
-"""How a causal decision on a recording comes out of its windows so far. A running maximum can only grow, so it knows
-how long a recording lasts; it is shown for that."""
+"""How a causal decision on a recording comes out of its windows so far. A running maximum can only grow, so it
+depends on the length of a recording; it is included to show this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +75,7 @@ def _windows(signals: Floats) -> Floats:
 
 
 def window_scores(fit: Fit, windows: Windows, seed: int, tick: Callable[[], object]) -> Floats:
-    """Return the probability of each window by a model that has seen nothing of its object."""
+    """Return the probability of each window by a model not trained on its object."""
     said = np.full(len(windows.slip), 0.5)
     chosen = np.zeros(len(said), bool)
     chosen[windows.picked] = True

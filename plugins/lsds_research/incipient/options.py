@@ -8,12 +8,13 @@ from lsds.cli.threads import processes
 
 
 class IncipientOptions(BaseModel):
-    """Separate recordings with slip from those without, on objects never trained on.
+    """Classify real recordings as slip or no slip, on held-out objects.
 
-    The folder holds index.csv (columns video, recording, object, camera, slip, and label_conflict if need be) and the
-    videos that it names. All models see clips of equal length, because a recording's length reveals its label. Offline
-    figures stand next to causal ones, and next to the rule of one number, the majority, shuffled labels and nuisances.
-    A video that cannot be read is reported and left out.
+    The folder holds index.csv (columns video, recording, object, camera, slip, and optionally
+    label_conflict) and the videos that it names. All models get clips of equal length, because the length of a
+    recording reveals its label. The table compares offline with causal models and both with controls: a threshold on
+    one feature, the majority class, shuffled labels and nuisance controls. A video that cannot be read is reported and
+    left out.
 
     \b
     Examples:
@@ -26,19 +27,19 @@ class IncipientOptions(BaseModel):
     path: str = Field(description="folder with index.csv and videos", json_schema_extra={"metavar": "FOLDER"})
     train: str = Field(
         default="",
-        description="also train on this folder's objects and test on those of the other",
+        description="also train on all objects of this folder and test on those of --path",
         json_schema_extra={"metavar": "FOLDER"},
     )
     model: str = Field(
         default="shipped",
-        description="simulation-trained detector (.onnx) to apply as it is, 'shipped' or 'none'",
+        description="simulation-trained detector to score: a file (.onnx), 'shipped' or 'none'",
         json_schema_extra={"metavar": "FILE"},
     )
     slower: float = Field(
         default=3.0,
         ge=0.1,
         le=100,
-        description="true frame interval over the nominal: divides the rates that --model sees",
+        description="true over nominal frame interval; the rates given to --model are divided by it",
     )
     save_model: str = Field(
         default="",
@@ -47,14 +48,14 @@ class IncipientOptions(BaseModel):
     )
     cache: str = Field(
         default="",
-        description="keep what was read there; empty for the user's cache folder, 'none' keeps nothing",
+        description="folder that caches the videos read; default: the user's cache folder; 'none': no cache",
         json_schema_extra={"metavar": "DIR"},
     )
     jobs: int = Field(
         default_factory=processes, ge=1, le=256, description="processes that read videos, and threads that train"
     )
-    repeats: int = Field(default=3, ge=1, le=50, description="times that objects are dealt out to folds anew")
-    trees: int = Field(default=300, ge=10, le=5000, description="of the clip model")
+    repeats: int = Field(default=3, ge=1, le=50, description="number of random assignments of objects to folds")
+    trees: int = Field(default=300, ge=10, le=5000, description="number of trees of the clip model")
 
     @field_validator("save_model")
     @classmethod

@@ -1,4 +1,5 @@
-"""The picture of the study: ROC curves beside the controls', and what is known after how much of a recording."""
+"""The picture of the study: ROC curves of models and controls, and the causal score against the fraction of a
+recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Study `incipient-slip`: real recordings, trained on some objects and tested on others, beside what knows nothing."""
+"""Study `incipient-slip`: real recordings, trained on some objects and tested on others, compared with controls."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ class IncipientStudy:
         """Measure. Raises DataError for a folder that cannot be used, ModelError for a model that cannot."""
         options = self._options
         if options.train:
-            read_index(Path(options.train))  # What is wrong with it is reported before anything is computed.
+            read_index(Path(options.train))  # Report errors of the folder before anything is computed.
         data = self._load(Path(options.path), tick)
         videos = videos_of(data)
         elsewhere = videos_of(self._load(Path(options.train), tick)) if options.train else None
         table, notes = _Table(videos, self._seed), _notes(data, videos)
-        # Models that were fitted before come first: what is wrong with one is told before anything is fitted here.
+        # Score the finished models first, so that an error in one is reported before anything is fitted.
         simulated = applied(options.model, options.slower, videos, notes)
         self._fitted_before(table, elsewhere)
         courses: Causal | None = None
@@ -148,7 +148,7 @@ class IncipientStudy:
         table.add("one number: two-frame maximum of v_net", said(threshold_rule, videos.v_net[:, None], true, _no))
         table.add("one number: mean speed while moving", said(threshold_rule, videos.speed[:, None], true, _no))
         table.add("majority", said(majority_rule, videos.clip, true, _no), drawn=False)
-        # What says one thing orders nothing; that folds have majorities of their own is no finding.
+        # A constant prediction has no ROC curve; different majorities of the folds must not count as information.
         table.rows[-1] = (dataclasses.replace(table.rows[-1][0], auc=Interval(0.5, 0.5, 0.5)), _BY_OBJECT)
         dealt = [permuted(videos.slip, videos.recording, seed) for seed in seeds]
         table.add("labels shuffled by recording", said(small, videos.clip, dealt, steps), slip=np.array(dealt))
@@ -157,7 +157,7 @@ class IncipientStudy:
 
 
 class _Steps:
-    """Counts steps of work into progress."""
+    """Converts finished steps of work to progress."""
 
     def __init__(self, tick: Tick, whole: int) -> None:
         self._tick, self._whole, self._done = tick, whole, 0
@@ -168,7 +168,7 @@ class _Steps:
 
 
 def _no() -> None:
-    """Too quick to be worth a step."""
+    """Do nothing: for work that is too fast to count."""
 
 
 class _Table:

@@ -1,4 +1,4 @@
-"""Labelled videos side by side, one row each: what the clip model sees, and what it must not need."""
+"""Labelled videos, one row each: inputs of the clip model, and nuisance controls."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ def moving(data: Dataset) -> NDArray[np.bool_]:
 def while_moving(values: Floats, moved: NDArray[np.bool_], share: float, least: float = 0.0) -> float:
     """Return a quantile of the values of frames that moved; `least` where too few did.
 
-    A recording that is wriggled throughout has many small motions, one that slips a few: over all frames every speed
-    tells the wrong way. A quantile does not grow with their number.
+    A recording that is wriggled throughout has many small motions, one that slips a few: over all frames, speeds would
+    be ordered the wrong way. A quantile does not grow with their number.
     """
     kept = values[moved & np.isfinite(values)]
     return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING else least

@@ -1,4 +1,5 @@
-"""What a whole clip comes to, and what that says of slip: few recordings, many figures, so two plain models agree.
+"""A model of slip from statistics of a whole clip. There are few recordings and many statistics, so two simple models
+are averaged.
 
 Trees that choose their cuts at random, and a strongly regularised logistic regression on logarithms; the probability is
 the mean of both. Four kinds of model were tried on the public recordings, and these two err differently. Their settings

@@ -1,4 +1,4 @@
-"""What all learners share: their first options, the check of what they are given, and who is held out."""
+"""Code shared by all learners: common options, checks of the examples, and the choice of held-out groups."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class LearnerOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    signals: str | list[str] = Field(default="field", description="a set of signals, or their names")
-    length: int = Field(default=1, ge=1, le=100, description="frames in a window")
+    signals: str | list[str] = Field(default="field", description="named set of signals, or their names")
+    length: int = Field(default=1, ge=1, le=100, description="window length, frames")
 
 
 class LearnerBase:
@@ -64,9 +64,8 @@ def targets(y: NDArray[np.float32]) -> NDArray[np.float64]:
 
 
 def hold_out(group: NDArray[np.intp], seed: int, share: float = 0.2) -> NDArray[np.bool_]:
-    """Return (n,) who is held out: whole groups drawn at random until `share` of the rows are; never all groups.
-
-    With a single group its last rows, for there is nobody else.
+    """Return (n,) a mask of held-out rows: whole groups drawn at random until `share` of the rows are held out; never
+    all groups. With a single group, its last rows.
     """
     names, own = np.unique(group, return_inverse=True)
     if len(names) == 1:

@@ -1,11 +1,12 @@
-"""Estimator `field-gru`: two small nets on a window of the field's evidence, which know how sure they are.
+"""Estimator `field-gru`: two small nets on a window of field signals, with their own standard deviations.
 
-One is recurrent; one looks at four frames at a time. They err differently, and their mean is better than either.
+One net is recurrent; the other processes four frames at a time. Their errors differ, and their mean is better than
+either.
 
-Most frames do not slip, so each value is a share, 0 to 1, of moving times the value if it moves: exactly still is
-within reach. Trained on the likelihood of a Laplace distribution, whose centre is the median, with some of the square
-of the error, which pulls fast frames up; those that move count more, for to underrate a slip costs more than to imagine
-one. Its width is learnt beside it.
+Most frames do not slip, so each value is a moving share, 0 to 1, times the value if it moves, which allows an estimate
+of exactly zero. The loss is the likelihood of a Laplace distribution, whose centre is the median, plus a share of
+squared error, which raises estimates of fast frames. Moving frames have a larger weight, because underestimating a slip
+costs more than a false one. The width of the distribution is also learned.
 """
 
 from __future__ import annotations
@@ -34,34 +35,37 @@ if TYPE_CHECKING:
 FLOOR = 0.02
 """Least width of the distribution, in units of the RMS of the target where it moves."""
 MOVING = (1e-3, 1e-3, 1e-2, 1e-3)
-"""Smaller targets than these (m/s, rad/s) have no say in their unit."""
+"""Targets smaller than these (m/s, rad/s) are ignored in the choice of the unit."""
 SLIDING, TURNING = 0.04, 0.05
-"""What moves: in units of speed, and of angular velocity."""
+"""Thresholds of motion, in units of speed and of angular velocity."""
 NUMBERS, SHARES = 10, [8, 8, 9, 8]
-"""What a net gives: four values, four widths, two shares of moving; and which share is whose: turning has its own."""
+"""The outputs of a net: four values, four widths, two moving shares; and the share used by each value (rotation has its
+own)."""
 _WHOLE = 40.0
 """Its sigmoid is one in float32: the share of what has none."""
 FRAMES = 4
 """Frames in a block."""
 TURNED = 0.5
-"""Share of the examples that are turned and mirrored, anew in each pass."""
+"""Share of the examples that are rotated and mirrored, drawn again in each epoch."""
 
 
 class FieldGruOptions(NetOptions):
     """Options of the learner `field-gru`."""
 
-    signals: str | list[str] = Field(default="timed-field", description="a set of signals, or their names")
-    length: int = Field(default=16, ge=1, le=100, description="frames in a window")
-    learning_rate: float = Field(default=3e-3, gt=0, le=1, description="of Adam")
-    weight_decay: float = Field(default=0.01, ge=0, le=10, description="of Adam, decoupled")
+    signals: str | list[str] = Field(default="timed-field", description="named set of signals, or their names")
+    length: int = Field(default=16, ge=1, le=100, description="window length, frames")
+    learning_rate: float = Field(default=3e-3, gt=0, le=1, description="learning rate of Adam")
+    weight_decay: float = Field(default=0.01, ge=0, le=10, description="decoupled weight decay of Adam")
     hidden: int = Field(default=32, ge=1, le=1024, description="units of the recurrent layer")
-    second: int = Field(default=24, ge=1, le=1024, description="units of the layer after it")
-    block: int = Field(default=48, ge=1, le=1024, description="units for four frames of the other net")
-    block_dropout: float = Field(default=0.3, ge=0, lt=1, description="share of its units left out while training")
-    epochs: int = Field(default=40, ge=1, le=10000, description="passes over the data")
-    moving_weight: float = Field(default=3.0, ge=1, le=100, description="how much more a frame counts that slides")
-    turning_weight: float = Field(default=4.0, ge=1, le=100, description="and its angular velocity where it turns")
-    square: float = Field(default=0.3, ge=0, le=100, description="share of the squared error in what is minimised")
+    second: int = Field(default=24, ge=1, le=1024, description="units of the layer after the recurrent one")
+    block: int = Field(
+        default=48, ge=1, le=1024, description="units of the block net, which sees four frames at a time"
+    )
+    block_dropout: float = Field(default=0.3, ge=0, lt=1, description="dropout rate of the block net")
+    epochs: int = Field(default=40, ge=1, le=10000, description="number of epochs")
+    moving_weight: float = Field(default=3.0, ge=1, le=100, description="weight of a frame with slip")
+    turning_weight: float = Field(default=4.0, ge=1, le=100, description="weight of the angular velocity in rotation")
+    square: float = Field(default=0.3, ge=0, le=100, description="weight of the squared error in the loss")
 
 
 class FieldGru(LearnerBase):
@@ -79,7 +83,7 @@ class FieldGru(LearnerBase):
         compression = symmetry.compression(examples.x, examples.y, seed)
         true = targets(examples.y)
         unit = np.array([_rms_moving(column, least) for column, least in zip(true.T, MOVING, strict=True)])
-        # One unit for a velocity's parts, whichever way the data happen to slide.
+        # One unit for both components of a velocity, independent of the direction of sliding in the data.
         unit[:2] = unit[:2].max()
 
         def draw(rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 class FieldMlpOptions(StoppingOptions):
     """Options of the learner `field-mlp`."""
 
-    length: int = Field(default=6, ge=1, le=100, description="frames in a window")
-    learning_rate: float = Field(default=2e-3, gt=0, le=1, description="of Adam")
-    weight_decay: float = Field(default=0.02, ge=0, le=10, description="of Adam, decoupled")
-    dropout: float = Field(default=0.15, ge=0, lt=1, description="share of units left out while training")
+    length: int = Field(default=6, ge=1, le=100, description="window length, frames")
+    learning_rate: float = Field(default=2e-3, gt=0, le=1, description="learning rate of Adam")
+    weight_decay: float = Field(default=0.02, ge=0, le=10, description="decoupled weight decay of Adam")
+    dropout: float = Field(default=0.15, ge=0, lt=1, description="dropout rate")
     first: int = Field(default=48, ge=1, le=1024, description="units of the first layer")
     second: int = Field(default=24, ge=1, le=1024, description="units of the second layer")
 

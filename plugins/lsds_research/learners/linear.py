@@ -1,4 +1,4 @@
-"""The cheapest: linear in a window of compressed signals."""
+"""Linear models of a window of compressed signals."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 class LogisticOptions(LearnerOptions):
     """Options of the learner `logistic`."""
 
-    length: int = Field(default=4, ge=1, le=100, description="frames in a window")
-    inverse_penalty: float = Field(default=1.0, gt=0, le=1e6, description="C of scikit-learn")
+    length: int = Field(default=4, ge=1, le=100, description="window length, frames")
+    inverse_penalty: float = Field(default=1.0, gt=0, le=1e6, description="inverse regularisation, C of scikit-learn")
 
 
 class LinearWindowOptions(LearnerOptions):
     """Options of the learner `linear-window`."""
 
-    signals: str | list[str] = Field(default="signed-field", description="a set of signals, or their names")
-    length: int = Field(default=12, ge=1, le=100, description="frames in a window")
-    penalty: float = Field(default=10.0, gt=0, le=1e9, description="alpha of scikit-learn's ridge")
+    signals: str | list[str] = Field(default="signed-field", description="named set of signals, or their names")
+    length: int = Field(default=12, ge=1, le=100, description="window length, frames")
+    penalty: float = Field(default=10.0, gt=0, le=1e9, description="regularisation, alpha of scikit-learn's ridge")
 
 
 class Logistic(LearnerBase):
@@ -44,7 +44,7 @@ class Logistic(LearnerBase):
         self._options = options
 
     def fit(self, examples: Examples, seed: int) -> FittedLogistic:
-        """Fit; the seed has no say. Raises DataError for examples that nothing can be learnt from."""
+        """Fit; the seed has no effect. Raises DataError for examples that nothing can be learnt from."""
         self.check(examples)
         from sklearn.linear_model import LogisticRegression
 
@@ -93,7 +93,7 @@ class LinearWindow(LearnerBase):
             x, y, held = np.concatenate([x, more[0]]), np.concatenate([y, more[1]]), np.tile(held, 2)
         flat, true = _flat(compression, x), targets(y)
         scale = np.sqrt((true**2).mean(axis=0)) + 1e-9
-        # The spread is learnt on what the regression was not fitted to.
+        # The spread is fitted on data that the regression was not fitted to.
         value = _Ridge(flat[~held], true[~held] / scale, self._penalty)
         wrong = np.log(np.abs(value(flat[held]) - true[held] / scale) + 1e-3)
         spread = _Ridge(flat[held], wrong, self._penalty)

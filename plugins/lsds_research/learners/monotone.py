@@ -1,9 +1,9 @@
-"""Detector `monotone`: logistic in the logarithms of rates, none of which may speak against slip.
+"""Detector `monotone`: logistic regression on the logarithms of rates, with non-negative weights.
 
-A simulation teaches more than is so. In ours, dots that part or close up mean pressing, which is the wrong way round on
-real recordings; a window ties a detector to how long things last, and trees end where the simulated rates ended. What
-carries over is that the faster and the less evenly the field moves, the more it slips: weights that are not negative,
-on single frames, on logarithms. On the simulated objects that costs a few hundredths of AUC.
+Some relations in the simulation do not hold on real recordings: diverging or converging markers mean pressing in ours,
+the opposite in real recordings; a window depends on the duration of events; and trees do not extrapolate beyond the
+simulated rates. What transfers is that a faster and less even motion of the field means more slip: hence non-negative
+weights, single frames and logarithms. On the simulated objects this costs a few hundredths of AUC.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ RATES = (
 class MonotoneOptions(LearnerOptions):
     """Options of the learner `monotone`."""
 
-    signals: str | list[str] = Field(default=list(RATES), description="a set of signals, or their names")
-    floor: float = Field(default=1e-5, gt=0, le=1, description="added before logarithms are taken: what noise makes")
-    penalty: float = Field(default=1e-3, gt=0, le=10, description="on the squares of the weights")
+    signals: str | list[str] = Field(default=list(RATES), description="named set of signals, or their names")
+    floor: float = Field(default=1e-5, gt=0, le=1, description="noise floor added before the logarithm")
+    penalty: float = Field(default=1e-3, gt=0, le=10, description="L2 penalty of the weights")
 
 
 class Monotone(LearnerBase):
@@ -53,7 +53,7 @@ class Monotone(LearnerBase):
         self._options = options
 
     def fit(self, examples: Examples, seed: int) -> FittedMonotone:
-        """Fit; the seed has no say. Raises DataError for examples that nothing can be learnt from."""
+        """Fit; the seed has no effect. Raises DataError for examples that cannot be fitted."""
         self.check(examples)
         from scipy.optimize import minimize
 

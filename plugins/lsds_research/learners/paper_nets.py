@@ -1,8 +1,8 @@
 """Estimators with the paper's settings: LSTM and MLP trained on the mean square error.
 
-Theirs gives a speed; ours gives the speed, the velocity and the angular velocity from the same hidden layer. They know
-nothing of their own uncertainty: the standard deviations are constant, measured on groups that were held out. The
-batch is larger than the paper's 32, for speed, and training stops early.
+Theirs gives a speed; ours gives the speed, the velocity and the angular velocity from the same hidden layer. They do
+not estimate their uncertainty: the standard deviations are constants, measured on held-out groups. The batch is larger
+than the paper's 32, for speed, and training stops early.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
 class PaperNetOptions(StoppingOptions):
     """Options of both."""
 
-    compress: bool = Field(default=False, description="compress the signals' tails before they are standardised")
+    compress: bool = Field(default=False, description="compress the tails of the signals before standardising")
 
 
 class LstmOptions(PaperNetOptions):
     """Options of the learner `lstm`: the paper's."""
 
-    signals: str | list[str] = Field(default="combined", description="a set of signals, or their names")
-    length: int = Field(default=5, ge=1, le=100, description="frames in a window")
-    dropout: float = Field(default=0.2, ge=0, lt=1, description="share of units left out while training")
-    batch: int = Field(default=256, ge=1, le=65536, description="windows in a step (the paper: 32)")
-    layers: int = Field(default=3, ge=1, le=8, description="layers")
+    signals: str | list[str] = Field(default="combined", description="named set of signals, or their names")
+    length: int = Field(default=5, ge=1, le=100, description="window length, frames")
+    dropout: float = Field(default=0.2, ge=0, lt=1, description="dropout rate")
+    batch: int = Field(default=256, ge=1, le=65536, description="batch size, windows (the paper: 32)")
+    layers: int = Field(default=3, ge=1, le=8, description="number of layers")
     hidden: int = Field(default=30, ge=1, le=1024, description="units in a layer")
 
 
 class MlpOptions(PaperNetOptions):
     """Options of the learner `mlp`: the paper's."""
 
-    signals: str | list[str] = Field(default="combined", description="a set of signals, or their names")
-    batch: int = Field(default=256, ge=1, le=65536, description="windows in a step (the paper: 32)")
+    signals: str | list[str] = Field(default="combined", description="named set of signals, or their names")
+    batch: int = Field(default=256, ge=1, le=65536, description="batch size, windows (the paper: 32)")
     first: int = Field(default=64, ge=1, le=1024, description="units of the first layer")
     second: int = Field(default=32, ge=1, le=1024, description="units of the second layer")
 

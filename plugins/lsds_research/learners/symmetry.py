@@ -1,7 +1,6 @@
-"""A gel is alike in all directions: examples turned and mirrored are examples, too.
+"""Augmentation of examples by rotation and mirroring, because a gel is isotropic.
 
-The protocols slide along one axis of the sensor only. Without this, what is learnt from them takes every slip for one
-along that axis.
+The protocols slide along one axis of the sensor only. Without augmentation, a model assigns every slip to that axis.
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ ODD = (
     "curl_sum_rate",
     "curl_mean_rate",
 )
-"""Signals that change their sign in a mirror."""
+"""Signals that change their sign when mirrored."""
 DIRECTED = ("theta", "theta_delta")
-"""Signals of which nothing is known here but that they have a direction."""
+"""Signals with a direction whose transformation is not defined here."""
 
 
 class Symmetry:

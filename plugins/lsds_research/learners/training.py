@@ -1,5 +1,5 @@
-"""How nets are trained: Adam, one thread, the same by the same seed; stopping early by groups held out, or on everybody
-with a rate that falls to zero."""
+"""Training of nets: Adam, one thread, reproducible by seed; with early stopping on held-out groups, or on all data with
+a learning rate that decreases to zero."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 class NetOptions(LearnerOptions):
     """Options of every net."""
 
-    learning_rate: float = Field(default=1e-3, gt=0, le=1, description="of Adam")
-    weight_decay: float = Field(default=0.0, ge=0, le=10, description="of Adam, decoupled")
-    batch: int = Field(default=512, ge=1, le=65536, description="windows in a step")
-    epochs: int = Field(default=100, ge=1, le=10000, description="passes over the data at most")
-    dropout: float = Field(default=0.1, ge=0, lt=1, description="share of units left out while training")
+    learning_rate: float = Field(default=1e-3, gt=0, le=1, description="learning rate of Adam")
+    weight_decay: float = Field(default=0.0, ge=0, le=10, description="decoupled weight decay of Adam")
+    batch: int = Field(default=512, ge=1, le=65536, description="batch size, windows")
+    epochs: int = Field(default=100, ge=1, le=10000, description="maximum number of epochs")
+    dropout: float = Field(default=0.1, ge=0, lt=1, description="dropout rate")
 
 
 class StoppingOptions(NetOptions):
-    """Options of nets that stop when they get no better."""
+    """Options of nets with early stopping."""
 
-    patience: int = Field(default=8, ge=1, le=1000, description="passes without a better one after which it stops")
+    patience: int = Field(default=8, ge=1, le=1000, description="stop after this many epochs without improvement")
 
 
 _WARM_UP = 0.15
@@ -61,7 +61,7 @@ def train(
     options: StoppingOptions,
     seed: int,
 ) -> NDArray[np.bool_]:
-    """Train in place, to be called within `seeded`; return (n,) who was held out and chose the best epoch.
+    """Train in place, to be called within `seeded`; return (n,) the mask of held-out rows that chose the best epoch.
 
     `x` (n, length, F) as the net takes it, `y` as the loss does.
     """
@@ -94,9 +94,10 @@ def train_whole(
     options: NetOptions,
     seed: int,
 ) -> None:
-    """Train in place on everybody, to be called within `seeded`: nobody is held out, the rate falls to zero instead.
+    """Train in place on all data, to be called within `seeded`: nothing is held out, and the learning rate decreases to
+    zero.
 
-    `draw` gives x and y anew for each of `options.epochs` passes.
+    `draw` returns x and y for each of `options.epochs` passes.
     """
     import torch
 

@@ -25,22 +25,22 @@ if TYPE_CHECKING:
 class RandomForestOptions(LearnerOptions):
     """Options of the learner `random-forest`: the paper's."""
 
-    signals: str | list[str] = Field(default="combined", description="a set of signals, or their names")
-    max_depth: int = Field(default=20, ge=1, le=64, description="depth of a tree")
-    max_features: int = Field(default=3, ge=1, le=1000, description="signals looked at for a split")
-    min_samples_leaf: int = Field(default=5, ge=1, description="least examples in a leaf")
-    min_samples_split: int = Field(default=10, ge=2, description="least examples in a node that is split")
-    n_estimators: int = Field(default=40, ge=1, le=1000, description="trees")
+    signals: str | list[str] = Field(default="combined", description="named set of signals, or their names")
+    max_depth: int = Field(default=20, ge=1, le=64, description="maximum depth of a tree")
+    max_features: int = Field(default=3, ge=1, le=1000, description="signals considered per split")
+    min_samples_leaf: int = Field(default=5, ge=1, description="minimum examples in a leaf")
+    min_samples_split: int = Field(default=10, ge=2, description="minimum examples in a node to split it")
+    n_estimators: int = Field(default=40, ge=1, le=1000, description="number of trees")
 
 
 class GradientBoostingOptions(LearnerOptions):
     """Options of the learner `gradient-boosting`: the paper's."""
 
-    signals: str | list[str] = Field(default="combined", description="a set of signals, or their names")
-    max_depth: int = Field(default=9, ge=1, le=64, description="depth of a tree")
-    min_samples_split: int = Field(default=450, ge=2, description="least examples in a node that is split")
-    n_estimators: int = Field(default=115, ge=1, le=1000, description="trees")
-    learning_rate: float = Field(default=0.1, gt=0, le=1, description="weight of a tree")
+    signals: str | list[str] = Field(default="combined", description="named set of signals, or their names")
+    max_depth: int = Field(default=9, ge=1, le=64, description="maximum depth of a tree")
+    min_samples_split: int = Field(default=450, ge=2, description="minimum examples in a node to split it")
+    n_estimators: int = Field(default=115, ge=1, le=1000, description="number of trees")
+    learning_rate: float = Field(default=0.1, gt=0, le=1, description="learning rate: weight of a tree")
 
 
 class RandomForest(LearnerBase):

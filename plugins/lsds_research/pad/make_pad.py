@@ -1,6 +1,6 @@
 """Compute the finite-pad correction of a gel pad: `python -m lsds_research.pad.make_pad`.
 
-What it is, and how good: `lsds_mocks.gel.field.correction` and docs/decisions/0012-the-pad-correction.md.
+Method and accuracy: `lsds_mocks.gel.field.correction` and docs/decisions/0012-the-pad-correction.md.
 """
 
 from __future__ import annotations
@@ -18,25 +18,35 @@ from lsds.cli.output import require_writable
 from lsds.errors import DataError
 
 RATIOS = (0.3, 0.4, 0.48, 0.499)
-"""Between which marker motion is interpolated to 0.01 %."""
+"""Marker motion is interpolated between these Poisson ratios to 0.01 %."""
 _PAD = GelMaterial()
 _SIZES = (1.0, 10.0)
-"""Width and height in thicknesses: below, a pad is a post; above, the matrices outgrow a common computer."""
+"""Allowed width and height in thicknesses. A smaller pad is a post; for a larger one the matrices become too large."""
 _RATIO = (0.05, 0.4999)
 _APART = 1e-3
 _STEPS = 1000
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.option("--width-mm", type=float, default=_PAD.width_m * 1e3, show_default=True, help="Along x.")
-@click.option("--height-mm", type=float, default=_PAD.height_m * 1e3, show_default=True, help="Along y.")
-@click.option("--thickness-mm", type=float, default=_PAD.thickness_m * 1e3, show_default=True, help="Of the gel.")
+@click.option("--width-mm", type=float, default=_PAD.width_m * 1e3, show_default=True, help="Size of the gel along x.")
 @click.option(
-    "--poisson", "ratios", type=float, multiple=True, default=RATIOS, show_default=True, help="Ratio; may be repeated."
+    "--height-mm", type=float, default=_PAD.height_m * 1e3, show_default=True, help="Size of the gel along y."
+)
+@click.option(
+    "--thickness-mm", type=float, default=_PAD.thickness_m * 1e3, show_default=True, help="Thickness of the gel."
+)
+@click.option(
+    "--poisson",
+    "ratios",
+    type=float,
+    multiple=True,
+    default=RATIOS,
+    show_default=True,
+    help="Poisson ratio; repeatable.",
 )
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="File to write: .npz.")
-@click.option("--force", is_flag=True, help="Replace the file if it is there.")
-@click.option("--coarse", is_flag=True, help="A quick trial with few elements, off by some per cent.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+@click.option("--coarse", is_flag=True, help="Use few elements: fast, with errors of some per cent.")
 def make_pad(
     width_mm: float,
     height_mm: float,
@@ -46,15 +56,15 @@ def make_pad(
     force: bool,
     coarse: bool,
 ) -> None:
-    """Compute what the walls of a gel pad change in its softness, by finite elements, and write it to a file.
+    """Compute the effect of a gel pad's side walls on its compliance by finite elements, and write it to a file.
 
-    The result holds for all pads of the same proportions, whatever their size and modulus, and for Poisson ratios
-    between the least and the greatest given; four of them do. For the shipped pad, a ratio takes some five minutes on
-    one core and 3 GB of memory with PARDISO, and more without. Needs SciPy: pip install 'lsds[pad]'.
+    The result is valid for all pads of the same proportions, independent of size and modulus, and for Poisson ratios
+    between the smallest and the largest given; four ratios are enough. For the shipped pad, one ratio takes about five
+    minutes on one core and 3 GB of memory with PARDISO, and more without. Needs SciPy: pip install 'lsds[pad]'.
 
     \b
     Examples:
-      python -m lsds_research.pad.make_pad --out pad.npz --coarse                      a trial
+      python -m lsds_research.pad.make_pad --out pad.npz --coarse                      a quick trial
       python -m lsds_research.pad.make_pad --width-mm 26 --height-mm 21 --out pad.npz  a larger pad
       python -m lsds_research.pad.make_pad --thickness-mm 3 --poisson 0.47 --poisson 0.49 --out pad.npz
     """

@@ -1,1 +1,1 @@
-"""The study's tables, measured here on simulated data, beside what was printed."""
+"""The paper's tables, measured on simulated data and compared with the printed figures."""

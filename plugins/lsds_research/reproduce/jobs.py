@@ -1,4 +1,4 @@
-"""What has to be fitted for each table, as small jobs that run in any process: each returns rows of scores."""
+"""The fits needed for each table, as small jobs that can run in any process; each returns rows of scores."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOST = {
 """Windows that one of many fits learns from at most, so that all of it takes less than half an hour; those for objects
 never seen learn from all."""
 SHUFFLED_MOST = {"field-gru": 3_000}
-"""The same where there is nothing to be learnt."""
+"""The same for controls with shuffled labels."""
 QUICK_MOST = {"gradient-boosting": 2_000, "lstm": 1_500, "field-gru": 2_000}
 """The same in a quick run, whose data are few to begin with."""
 GROUPS, FEW_GROUPS = 5, 3
@@ -45,8 +45,7 @@ with labels shuffled."""
 @dataclass(frozen=True, slots=True)
 class FitJob:
     """One learner for one table, "severity-unseen" also for the pipe's. `split` and `labels` as in
-    `lsds_research.evaluation`; `control` "rules" are those that learn nothing or one number, "nuisance" looks at
-    nuisances only."""
+    `lsds_research.evaluation`; `control` "rules" are the trivial baselines, "nuisance" uses nuisance signals only."""
 
     table: Table
     learner: str = ""
@@ -144,7 +143,7 @@ def _run(job: FitJob, folder: Path, seed: int, quick: bool) -> list[Row]:
 
 
 def _rules(job: FitJob, seen: Dataset, other: Dataset, folder: Path, seed: int) -> list[Row]:
-    """Return the rows of what learns nothing, or one number."""
+    """Return the rows of the trivial baselines."""
     if job.table == "cross-validation":
         rules = [detection.one_parameter(seen, split, seed) for split in ("frames", "recording", "object")]
         return [*rules, detection.majority(labelled(seen, "detect"))]

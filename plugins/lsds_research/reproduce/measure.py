@@ -1,4 +1,4 @@
-"""Collect what is missing, fit everything over processes, gather the rows."""
+"""Collect missing data, run all fits in parallel, and gather the rows."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     cannot be collected or written; a learner that fails is named in "failed", and all others are measured.
     """
     todo, host = planned(quick=quick), PluginHost()
-    # A library that is missing is told before half an hour has passed.
+    # Report a missing library before the long computation, not after it.
     learners = [Model(name).build(host) for name in sorted({job.learner for job in todo if job.learner})]
     code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
@@ -106,7 +106,7 @@ def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, A
     except LsdsError as error:
         return str(error)
     except Exception as error:
-        # A training library's own; the other fits go on.
+        # Any exception of a training library ends only this fit; the others continue.
         return f"{type(error).__name__}: {error}"
     return [{**row, "seconds": (perf_ns() - begun) / 1e9} for row in rows]
 

@@ -1,4 +1,5 @@
-"""The reproduction in one picture: accuracy by split, accuracy on unseen objects, severity beside the plain rules."""
+"""The picture of the reproduction: accuracy by split, accuracy on held-out objects, severity compared with
+baselines."""
 
 from __future__ import annotations
 
@@ -55,7 +56,7 @@ def _splits(ax: Any, rows: list[dict[str, Any]]) -> None:
 
 
 def _objects(ax: Any, rows: list[dict[str, Any]]) -> None:
-    # The controls are in the table; here they would hide what is close together.
+    # The controls are in the table only; here they would compress the scale.
     own = [row for row in rows if row["table"] == "unseen" and row["model"] in _MODELS]
     models = list(dict.fromkeys(row["model"] for row in own))
     width = 0.8 / max(len(models), 1)

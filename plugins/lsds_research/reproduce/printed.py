@@ -1,4 +1,4 @@
-"""What the paper printed (arXiv 2411.07442), for reading beside what is measured here. Nothing is computed from it."""
+"""The figures printed in the paper (arXiv 2411.07442), for comparison only. Nothing is computed from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables in Markdown: what was measured here, what was printed, and what knows nothing."""
+"""The tables in Markdown: measured figures, printed figures, trivial baselines and controls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scheduler itself costs, side by side with the standard library's `sched`.
+"""Overhead of the scheduler, compared with the standard library's `sched`.
 
 Both run the same four-rate rig of empty tasks in simulated time, so all that is measured is the dispatching.
 """
@@ -28,7 +28,7 @@ RATES_HZ: tuple[tuple[str, float, Phase], ...] = (
 """The rig measured: name, rate in Hz, phase."""
 
 BUDGET_NS = 50_000_000
-"""What a minute of the rig may cost: less than one thousandth of the time it simulates."""
+"""Limit of the overhead per minute of the rig: less than one thousandth of that time."""
 
 
 COLUMNS = (
@@ -49,7 +49,7 @@ class SchedulerOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    repeats: int = Field(default=5, ge=1, description="runs of each, in turns")
+    repeats: int = Field(default=5, ge=1, description="runs of each scheduler, alternating")
 
 
 class SchedulerStudy:
@@ -83,7 +83,7 @@ class SchedulerStudy:
 class SchedulerCost:
     """The best of several repeats, which is the one least disturbed by other processes, and the median.
 
-    `dispatches` are task runs. `bookkeeping` tells whether a scheduler keeps statistics, phases and missed cycles.
+    `dispatches` are task runs. `bookkeeping` is true if a scheduler keeps statistics, phases and missed cycles.
     """
 
     name: str

@@ -191,7 +191,7 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(tmp_path, capsys, argume
 
 def test_a_folder_that_is_not_there_is_noticed_before_the_work(tmp_path, capsys):
     assert run(tmp_path / "nowhere", "--poisson", "0.4") == 5
-    assert "there is no such folder" in capsys.readouterr().err
+    assert "the folder does not exist" in capsys.readouterr().err
 
 
 def test_an_interrupt_leaves_nothing_behind(tmp_path, capsys, monkeypatch):

@@ -83,7 +83,7 @@ def test_quantiles_leave_out_what_is_undefined():
 
 
 def test_the_length_of_a_recording_leaves_no_trace():
-    """The same process, short and long: a maximum over the recording tells which is which, no figure of a clip does."""
+    """The same process, short and long: a maximum over the recording separates them, no statistic of a clip does."""
     rng = np.random.default_rng(0)
     width = len(CLIP_SIGNALS)
     short = [rng.gamma(1.0, size=(60, width)).astype(np.float32) for _ in range(80)]

@@ -36,7 +36,7 @@ def data(recorded):
 
 @pytest.fixture
 def read_once(recorded, data, monkeypatch):
-    """Videos as they were read for `data`: for what asks what becomes of them then."""
+    """Videos as read for `data`, for tests of the later steps."""
     known = {name: data.where(data["recording"] == name).columns for name in dict.fromkeys(data["recording"].tolist())}
     monkeypatch.setattr(
         incipient_load, "try_columns", lambda video: known.get(video.name, data.card["failures"].get(video.name))

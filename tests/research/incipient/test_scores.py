@@ -1,4 +1,4 @@
-"""Folds by object, rules and controls, and decisions that know nothing of the future."""
+"""Folds by object, baselines and controls, and causal decisions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`lsds evaluate models`: scores of models as they are, on objects that they have not learnt from."""
+"""`lsds evaluate models`: scores of finished models on held-out objects."""
 
 import json
 
@@ -18,7 +18,7 @@ from lsds.plugins.host import PluginHost
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Four objects, two of them learnt from, and a detector trained on these."""
+    """Four objects, and a detector trained on two of them."""
     monkeypatch.chdir(tmp_path)
     data = dataset((*SEEN[:2], "book", "duster"))
     data.save(tmp_path / "data")
@@ -65,7 +65,7 @@ def test_the_shipped_models_of_a_job_are_scored_where_none_is_named(folder):
 def test_scores_on_objects_that_were_learnt_from_say_so(folder):
     done = evaluate("data", "--model", "mine.onnx", "--object", SEEN[0])
     assert done.exit_code == 0, done.output
-    assert "some were learnt from" in done.output
+    assert "objects, some of the training data" in done.output
 
 
 def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):
@@ -80,9 +80,9 @@ def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):
     ("arguments", "told"),
     [
         (["--object", "bok"], "did you mean 'book'"),
-        (["--model", "mine.onnx", "--job", "estimate"], "is there to detect, not to estimate"),
+        (["--model", "mine.onnx", "--job", "estimate"], "is a model to detect, not to estimate"),
         (["--model", "field-mpl"], "did you mean 'field-mlp'"),
-        (["--plot", "nowhere/p.png"], "there is no such folder"),
+        (["--plot", "nowhere/p.png"], "the folder does not exist"),
     ],
 )
 def test_what_is_wrong_is_told(folder, arguments, told):
@@ -96,4 +96,4 @@ def test_a_dataset_of_nothing_new_is_refused(folder):
     assert kind == "detector"
     done = evaluate("data", "--model", str(path))
     assert done.exit_code
-    assert "have learnt from all its objects" in str(done.exception)
+    assert "were trained on all its objects" in str(done.exception)

@@ -97,7 +97,7 @@ def test_a_learning_curve_refuses_what_it_cannot_compare(tmp_path):
     joined(parts[:1], {}).save(tmp_path / "other")
     for options, said in (
         ({"learners": ["logistic", "linear-window"]}, "of one job"),
-        ({"also": str(tmp_path / "other")}, "no object that nothing is learnt from"),
+        ({"also": str(tmp_path / "other")}, "no object that is not in the training data"),
     ):
         with pytest.raises(DataError, match=said):
             LearningStudy(LearningOptions(data=str(tmp_path / "data"), **options), CONTEXT).run(

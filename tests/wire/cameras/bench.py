@@ -83,7 +83,7 @@ def through_opencv(width, height):
 
 
 def through_driver(width, height):
-    """Rate and age of frames as `lsds` reads them: 320 x 240 whatever the camera's size."""
+    """Rate and age of frames as `lsds` reads them: 320 x 240 for any camera size."""
     with MockProcess("gelsight-mini", {"port": 0, "width": width, "height": height, "scene": "slide"}) as mock:
         camera = sensor(mock.addresses["http"], border=0.0 if width == 320 else 0.15)
         camera.connect()

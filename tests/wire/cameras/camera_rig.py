@@ -29,7 +29,7 @@ HOST = PluginHost()
 CLOCK = WallClock()
 BITS = 24
 UNIT_NS = 100_000
-"""Bars of black and white tell a time in tenths of a millisecond, and begin anew after half an hour."""
+"""Black and white bars that encode a time in tenths of a millisecond, repeating after half an hour."""
 RATE_HZ = 25.0
 
 cv2.setNumThreads(1)
@@ -60,7 +60,7 @@ def truth_camera(seed=0, **options):
 
 
 class TimePicture:
-    """Shows when it was taken as black and white bars, so that any client can tell how old a picture is."""
+    """Shows when it was taken as black and white bars, so that any client can compute the age of a picture."""
 
     def __init__(self, width, height):
         rng = np.random.default_rng(0)

@@ -1,4 +1,4 @@
-"""Rendered markers that move as they are told, and how well their velocity is seen."""
+"""Rendered markers with a given motion, and the error of their measured velocity."""
 
 from __future__ import annotations
 

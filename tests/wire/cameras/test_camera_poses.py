@@ -1,4 +1,4 @@
-"""Bodies by their markers: where they are, how fast, and what is not to be believed."""
+"""Poses and velocities of bodies from markers, and rejection of unreliable ones."""
 
 from __future__ import annotations
 

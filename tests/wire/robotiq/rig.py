@@ -24,7 +24,7 @@ ANY_PORTS = {"tcp_port": 0, "urcap_port": 0}
 
 
 class Bench:
-    """A register machine with fingers of its own on a clock that only moves when it is told to."""
+    """A register machine with its own fingers, on a manual clock."""
 
     def __init__(self, **options):
         self.options = RobotiqOptions(**options)

@@ -1,4 +1,4 @@
-"""The manuals' frames, byte for byte, and framing under whatever may arrive."""
+"""The manuals' frames, byte for byte, and framing of arbitrary input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mock as a server: addresses, ports in use, clients that misbehave, faults that it does not know."""
+"""The mock as a server: addresses, ports in use, misbehaving clients, unsupported faults."""
 
 from __future__ import annotations
 

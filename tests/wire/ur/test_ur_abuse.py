@@ -1,4 +1,4 @@
-"""What nobody should send: numbers that are none, sizes without end, programs that never wait, deaf clients."""
+"""Invalid input: NaN, endless sizes, programs that never wait, clients that do not read."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def test_a_list_of_lists_is_made_of_copies():
 
 @contextlib.contextmanager
 def undisturbed(host, longest_s=0.5):
-    """The stream goes on, without a loss and without a long gap, whatever is done within."""
+    """The stream continues without a loss and without a long gap during the body."""
     with Client(host) as client:
         client.outputs("timestamp")
         client.start()

@@ -54,7 +54,7 @@ def build(mock, **options):
 
 @contextlib.contextmanager
 def connected(mock, **options):
-    """A connected driver, closed at the end whatever happens, with nothing left behind."""
+    """A connected driver, always closed at the end, with no process or socket left."""
     with nothing_left():
         arm = build(mock, **options)
         try:
@@ -273,7 +273,7 @@ def slowed(mock, fraction):
 
 
 def rests_for_good(mock, arm):
-    """Whether it comes to rest, and what is told of it stays well for longer than anything is waited for."""
+    """Whether it comes to rest, and its states stay valid for longer than every time limit."""
     assert until(lambda: truly_at_rest(mock), 3)
     ends = CLOCK.now() + 300_000_000
     while CLOCK.now() < ends:

@@ -18,7 +18,7 @@ SETTLED_S = 0.8
 
 
 class Controller:
-    """ur_rtde's two interfaces: `answers` tells what a call returns, raises, or does; True where it does not say."""
+    """ur_rtde's two interfaces: `answers` gives what a call returns, raises, or does; default True."""
 
     def __init__(self, answers):
         self.answers, self.calls = {"getRuntimeState": 2, "getSafetyStatusBits": 1, **answers}, []
@@ -43,7 +43,7 @@ class Controller:
 
 
 class Arm:
-    """A worker around such a controller, in control; `speed` is what states tell, None where none come."""
+    """A worker with such a controller, in control; `speed` is that of the states, None for no states."""
 
     def __init__(self, answers):
         self.link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.field.grid import CellGrid
 
 NARROW = 2.5
-"""Contacts of fewer cells across are looked at again on finer ones, whatever they say."""
+"""Contacts with fewer cells across are always audited on finer grids."""
 _SHARES = ((NARROW, math.inf), (3.5, 0.12), (5.0, 0.075), (np.inf, 0.06))
 """Below a width in cells."""
 _SHARP_SHARE = 0.21
@@ -34,7 +34,7 @@ def share_of_motion(grid: CellGrid, cells: NDArray[np.int32], pressure: NDArray[
 
 
 def is_sharp(pressure: NDArray[np.floating]) -> bool:
-    """Tell by its pressure (N,) whether a face has an edge."""
+    """Return from its pressure (N,) whether a face has an edge."""
     under = pressure[pressure > 0]
     return under.size > 0 and float(under.max()) > _SHARP * float(under.mean())
 

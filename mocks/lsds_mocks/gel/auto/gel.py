@@ -118,7 +118,7 @@ class AutoGel:
     def _new(self, fine: int) -> FieldGel:
         return FieldGel(self.shape, self.material, fine=fine, follows=self._follows, tolerance=self._settled)
 
-    # What a gel does, the answering grid does.
+    # The methods of a gel are those of the active grid.
 
     @property
     def points_m(self) -> NDArray[np.float64]:
@@ -222,7 +222,7 @@ class AutoGel:
     def _go_on(self, audit: Audit) -> None:
         """Lead the other grid on; where it has arrived, estimate the answering one's error, and act on it."""
         other = self._other
-        # What is known to be wrong is not waited for. While all of it slides, errors stay as they are.
+        # Do not wait for a grid known to be too coarse. In gross slip, errors stay constant.
         late = self._gone_m - audit.sent_m > _LATE_M and not self._main.fully_sliding
         budget = (
             math.inf if self._main.operator.kernel != "pad" else self._budget * (_HURRY if audit.answers or late else 1)
@@ -247,7 +247,7 @@ class AutoGel:
         small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
         self._worst = max(self._worst, self._estimate)
         self._wait_m = min(2 * self._wait_m, _FAR_M) if small and self._gone_m > 0 else _NEAR_M
-        # What pressing has shown says little of what shear will do.
+        # The error found in pressing says little about the error in shear.
         self._to_next_m = self._wait_m if self._gone_m > 0 else _SOON_M
         # The RMS over the whole way counts; but it may not be this grid that is to blame for it.
         so_far = self._error.add(self._gone_m, self._estimate)
@@ -335,7 +335,7 @@ class AutoGel:
             self._gave_up,
         )
 
-    # What a gel can be asked, the answering grid is asked.
+    # Queries of a gel are passed to the active grid.
 
     @property
     def sliding(self) -> NDArray[np.bool_]:
@@ -362,7 +362,7 @@ class AutoGel:
         return self._main.state()
 
     def restore(self, state: GelState) -> None:
-        """Put a state back; what led there is not known, so audits begin anew."""
+        """Restore a state; its path is not known, so audits start again."""
         self._main = self._view(state)
         self._main.restore(state)
         self._indentation, self._reach = state.indentation_m, state.reach_m

@@ -1,4 +1,4 @@
-"""What has been done to a gel, in legs long enough to be retraced cheaply on another grid."""
+"""The motion history of a gel, in legs long enough to be retraced cheaply on another grid."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PRESS_M = 0.05e-3
 MEMORY_M = 2e-3
 """Friction forgets what lies farther back than this: the surface has slid over it."""
 MOST_LEGS = 100
-"""Nor does anybody want to go through more than so many legs, however short."""
+"""Maximum number of legs."""
 _REACH_M = 0.2e-3
 """A leg ends when the end of the object has come so far over the pad: a part of a cell."""
 _STRAIGHT = math.cos(math.radians(20))
@@ -63,7 +63,7 @@ class Leg(NamedTuple):
         return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
 
     def leads_on(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
-        """Return whether a step goes on in its direction."""
+        """Return whether a step continues in its direction."""
         own = self.length_m
         step = math.sqrt(dx_m**2 + dy_m**2 + (ARM_M * dtheta_rad) ** 2)
         along = self.dx_m * dx_m + self.dy_m * dy_m + ARM_M**2 * self.dtheta_rad * dtheta_rad

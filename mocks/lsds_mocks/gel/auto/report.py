@@ -1,4 +1,4 @@
-"""What the choosing gel has chosen, why, at what cost, and what it cannot promise."""
+"""The report of the gel with automatic grid: chosen grids, reasons, cost, and limits of accuracy."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class FidelityReport:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What an audit of the grid cannot see, or has seen and cannot mend."""
+        """Return warnings: errors that audits cannot detect, or have found and cannot correct."""
         found = strain_warnings(self.strain)
         if self.gave_up and self.estimate_m is not None and self.estimate_m > self.tolerance_m:
             found.append("the finest grid that can keep up does not meet the tolerance")

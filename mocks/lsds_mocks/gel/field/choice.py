@@ -77,7 +77,7 @@ AT_ONCE = 25_000
 
 
 class AnyPatch:
-    """A `Patch` or a `SpectralPatch`, whichever suits the number of cells, or the one asked for."""
+    """A `Patch` or a `SpectralPatch`, chosen by the number of cells or by the caller."""
 
     def __init__(self, operator: Operator, solver: Solver = "auto") -> None:
         self._operator = operator

@@ -1,4 +1,4 @@
-"""What a gel on cells needs once: compiled code and tables. A run in real time must not stop for them midway."""
+"""One-time preparation of a gel on cells: compiled code and tables, so that a real-time run does not wait for them."""
 
 from __future__ import annotations
 

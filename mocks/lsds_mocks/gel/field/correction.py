@@ -1,6 +1,6 @@
-"""What the walls of a finite pad, and the layer's repetition, change: a dense correction on the hats, from a file.
+"""The correction for the walls of a finite pad and the layer's periodicity: a dense matrix on hats, from a file.
 
-The periodic layer knows no walls. The correction is the compliance between hats of a 3-D finite-element model of the
+The periodic layer has no walls. The correction is the compliance between hats of a 3-D finite-element model of the
 pad less that of the periodic layer; it is smooth, so bilinear hats carry it. `lsds_research.pad.make_pad` computes it.
 It is positive semi-definite, since cutting a pad out of a layer can only make it softer: layer and correction together
 are as positive as the layer.

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TOLERANCE = 0.02
 """Traction that is still let change when a solution is taken for one, as part of the greatest pressure."""
 _BESIDE = 1.15
-"""Cells are looked after where the gap is below this many indentations: beside the contact the surface bulges."""
+"""Cells are active where the gap is below this many indentations, because the surface bulges around the contact."""
 _DEAD = 1.5
 """A patch is cleared of cells that touch no more when it is this many times as large as it need be."""
 _LOOK_M, _LOOK_AGAIN_M = 2e-6, 20e-6
@@ -284,7 +284,7 @@ class FieldGel:
         notice_sliding(self._carried, self._w, self._slid, _SLIDES * step, self._slip, self._now_sliding)
 
     def _end_increment(self) -> None:
-        """Move the anchors of cells that slid, and begin anew from here."""
+        """Move the anchors of cells that slid, and start a new increment from here."""
         if self._patch.size and self._steps > 1:
             self._relax(_CLOSE * self.tolerance)
         self._steps = 0

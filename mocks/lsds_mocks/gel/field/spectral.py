@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.field.operator import Operator
 
 _ALIGNED = 4
-"""Rectangles begin and end at multiples of so many cells: their tables are made anew less often."""
+"""Rectangles start and end at multiples of this many cells, so that their tables are rebuilt less often."""
 _ROOMY = 2.0
 """A rectangle is drawn in when it is so many times as large as it need be."""
 _STRICT = 0.5
@@ -136,7 +136,7 @@ class SpectralPatch:
         box = self._box
         if box is None:
             return 1
-        # Cells that are not looked after are pressed by nothing whatever they do; their displacement may be anything.
+        # Inactive cells carry no traction, so their displacement is arbitrary.
         lay_out(self._at, traction, w, target, friction, self._y, self._r, self._target, self._friction)
         done = self._descend(box, _STRICT * tolerance, sweeps)
         take_in(self._at, self._y, self._r, self._limit, self._kt, target, traction, w, slid)

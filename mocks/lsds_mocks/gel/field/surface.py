@@ -1,4 +1,4 @@
-"""What a state of the gel looks like: where dots go, how deep the surface lies, how much of it is touched.
+"""Observable quantities of a gel state: marker positions, surface depth, contact area.
 
 The free surface is smooth, so forces on fine cells are added up on cells of a whole hat, and the depth of those is read
 from one dense matrix. Beside the contact of round things that is right to some micrometres, ten at a block's edge;
@@ -241,7 +241,7 @@ class FieldView:
 
 
 class _PointMatrices:
-    """What traction on each cell does to one set of points (M, 2), worked out when a cell is first asked for."""
+    """The effect of traction on each cell on one set of points (M, 2), computed when a cell is first used."""
 
     def __init__(self, operator: Operator, xy_m: NDArray[np.float64]) -> None:
         self.xy_m = xy_m

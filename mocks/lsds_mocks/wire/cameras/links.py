@@ -29,7 +29,7 @@ class LinkOptions(Protocol):
 
     @property
     def scene(self) -> Happening:
-        """What happens in a scene of its own."""
+        """Links to the camera's own scene."""
         ...
 
     @property

@@ -28,7 +28,7 @@ def record(
     rate_hz: float,
     pictures: Iterable[tuple[int, NDArray[np.uint8] | None]],
 ) -> int:
-    """Write (t_ns, uint8 RGB image) pairs as a colour stream beside a flat depth stream; return how many.
+    """Write (t_ns, uint8 RGB image) pairs as a colour stream with a flat depth stream; return how many.
 
     Raises ConnectFailed where pyrealsense2 cannot be imported or will not write the file, which has to end in .db3.
     """

@@ -28,7 +28,7 @@ _Moving = tuple[GelState, float, float]
 
 
 class ScriptedCell:
-    """Physics brought up to whatever instant is asked for; the same seed and instants give the same states.
+    """Physics advanced to any requested instant; the same seed and instants give the same states.
 
     `aperture_mm` decides how hard the pipe is held: 23.6 and it slides while it is lifted, 21.5 and it comes along.
     """

@@ -26,7 +26,7 @@ _LEAP_M = 0.005
 
 
 class SceneView:
-    """Renders the stage from what a link tells of the scene. A picture's time is the middle of its exposure."""
+    """Renders the scene that a link provides. A picture's time is the middle of its exposure."""
 
     def __init__(self, options: TruthCameraOptions, link: SceneLink, context: BuildContext) -> None:
         self.stage = Stage(options.width, options.height, context.rng_seed("truth camera"), noise=options.noise)

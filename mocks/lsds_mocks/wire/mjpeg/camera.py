@@ -33,12 +33,12 @@ _WAIT_NS, _PATIENCE_NS, _RETRY_NS = 20_000_000, 15_000_000, 1_000_000
 
 
 class View(Protocol):
-    """What a camera looks at."""
+    """The scene of a camera."""
 
     def picture(self, t_ns: int, seq: int, since_start: int) -> NDArray[np.uint8] | None:
         """Return a new uint8 RGB image of the instant `t_ns`, None where nothing is known of it.
 
-        `seq` counts exposures since the camera was switched on, `since_start` those since somebody began to stream.
+        `seq` counts exposures since the camera was switched on, `since_start` those since streaming began.
         """
         ...
 
@@ -125,7 +125,7 @@ class CameraMock:
         if self._faults.strikes("freeze", FACE) and self._last is not None:
             return self._last
         image = self._view.picture(t_ns, seq, self._since_start)
-        # What happened at this very instant may still be on its way from another process.
+        # Events of this instant may not have arrived from another process yet.
         while image is None and (now := self._clock.now()) - t_ns < _PATIENCE_NS:
             self._clock.sleep_until(now + _RETRY_NS)
             image = self._view.picture(t_ns, seq, self._since_start)

@@ -15,12 +15,12 @@ class CameraOptions(BaseModel):
 
     host: str = Field(default="127.0.0.1", description="loopback address to listen on")
     port: int = Field(default=8080, ge=0, le=65535, description="TCP port; 0 takes a free one")
-    pipe: str = Field(default="", description="also write JPEG after JPEG to this named pipe, made where absent")
+    pipe: str = Field(default="", description="also write the JPEG images to this named pipe, created if absent")
     quality: int = Field(default=90, ge=1, le=100, description="JPEG quality")
-    rate_hz: float = Field(default=25.0, gt=0.5, le=240, description="exposures a second, on absolute deadlines")
-    latency_ms: float = Field(default=0.0, ge=0, le=30, description="wait between exposure and sending")
-    cell: str = Field(default="", description="socket of a cell served by another process; empty: a scene of its own")
-    faults: list[Fault] = Field(default_factory=list, description="what goes wrong, and when")
+    rate_hz: float = Field(default=25.0, gt=0.5, le=240, description="exposures per second, on absolute deadlines")
+    latency_ms: float = Field(default=0.0, ge=0, le=30, description="delay between exposure and sending")
+    cell: str = Field(default="", description="socket of a plant in another process; empty: its own scene")
+    faults: list[Fault] = Field(default_factory=list, description="faults to inject")
 
     @field_validator("host")
     @classmethod

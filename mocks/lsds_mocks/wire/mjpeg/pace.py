@@ -1,8 +1,8 @@
 """Whether one client is ready for another picture: not while it has left the last one lying.
 
-TCP does not tell a sender what its peer has read; the window it advertises grows and shrinks for reasons of its own.
-But the peer of a loopback connection lives in the same kernel, and the kernel tells everybody how much waits in any
-socket: `ss` asks the same way (sock_diag(7)).
+TCP does not inform a sender of what its peer has read; the advertised window also changes for other reasons. But the
+peer of a loopback connection is in the same kernel, which reports the bytes waiting in any socket, as used by `ss`
+(sock_diag(7)).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ANSWER_RQUEUE = _HEADER.size + 4 + 48 + 4
 
 
 class Pace:
-    """Tells, picture by picture, whether to send one client the newest. Where the kernel does not tell, always."""
+    """Decides for each picture whether to send it to a client; always sends if the kernel gives no information."""
 
     def __init__(self, connection: socket.socket) -> None:
         self._connection = connection

@@ -66,7 +66,7 @@ class JpegPipe:
             except OSError as error:
                 if error.errno not in (errno.ENXIO, errno.EINTR):
                     return
-                select.select([], [], [], _POLL_S)  # nobody reads yet
+                select.select([], [], [], _POLL_S)  # no reader yet
                 continue
             self.watched = True
             try:

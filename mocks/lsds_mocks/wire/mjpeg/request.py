@@ -1,4 +1,4 @@
-"""What a client asks of the camera: one HTTP request, read with a limit on size and time."""
+"""One HTTP request to the camera, read with limits on size and time."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def read_request(connection: socket.socket) -> Wish:
 
 
 def wish(request: bytes) -> Wish:
-    """Return what the first line of a request asks for; a further `&key=value` is ignored, as mjpg-streamer does."""
+    """Return the path requested in the first line; a further `&key=value` is ignored, as mjpg-streamer does."""
     words = request.split(b"\n", 1)[0].decode("latin-1").split()
     if len(words) != 3 or not words[2].startswith("HTTP/"):
         return "bad-request"

@@ -77,13 +77,13 @@ class MjpegServer:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody wants pictures now."""
+        """True if any client needs pictures now."""
         with self._lock:
             return any(wish in ("stream", "snapshot") for wish in self._clients.values())
 
     @property
     def streaming(self) -> bool:
-        """Whether anybody reads the stream now."""
+        """True if any client reads the stream now."""
         with self._lock:
             return "stream" in self._clients.values()
 
@@ -146,7 +146,7 @@ class MjpegServer:
                 self._start_thread(self._serve, connection)
 
     def _serve(self, connection: socket.socket) -> None:
-        # Whatever a client does, or however it vanishes, ends its own thread and nothing else.
+        # Any error of a client, or its disconnection, ends only its own thread.
         try:
             with suppress(OSError):
                 wanted = read_request(connection)
@@ -180,7 +180,7 @@ class MjpegServer:
                     pace.sent(self._send(connection, picture))
 
     def _send(self, connection: socket.socket, picture: Picture) -> int:
-        """Send one part with whatever befalls it; return how many bytes went out."""
+        """Send one part with its faults; return the number of bytes sent."""
         size = 0
         for delay_s, message in self._faults.outgoing(part(picture), self._face):
             if delay_s > 0:

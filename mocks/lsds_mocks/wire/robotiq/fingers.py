@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def finger_link(options: RobotiqOptions, clock: Clock) -> FingerLink:
-    """Return the link that the options ask for. Raises ConnectFailed where no plant is at the address."""
+    """Return the link for the options. Raises ConnectFailed if there is no plant at the address."""
     if options.cell:
         return RemoteFingers(options.cell)
     aperture = options.stroke_mm if options.aperture_mm is None else options.aperture_mm

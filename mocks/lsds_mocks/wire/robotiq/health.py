@@ -1,4 +1,4 @@
-"""What is wrong with the gripper: which fault is shown, and which stays until a reset."""
+"""The faults of the gripper: the one that is reported, and those that stay until a reset."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SILENCE_NS = NS_PER_S
 REFRESH_NS = 5_000_000
 """Status registers are refreshed at 200 Hz."""
 PASSING_NS = NS_PER_S // 2
-"""How long an injected fault that passes by itself goes on after it was last injected."""
+"""Duration of a self-clearing fault after its last injection."""
 
 NEEDS_RESET = frozenset(
     {

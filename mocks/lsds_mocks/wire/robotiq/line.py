@@ -1,4 +1,4 @@
-"""A serial line's end at the gripper: byte time, turnaround and the faults of a wire, whatever carries the bytes."""
+"""A serial line's end at the gripper: byte time, turnaround and line faults, over any transport."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class SerialLine:
         if not self._faults.quiet:
             message = self._spoilt(message)
         due = now + self._turnaround_ns
-        # What a fault delays does not keep the line busy meanwhile.
+        # A message delayed by a fault does not keep the line busy.
         self._free_ns = max(self._free_ns, due + len(message) * self._byte_ns)
         for delay_s, part in self._faults.outgoing(message, self._face):
             due += len(part) * self._byte_ns

@@ -1,6 +1,6 @@
-"""The register machine of a Robotiq gripper: what a written command does, and what the status says about it.
+"""The register machine of a Robotiq gripper: the effect of a written command, and the resulting status.
 
-No I/O and no clock of its own: every call is told the time (ns). The fingers are behind a `FingerLink`.
+No I/O and no clock of its own: every call gets the time (ns). The fingers are behind a `FingerLink`.
 """
 
 from __future__ import annotations
@@ -72,11 +72,11 @@ class RegisterMachine:
         return self._status
 
     def heard(self, now_ns: int) -> None:
-        """Take note that a client asked for something."""
+        """Record a client's request."""
         self._health.heard(now_ns)
 
     def write(self, offset: int, data: bytes, now_ns: int) -> None:
-        """Write bytes into the command block; what they ask for begins at once."""
+        """Write bytes into the command block; the command starts at once."""
         self.step(now_ns)
         if now_ns < self._frozen_until:
             return
@@ -156,7 +156,7 @@ class RegisterMachine:
             self._go(now_ns)
 
     def _go(self, now_ns: int) -> None:
-        """Begin the motion that the command block asks for, where anything does."""
+        """Start the motion of the command block, if there is one."""
         if not (self._can_go() and self._command[layout.ACTION] & GTO):
             return
         _, _, _, position, speed, force = self._command[:6]
@@ -195,7 +195,7 @@ class RegisterMachine:
             self._go(now_ns)
 
     def _release(self, now_ns: int) -> None:
-        """Go slowly all the way in the direction that was asked for; nothing but a reset ends it."""
+        """Move slowly to the end in the requested direction; only a reset ends it."""
         if self._health.latched is Trouble.RELEASING:
             return
         self._under_way.clear()
@@ -240,7 +240,7 @@ class RegisterMachine:
 
 
 def _stuck_towards(fingers: Fingers, aperture_m: float) -> bool:
-    """Whether they are held up on this way; a plant in another process may still tell of the one before."""
+    """True if an object blocks this motion; a plant in another process may still report the previous motion."""
     return abs(fingers.target_m - aperture_m) <= _NEAR_M and fingers.stalled
 
 

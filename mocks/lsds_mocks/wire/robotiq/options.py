@@ -14,18 +14,24 @@ OFF = -1
 
 
 class RobotiqOptions(BaseModel):
-    """What all of them share; the figures are a Hand-E's."""
+    """Options common to all grippers; the figures are those of a Hand-E."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    pty: str = Field(default="", description="link to make to the serial line; without it, only its /dev name is told")
+    pty: str = Field(
+        default="", description="symbolic link to create to the serial line; without it, only the /dev name is printed"
+    )
     host: str = Field(default="127.0.0.1", description="loopback address to listen on")
-    tcp_port: int = Field(default=54321, ge=OFF, le=65535, description="RTU over TCP; 0 for any free port, -1 for none")
-    urcap_port: int = Field(default=63352, ge=OFF, le=65535, description="URCap strings; 0 for any free, -1 for none")
+    tcp_port: int = Field(
+        default=54321, ge=OFF, le=65535, description="port of RTU over TCP; 0: any free port, -1: none"
+    )
+    urcap_port: int = Field(
+        default=63352, ge=OFF, le=65535, description="port of URCap strings; 0: any free port, -1: none"
+    )
     slave: int = Field(default=9, ge=1, le=247, description="Modbus address")
-    baud: int = Field(default=115200, ge=0, description="byte time that is emulated (8N1); 0 for none")
-    turnaround_ms: float = Field(default=3.5, ge=0, le=100, description="from the end of a request to its answer")
-    latency_ms: float = Field(default=0.0, ge=0, le=1000, description="from a written command to motion")
+    baud: int = Field(default=115200, ge=0, description="baud rate whose byte time is emulated (8N1); 0: no emulation")
+    turnaround_ms: float = Field(default=3.5, ge=0, le=100, description="delay from the end of a request to its answer")
+    latency_ms: float = Field(default=0.0, ge=0, le=1000, description="delay from a written command to motion")
 
     stroke_mm: float = Field(default=50.0, gt=0, le=200, description="aperture between the two end ticks")
     open_tick: int = Field(default=3, ge=0, le=254, description="position register when fully open")
@@ -34,15 +40,19 @@ class RobotiqOptions(BaseModel):
     fastest_mm_s: float = Field(default=150.0, gt=0, le=500, description="speed at rSP 255")
     weakest_n: float = Field(default=20.0, gt=0, le=500, description="force at rFR 0")
     strongest_n: float = Field(default=185.0, gt=0, le=500, description="force at rFR 255")
-    activated: bool = Field(default=False, description="begin active, as after an earlier activation")
-    activation_s: float = Field(default=1.5, ge=0.2, le=3, description="least time of the close and open of activation")
-    aperture_mm: float | None = Field(default=None, ge=0, description="where the fingers begin; open if not given")
+    activated: bool = Field(default=False, description="start active, as after an earlier activation")
+    activation_s: float = Field(
+        default=1.5, ge=0.2, le=3, description="minimum duration of closing and opening during activation"
+    )
+    aperture_mm: float | None = Field(
+        default=None, ge=0, description="aperture of the fingers at the start; default: open"
+    )
 
     object_mm: float | None = Field(default=None, gt=0, description="width of an object between the fingers")
     hollow_mm: float | None = Field(default=None, gt=0, description="inner width of an object around the fingers")
-    stiffness_n_mm: float = Field(default=30.0, gt=0, description="of one finger on the object")
-    cell: str = Field(default="", description="address of a plant shared with other mocks")
-    faults: list[Fault] = Field(default_factory=list, description="what goes wrong, and when")
+    stiffness_n_mm: float = Field(default=30.0, gt=0, description="stiffness of one finger on the object")
+    cell: str = Field(default="", description="socket of a plant shared with other mocks")
+    faults: list[Fault] = Field(default_factory=list, description="faults to inject")
 
     @field_validator("host")
     @classmethod

@@ -35,7 +35,7 @@ class Reactor:
         self._selector.unregister(fd)
 
     def call_at(self, t_ns: int, call: Callable[[], None]) -> None:
-        """Call once at a time; calls for the same time in the order in which they were asked for."""
+        """Call once at a time; calls for the same time in the order of their requests."""
         heapq.heappush(self._calls, (t_ns, self._number, call))
         self._number += 1
 
@@ -45,7 +45,7 @@ class Reactor:
         if self._calls:
             wait = min(wait, self._calls[0][0] - self.now())
         for key, _ in self._selector.select(max(0.0, seconds(wait))):
-            # What came before in the same turn may have closed it.
+            # An earlier event of the same turn may have closed it.
             if key.fd in self._selector.get_map():
                 key.data()
         now = self.now()

@@ -1,6 +1,6 @@
 """Modbus RTU as the gripper speaks it: frames out of a stream of bytes, requests into answers.
 
-Modbus over serial line V1.02. The gripper knows no exceptions: what it does not understand it passes over in silence.
+Modbus over serial line V1.02. The gripper sends no Modbus exceptions: it ignores requests that it does not support.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ _URCAP_CLIENTS = 16
 class RobotiqMock:
     """A `WireMock`: serial line, RTU over TCP and URCap strings.
 
-    Faults on the wire strike the face that they name ("pty", "tcp", "urcap"). `busy` holds a port as another program
+    Wire faults apply to the face that they name ("pty", "tcp", "urcap"). `busy` holds a port as another program
     would; `disconnect` takes it away and, after `for_s`, gives it back; `freeze` stops the registers; `gripper-fault`
     with a code is the gripper's own.
     """
@@ -99,7 +99,7 @@ class RobotiqMock:
                     self._trouble(now)
 
     def inject(self, fault: Mapping[str, Any]) -> None:
-        """Begin a fault. Raises ConfigError for one that this mock does not know."""
+        """Start a fault. Raises ConfigError for a fault that this mock does not support."""
         checked = validated(Fault, fault, "fault")
         _require_known(checked)
         self._faults.add(checked)
@@ -127,7 +127,7 @@ class RobotiqMock:
         return _Strings(self._machine, self._faults, self._reactor, send)
 
     def _trouble(self, now_ns: int) -> None:
-        """Let the faults strike that are not those of a message."""
+        """Apply the faults that do not belong to a message."""
         if (fault := self._faults.strikes("gripper-fault", "")) is not None:
             self._machine.fail(fault.code, now_ns)
         if (fault := self._faults.strikes("freeze", "")) is not None:
@@ -153,7 +153,7 @@ class RobotiqMock:
         try:
             face.open()
         except ConnectFailed:
-            # Somebody else took the port meanwhile; it may give it back.
+            # Another program took the port meanwhile; it may become free again.
             self._later(self._clock.now() + _RETRY_NS, partial(self._reopen, face))
 
     def _release(self, face: TerminalFace | TcpFace) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Conversation(Protocol):
-    """What a face holds for one client."""
+    """The state of a face for one client."""
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""
@@ -89,7 +89,7 @@ class TcpFace:
             self._listener = None
 
     def hold(self, taken: bool) -> None:
-        """Let the next client in, or be in use by somebody else."""
+        """Accept the next client, or act as in use by another one."""
         if taken:
             for client in list(self._clients):
                 self._hang_up(client)

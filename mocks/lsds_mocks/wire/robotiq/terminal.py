@@ -25,8 +25,8 @@ NAME = "pty"
 class TerminalFace:
     """One pseudo-terminal. Both ends are raw; the far end is held open, so that clients may come and go.
 
-    Like a real port it lets several programs open it, and whoever asks for it exclusively (as pyserial's
-    `exclusive=True` does) keeps out others who ask so, too.
+    Like a real port it can be opened by several programs, and a program that opens it exclusively (pyserial's
+    `exclusive=True`) excludes others that also open it exclusively.
     """
 
     name = NAME
@@ -42,7 +42,7 @@ class TerminalFace:
 
     @property
     def address(self) -> str:
-        """What a client opens."""
+        """The path that a client opens."""
         return str(self._link.absolute()) if self._link is not None else os.ttyname(self._far)
 
     @property

@@ -52,7 +52,7 @@ class Library(Protocol):
 
     @property
     def functions(self) -> Mapping[str, Callable[..., Any]]:
-        """What a script can call."""
+        """The interface of a controller for scripts."""
         ...
 
     def close(self) -> None:
@@ -149,7 +149,7 @@ class Controller:
         self._pending.append(values)
 
     def start(self, compiled: Compiled) -> None:
-        """Run a program: a primary one in the place of the present one, a secondary one beside it."""
+        """Run a program: a primary one in the place of the present one, a secondary one in parallel."""
         if self.power.mode is not RobotMode.RUNNING or self.safety is not SafetyMode.NORMAL:
             return
         library = self._library(self)
@@ -166,7 +166,7 @@ class Controller:
         self.tell(KeyMessage("PROGRAM_XXX_STARTED", compiled.name))
 
     def refuse(self, error: ScriptError) -> None:
-        """Tell that a program cannot run."""
+        """Report that a program cannot run."""
         self.tell(RuntimeExceptionMessage(error.line, error.column, error.text))
 
     def stop_program(self) -> None:

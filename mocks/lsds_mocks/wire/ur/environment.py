@@ -1,4 +1,4 @@
-"""What the tool meets: a floor, where there is one, what a client says it feels, and the load of a shared plant."""
+"""External forces on the tool: an optional floor, a wrench set by a client, and the load of a shared plant."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Environment:
         self.external = [0.0] * 6
 
     def follow(self, time_s: float, tcp_pose: Sequence[float], tcp_speed: Sequence[float]) -> None:
-        """Tell what the arm carries where it is."""
+        """Send the tool's position to the plant."""
         if self._link is not None:
             now_ns = self._clock.now() if self._clock is not None else nanoseconds(time_s)
             self._link.follow(now_ns, tcp_pose[2], tcp_speed[2])

@@ -1,4 +1,4 @@
-"""What the controller has to tell everybody on its primary interface."""
+"""Messages of the controller to all clients of its primary interface."""
 
 from __future__ import annotations
 

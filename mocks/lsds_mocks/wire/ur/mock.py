@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 STEP_NS = 2_000_000
 LATEST_NS = 1_000_000_000
-"""A late loop catches up, so that no package is lost; later than this it has been asleep, and goes on from now."""
+"""A late loop catches up, so that no package is lost; if it is later than this, it was suspended and continues from
+now."""
 
 FACES = (
     *("dashboard", "rtde", "primary", "primary-read-only", "secondary", "secondary-read-only"),
@@ -139,7 +140,7 @@ class MockUr:
             self.controller.environment.close()
 
     def _strike(self, network: Network, controller: Controller) -> bool:
-        """Let due faults of the whole arm strike; return whether the controller stands still in this cycle."""
+        """Apply due faults of the whole arm; return whether the controller is frozen in this cycle."""
         if self._faults.quiet:
             return False
         if fault := self._faults.strikes("disconnect", ""):
@@ -154,7 +155,7 @@ def _rest(faults: FaultInjector, fault: Fault) -> float | None:
 
 
 def _be_punctual() -> None:
-    """Ask for short timer slack and, where that is allowed, real-time priority; keep others out of the loop: the
+    """Request short timer slack and, if permitted, real-time priority; keep other work out of the loop: the
     collector, and the thread that compiles."""
     sys.setswitchinterval(_SWITCH_S)
     with contextlib.suppress(OSError, AttributeError):

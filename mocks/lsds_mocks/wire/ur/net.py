@@ -20,7 +20,7 @@ BACKLOG_BYTES = 1 << 18
 """Unsent bytes after which a client that does not read loses what is new."""
 
 LONGEST_BYTES = 1 << 20
-"""Unsent bytes after which one that asks all the time and never reads the answers is thrown out."""
+"""Unsent bytes above which a client that never reads its answers is disconnected."""
 
 PIECE_BYTES = 1 << 16
 
@@ -126,7 +126,7 @@ class Network:
         self._bind(face, port, open_session)
 
     def poll(self) -> None:
-        """Accept, read and flush whatever is there."""
+        """Accept connections, read and flush all sockets."""
         self._come_back()
         for descriptor, _events in self._poll.poll(0):
             if descriptor in self._listeners:

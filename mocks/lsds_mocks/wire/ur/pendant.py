@@ -1,4 +1,4 @@
-"""What a person does at the teach pendant: load and play programs, remote control, operational modes."""
+"""The teach pendant: load and play programs, remote control, operational modes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SCRIPT_S = 10.0
 
 
 class Pendant:
-    """Of one controller. Scripts, and the commands that the script ports take beside them, come through here."""
+    """The teach pendant of one controller. Scripts, and the other commands of the script ports, pass through here."""
 
     def __init__(self, controller: Controller, uploads: Uploads) -> None:
         self.controller = controller
@@ -43,7 +43,7 @@ class Pendant:
 
     @property
     def operational_mode(self) -> str:
-        """MANUAL, AUTOMATIC, or NONE where nobody has set one."""
+        """MANUAL, AUTOMATIC, or NONE if not set."""
         return self._mode
 
     @operational_mode.setter
@@ -108,7 +108,7 @@ class Pendant:
         return file if file.is_file() else None
 
     def _external_control(self) -> str:
-        """Ask the other computer for its script, as the External Control URCap does. "" where it does not answer."""
+        """Request the script from the other computer, as the External Control URCap does; "" if it does not answer."""
         options = self.controller.options
         if not on_loopback(options.urcap_host):
             return ""

@@ -20,7 +20,7 @@ RECIPES = 255
 
 
 class RtdeFace:
-    """All RTDE clients of one controller; knows who has claimed which input."""
+    """All RTDE clients of one controller, with the inputs that each has claimed."""
 
     def __init__(self, controller: Controller, faults: FaultInjector) -> None:
         self.controller = controller

@@ -1,4 +1,4 @@
-"""What a script gives as numbers, and from a target to joint positions."""
+"""Checks of a script's numeric arguments, and conversion of a target to joint positions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A client of a port that takes scripts, whatever else that port streams to it."""
+"""A client of a port that accepts scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scripts on their way to the controller: compiled beside the control loop, in the order in which they came."""
+"""Uploaded scripts: compiled in parallel with the control loop, in the order of their arrival."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ class Uploads:
                 self._ready.put(error)
                 continue
             except Exception as error:
-                # What Python will not take, as more than a hundred levels of nesting. The next program still is taken.
+                # Programs that Python cannot compile, such as more than a hundred levels of nesting. The next program
+                # is still accepted.
                 self._ready.put(ScriptError(f"syntax_error: {type(error).__name__}: {error}", 1, 1))
                 continue
             while len(self._cache) >= CACHED:

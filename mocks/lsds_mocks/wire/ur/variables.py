@@ -1,4 +1,4 @@
-"""What RTDE offers: every variable's name, type on the wire, and where its value comes from.
+"""The variables of RTDE: name, type on the wire, and source of the value.
 
 A recipe is compiled into one function, so that a package costs one call and one `struct.pack`.
 """
@@ -191,7 +191,7 @@ class Unpacker:
         self._vectors = any(IN[name] in _VECTORS for name in names)
 
     def values(self, data: bytes) -> dict[str, Any]:
-        """Return the values. What is longer than the recipe is cut off, as the controller does.
+        """Return the values. Data longer than the recipe is truncated, as in the controller.
 
         Raises ValueError for data that is too short.
         """

@@ -2,7 +2,7 @@
 
 In a layer that repeats after N hat intervals along an axis, motions are sums of N waves that differ from one interval
 to the next by a phase only (Bloch); each is a problem on one interval. The layer is subtracted as elements see it, not
-as it is (`lsds_mocks.gel.field.operator` knows that exactly): what the elements get wrong under a load, and near it, is
+in exact form (see `lsds_mocks.gel.field.operator`): what the elements get wrong under a load, and near it, is
 the same in the pad, and goes away. The rest is smooth, so that hats carry it well, and positive semi-definite.
 """
 

@@ -8,7 +8,7 @@ be measured beside it.
 - Haessig and Friedland's reset integrator (1991), explicit;
 - LuGre (Canudas de Wit and others 1995), forward Euler and semi-implicit, and with bristles stiff in proportion to the
   normal force, implicit;
-- Moreau's time stepping of rigid Coulomb friction, which knows no stretch;
+- Moreau's time stepping of rigid Coulomb friction, without elastic deformation;
 - event-driven: exact pieces of stick and slip, events looked for at the ends of steps only.
 """
 

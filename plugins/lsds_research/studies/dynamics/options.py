@@ -18,7 +18,7 @@ class DynamicsOptions(BaseModel):
 
     steps_ms: list[float] = Field(
         default=[40.0, 8.0, 2.0, 0.5],
-        description="step of the integration to try, ms; repeatable",
+        description="time step to measure, ms; repeatable",
         json_schema_extra={"flag": "--step-ms"},
     )
-    reference_ms: float = Field(default=0.01, gt=0, description="step of the reference solution, ms")
+    reference_ms: float = Field(default=0.01, gt=0, description="time step of the reference solution, ms")

@@ -116,5 +116,5 @@ def _draw(path: Path, rows: list[dict[str, Value]], steps: list[float]) -> None:
         ax.grid(alpha=0.3)
     axes[0].set_ylabel("error of the drop (mm)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8, frameon=False)
-    figure.suptitle("A grip is lost and regained, simulated: which integrator of friction to believe", fontsize=11)
+    figure.suptitle("A grip is lost and regained, simulated: errors of friction integrators", fontsize=11)
     figure.savefig(path, dpi=110)

@@ -1,1 +1,1 @@
-"""What one frame costs."""
+"""Study of the computing time of one frame."""

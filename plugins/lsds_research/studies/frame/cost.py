@@ -1,4 +1,4 @@
-"""What one frame costs, from image to command, and what the tracker's speed costs in accuracy.
+"""Computing time of one frame from image to command, and speed against accuracy of the tracker.
 
 All candidates see the same frames of one simulated run, in turns, so that a noisy machine disturbs all alike; medians
 are quoted. Peers are what people reach for first: OpenCV's blob detector matched to the nearest dot, and pyramidal
@@ -106,7 +106,7 @@ class Clip:
 def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | None = None) -> FrameCost:
     """Run the simulated cell once, then time every part on its frames `repeats` times.
 
-    Raises DataError where the default sensor does not know its dots' true positions.
+    Raises DataError if the default sensor does not provide the true positions of its markers.
     """
     # As in a running engine, for all candidates alike.
     with quiet_process():
@@ -166,7 +166,9 @@ def record(config: RigConfig, host: PluginHost) -> Clip:
     with Rig(config, host) as rig:
         sensor: Any = rig.sensor
         if not hasattr(sensor, "marker_truth"):
-            raise DataError(f"sensor '{config.sensor.backend}' does not know where its dots really are; use a mock")
+            raise DataError(
+                f"sensor '{config.sensor.backend}' does not provide the true positions of its markers; use a mock"
+            )
         rig.arm_devices()
 
         engine = Engine(rig)
@@ -210,7 +212,7 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
 
 
 def _time_steps(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable[[str, int], int]) -> None:
-    """What perception is made of, step by step; the views are shared by tracker and depth."""
+    """The steps of perception; the views are shared by tracker and depth."""
     rig = Rig(config, host)
     tracker, spec = rig.tracker, rig.sensor.spec
     reference = tracker.start(clip.reference, spec.pad)

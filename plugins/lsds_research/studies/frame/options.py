@@ -16,5 +16,5 @@ class FrameOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    repeats: int = Field(default=10, ge=1, description="passes over the frames")
-    seed: int = Field(default=0, ge=0, description="of the simulated run")
+    repeats: int = Field(default=10, ge=1, description="number of passes over the frames")
+    seed: int = Field(default=0, ge=0, description="seed of the simulated run")

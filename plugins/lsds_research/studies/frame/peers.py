@@ -1,4 +1,4 @@
-"""Trackers as they are usually put together, to stand beside ours: neither knows when it is wrong."""
+"""Common tracker designs, for comparison with ours: neither flags its own errors."""
 
 from __future__ import annotations
 

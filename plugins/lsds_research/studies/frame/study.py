@@ -37,7 +37,7 @@ class FrameStudy:
         self.options = options
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the simulated cell once and time its frames. Raises DataError where its sensor knows no truth."""
+        """Run the simulated cell once and time its frames. Raises DataError if its sensor has no truth."""
         passes = count(1)
         cost = measure(self.options.seed, self.options.repeats, lambda: tick(next(passes), self.options.repeats))
         parts = [dataclasses.asdict(part) for part in (cost.total, *cost.parts, *cost.depth, *cost.peers)]

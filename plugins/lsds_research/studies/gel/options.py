@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class GelStudyOptions(BaseModel):
     """Measure every model of the simulated gel on every scene: the dots' error against the time a frame takes.
 
-    Without --reference the finest grid stands in for the truth. Grids of the choosing model are tried on random
+    Without --reference the finest grid is the reference. Grids of the automatic model are tried on random
     scenes, and their cost, audits included, compared with the cheapest grid that would have met the tolerance.
 
     \b
@@ -22,19 +22,21 @@ class GelStudyOptions(BaseModel):
 
     scenes: list[str] = Field(
         default_factory=list,
-        description="scene to measure; repeatable, all where none is named",
+        description="scene to measure; repeatable; default: all",
         json_schema_extra={"flag": "--scene", "metavar": "NAME"},
     )
     repeats: int = Field(
         default=3,
         ge=1,
         le=100,
-        description="runs of each; times are over the frames of all, cost ratios of the fastest",
+        description="runs of each; times are over the frames of all runs, cost ratios use the fastest run",
     )
     reference: str = Field(
         default="",
-        description="folder of reference solutions (sphere.npz, ...); else the finest grid",
+        description="folder of reference solutions (sphere.npz, ...); default: solve on the finest grid",
         json_schema_extra={"metavar": "FOLDER"},
     )
-    random: int = Field(default=12, ge=0, le=1000, description="random scenes for the choosing gel")
-    seed: int = Field(default=1000, ge=0, description="of the first random scene")
+    random: int = Field(
+        default=12, ge=0, le=1000, description="number of random scenes for the gel with automatic grid"
+    )
+    seed: int = Field(default=1000, ge=0, description="seed of the first random scene")

@@ -155,7 +155,8 @@ def _row(
 
 
 def choose(scene: Scene, repeats: int) -> list[dict[str, Value]]:
-    """Return, for each tolerance, what the choosing gel reached and cost, beside the cheapest grid that would do."""
+    """Return, for each tolerance, error and cost of the gel with automatic grid, compared with the cheapest sufficient
+    grid."""
     fixed: dict[int, tuple[Trace, float]] = {}
     for fine in (1, 2, 4):
         trace, us = timed(

@@ -1,6 +1,6 @@
 """Study `learning`: what more objects to learn from would give, measured by giving fewer.
 
-A curve that still rises where the data end asks for more objects; one that is flat asks for other evidence, or for
+A curve that still rises at the end means that more objects would help; a flat one needs other signals, or
 another model. Objects are drawn in an order of their own by each repeat, and scored are always the same ones, never
 seen; where a second dataset is given, that too.
 """
@@ -57,7 +57,7 @@ class LearningStudy:
             other = load(Path(options.also))
             other = other.where(~np.isin(other["object"], seen["object"]))
             if not len(other):
-                raise DataError(f"{options.also}: has no object that nothing is learnt from")
+                raise DataError(f"{options.also}: has no object that is not in the training data")
             tests[Path(options.also).name or "also"] = other
         learners = self._learners()
         job = next(iter(learners.values())).job
@@ -74,7 +74,7 @@ class LearningStudy:
         shown = SCORES[job]
         columns = [("model", "model", ""), ("objects", "objects", ""), ("windows", "windows", ""), ("on", "on", "")]
         columns += [(key, heading, ".3f") for key, (heading, _) in shown.items()]
-        title = f"What more objects to learn from give, {seen.card.get('figures_are', 'of unknown origin')}"
+        title = f"Scores against number of training objects, {seen.card.get('figures_are', 'of unknown origin')}"
         return StudyResult(
             title,
             columns,
@@ -82,7 +82,7 @@ class LearningStudy:
             partial(plot, rows=rows, scores=shown, title=title),
             [
                 "on: the objects never seen of the dataset, or the other dataset",
-                "models learn from all windows of so many objects; the row without objects knows nothing",
+                "models are trained on all windows of the given number of objects; 0 objects is the trivial baseline",
             ],
         )
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def plot(path: Path, rows: list[dict[str, Value]], scores: Mapping[str, tuple[str, float]], title: str) -> None:
-    """Write a PNG: a panel a score, a color a model, dashed on a second dataset, dotted what knows nothing."""
+    """Write a PNG: one panel per score, one color per model; dashed: second dataset, dotted: trivial baseline."""
     figure = new_figure(3.6 * len(scores), 3.8)
     panels = figure.subplots(1, len(scores), squeeze=False)[0]
     models = list(dict.fromkeys(str(row["model"]) for row in rows))

@@ -7,22 +7,22 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 _FOLDER: dict[str, Any] = {"metavar": "FOLDER"}
-_DATASET = "folder of a dataset: lsds collect, or data/ of lsds reproduce"
+_DATASET = "folder of a dataset, from lsds collect or in data/ of lsds reproduce"
 
 
 class TradeoffOptions(BaseModel):
-    """Options that both jobs share."""
+    """Options shared by the studies of detectors and of estimators."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     data: str = Field(description=_DATASET, json_schema_extra=_FOLDER)
-    most: int = Field(default=20_000, ge=500, description="windows to fit on, drawn from all: enough to compare")
-    repeats: int = Field(default=10, ge=1, le=1000, description="passes over the frames that are timed")
-    seed: int = Field(default=0, ge=0, description="of fits and of the simulated run")
+    most: int = Field(default=20_000, ge=500, description="number of windows to fit on, drawn at random")
+    repeats: int = Field(default=10, ge=1, le=1000, description="number of timed passes over the frames")
+    seed: int = Field(default=0, ge=0, description="seed of the fits and of the simulated run")
 
 
 class DetectorsOptions(TradeoffOptions):
-    """Measure detectors: accuracy on objects never seen against the time of an update. Needs the train extra.
+    """Measure detectors: accuracy on held-out objects against computing time per update. Needs the train extra.
 
     \b
     Examples:
@@ -32,7 +32,7 @@ class DetectorsOptions(TradeoffOptions):
 
 
 class EstimatorsOptions(TradeoffOptions):
-    """Measure estimators: R2 of speed on objects never seen against the time of an update. Needs the train extra.
+    """Measure estimators: R2 of speed on held-out objects against computing time per update. Needs the train extra.
 
     \b
     Examples:
@@ -42,7 +42,7 @@ class EstimatorsOptions(TradeoffOptions):
 
 
 class LearningOptions(BaseModel):
-    """Measure the learning curve: scores on objects never seen by the number of objects to learn from.
+    """Measure the learning curve: scores on held-out objects against the number of training objects.
 
     Needs the train extra.
 
@@ -56,22 +56,22 @@ class LearningOptions(BaseModel):
 
     data: str = Field(description=_DATASET, json_schema_extra=_FOLDER)
     also: str = Field(
-        default="", description="another dataset to score on; nothing is learnt from it", json_schema_extra=_FOLDER
+        default="", description="another dataset to score on, not used for training", json_schema_extra=_FOLDER
     )
     learners: list[str] = Field(
         default=["linear-window", "field-gru"],
         min_length=1,
-        description="a learner; repeatable, all of one job",
+        description="learner to fit; repeatable, all detectors or all estimators",
         json_schema_extra={"flag": "--learner", "metavar": "NAME"},
     )
-    repeats: int = Field(default=1, ge=1, le=100, description="orders of the objects")
-    seed: int = Field(default=0, ge=0, description="of the orders and of the fits")
+    repeats: int = Field(default=1, ge=1, le=100, description="number of random orders of the objects")
+    seed: int = Field(default=0, ge=0, description="seed of the orders and of the fits")
 
 
 class ModelsOptions(BaseModel):
-    """Score models as they are on a dataset's objects that they have not learnt from. Nothing is trained.
+    """Score finished models on the objects of a dataset that they were not trained on. Nothing is trained.
 
-    The dataset is a folder of lsds collect, or one in data/ of lsds reproduce. Needs the data extra.
+    The dataset is a folder written by lsds collect, or a folder in data/ of lsds reproduce. Needs the data extra.
 
     \b
     Examples:
@@ -85,14 +85,14 @@ class ModelsOptions(BaseModel):
     data: str = Field(description=_DATASET, json_schema_extra=_FOLDER)
     models: list[str] = Field(
         default=[],
-        description="a shipped model, or a file (.onnx) of lsds train; repeatable, all shipped where none is named",
+        description="shipped model, or file (.onnx) of lsds train; repeatable; default: all shipped models",
         json_schema_extra={"flag": "--model", "metavar": "NAME|FILE"},
     )
     job: Literal["", "detect", "estimate"] = Field(
-        default="", description="what the models are for; by the dataset where it is not given"
+        default="", description="job of the models to score; default: that of the dataset"
     )
     objects: list[str] = Field(
         default=[],
-        description="object to score on; repeatable, where none is named all that no model has learnt from",
+        description="object to score on; repeatable; default: all objects that no model was trained on",
         json_schema_extra={"flag": "--object", "metavar": "NAME"},
     )

@@ -1,6 +1,6 @@
-"""Study `models`: what models are worth as they are, on objects of a dataset that they have not learnt from.
+"""Study `models`: scores of finished models on the objects of a dataset that they were not trained on.
 
-Nothing is fitted but the rules of one number that stand beside them, on the objects that are not scored where the
+Only the one-parameter baselines are fitted, on the objects that are not scored if the
 dataset has such, else out of fold.
 """
 
@@ -90,7 +90,7 @@ class ModelsStudy:
         ]
         what = "slip told" if job == "detect" else "slip speed told"
         known = sorted(_learnt(models) & set(test["object"].tolist()))
-        where = "objects of which some were learnt from" if known else "objects not learnt from"
+        where = "objects, some of the training data" if known else "held-out objects"
         title = f"Models as they are: {what} on {where}, {data.card.get('figures_are', 'unknown')}"
         heads = [
             ("model", "model", ""),
@@ -117,7 +117,7 @@ class ModelsStudy:
         learnt = _learnt(models)
         found = self.options.objects or [name for name in known if name not in learnt]
         if not found:
-            raise DataError(f"{self.options.data}: the models have learnt from all its objects; collect others")
+            raise DataError(f"{self.options.data}: the models were trained on all its objects; collect other objects")
         return found
 
 
@@ -152,7 +152,7 @@ def _scores(name: str, model: Artefact, test: Dataset, job: Job) -> list[detecti
 
 
 def _plain(others: Dataset, test: Dataset, job: Job) -> list[detection.Row]:
-    """Return the rows of what knows nothing, or one number."""
+    """Return the rows of the trivial baselines."""
     if job == "estimate":
         own = labelled(test, job)
         return severity.plain_unseen(labelled(others, job) if len(others) else own, own)

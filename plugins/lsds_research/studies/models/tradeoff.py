@@ -1,8 +1,8 @@
 """Studies `detectors` and `estimators`: accuracy on unseen objects against microseconds an update, in one run.
 
 Every learner is fitted on the objects to learn from, with each set of signals and length of window, and scored on the
-objects never seen. What an update costs is measured in the running cell's own code, all models taking turns on the same
-frames of a simulated run, so that a noisy machine disturbs all alike.
+objects never seen. The time of an update is measured in the code of the running cell, with all models alternating on
+the same frames of a simulated run, so that a noisy machine disturbs all alike.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 MARKS = {"baseline": "v", "proposed": "s", "combined": "D", "field": "o", "own": "o", "untrained": "X"}
 
 _WORST = -0.5
-"""A score below this only tells that a model fails: it is named at the lower edge, and not shown to scale."""
+"""A score below this means failure: the model is named at the lower edge, not to scale."""
 
 
 def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> None:

@@ -1,1 +1,1 @@
-"""What a simulated finger's frame costs, and how right its colours are."""
+"""Study of computing time and colour error of a simulated finger's frame."""

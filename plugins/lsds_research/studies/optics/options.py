@@ -20,11 +20,13 @@ class OpticsOptions(BaseModel):
 
     scenes: list[str] = Field(
         default_factory=list,
-        description="scene to measure; repeatable, all where none is named",
+        description="scene to measure; repeatable; default: all",
         json_schema_extra={"flag": "--scene", "metavar": "NAME"},
     )
     fidelity: Literal["auto", "pad"] = Field(
-        default="auto", description="gel: one that chooses its grid, or one on cells of 0.48 mm"
+        default="auto", description="gel model: automatic grid, or a fixed grid of 0.48 mm cells"
     )
-    tolerance_um: float = Field(default=20.0, ge=0.5, le=200, description="of the gel that chooses its grid, um")
-    repeats: int = Field(default=3, ge=1, le=100, description="runs of each; figures are over the frames of all")
+    tolerance_um: float = Field(
+        default=20.0, ge=0.5, le=200, description="error tolerance of the gel with automatic grid, um"
+    )
+    repeats: int = Field(default=3, ge=1, le=100, description="runs of each; figures are over the frames of all runs")

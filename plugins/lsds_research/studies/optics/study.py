@@ -1,4 +1,5 @@
-"""What a finger's frame costs, mechanics and image, and how far each optical tier is from the fullest."""
+"""Computing time of a finger's frame (mechanics and image), and the difference of each optical tier from the full
+one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a camera adds to a clip: noise where all is still, its correlation, drift of brightness, dim first frames."""
+"""Camera effects in a clip: noise without motion, its correlation, brightness drift, dim first frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens in a simulated clip, drawn from a seed: an object, a grip that holds or does not, and how it is shaken.
+"""The events of a simulated clip, drawn from a seed: object, grip force (holding or not), and shaking motion.
 
 Only what the recordings leave open is drawn here, and tuned: the object, its friction, the grip and the hand's motion.
 """
@@ -30,7 +30,7 @@ CLOSING_M_S = (0.02, 0.15)
 GAP_M = 0.002
 """Between each pad and the object before the grip."""
 ECCENTRIC_SHARE, ECCENTRIC_MM = 0.85, (2.0, 15.0)
-"""How many clips grip beside the centre of mass, and how far beside."""
+"""Share of clips gripped off the centre of mass, and the offset."""
 LIFT_M_S = (0.03, 0.12)
 STROKE_M, SHAKE_HZ = (0.005, 0.05), (0.8, 4.0)
 SHAKEN_SHARE = (0.1, 0.4)

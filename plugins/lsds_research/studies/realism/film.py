@@ -32,7 +32,7 @@ HAND_M_S2 = 20.0
 LEAD_S = 2.0
 """From the cell's start to the first frame: time to grip in clips that begin with the object held."""
 RECORDED_HZ = 25.0
-"""The rate that recordings claim in their header, whatever the camera's own was."""
+"""The rate stated in the header of the recordings, independent of the camera's real rate."""
 
 
 def film(clip: Clip, seed: int) -> list[NDArray[np.uint8]]:
@@ -59,7 +59,7 @@ def film(clip: Clip, seed: int) -> list[NDArray[np.uint8]]:
         empty = empty or (held and not released and cell.plant.normal_n == 0)
         held = cell.plant.normal_n > 0
         if empty and not released:
-            # Nobody goes on shaking an empty hand, or comes down on the object with it closed.
+            # Stop shaking after the object is lost, and do not press the closed fingers on it.
             released = True
             _move_fingers(cell, now, clip.ajar_m, clip.closing_m_s, clip.force_n)
         _move_hand(cell, now, 0.0 if empty else clip.hand_m_s(t_s))

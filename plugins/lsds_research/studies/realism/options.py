@@ -22,18 +22,18 @@ class RealismOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     recordings: str = Field(
-        description="folder of real recordings (videos), searched below it too", json_schema_extra={"metavar": "FOLDER"}
+        description="folder of real recordings (videos), searched recursively", json_schema_extra={"metavar": "FOLDER"}
     )
-    videos: int = Field(default=0, ge=0, description="how many of them, spread evenly; 0 takes all")
-    clips: int = Field(default=63, ge=1, le=10_000, description="simulated clips")
-    seed: int = Field(default=0, ge=0, description="of the simulated clips")
+    videos: int = Field(default=0, ge=0, description="number of recordings to use, evenly spaced; 0: all")
+    clips: int = Field(default=63, ge=1, le=10_000, description="number of simulated clips")
+    seed: int = Field(default=0, ge=0, description="seed of the simulated clips")
 
     fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(default="pad", description="model of the gel")
-    grid: Literal[1, 2, 4] = Field(default=1, description="cells of layer and pad per 0.96 mm and direction")
-    step_ms: float = Field(default=4.0, ge=0.25, le=10, description="step of the physics")
-    rate_hz: float = Field(default=25.0, ge=1, le=120, description="rate of the simulated camera")
-    least_frames: int = Field(default=60, ge=4, le=1000, description="frames of the shortest clip")
-    most_frames: int = Field(default=120, ge=4, le=1000, description="frames of the longest clip")
+    grid: Literal[1, 2, 4] = Field(default=1, description="gel cells per 0.96 mm in each direction, for layer and pad")
+    step_ms: float = Field(default=4.0, ge=0.25, le=10, description="time step of the physics")
+    rate_hz: float = Field(default=25.0, ge=1, le=120, description="frame rate of the simulated camera")
+    least_frames: int = Field(default=60, ge=4, le=1000, description="length of the shortest clip, frames")
+    most_frames: int = Field(default=120, ge=4, le=1000, description="length of the longest clip, frames")
     codec: Literal["XVID", "FFV1"] = Field(
-        default="XVID", description="of the simulated clips; that of the recordings, or a lossless one"
+        default="XVID", description="codec of the simulated clips: that of the recordings, or a lossless one"
     )

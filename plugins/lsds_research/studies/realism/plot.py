@@ -21,7 +21,7 @@ SIGNED = ("divergence", "curl")
 
 
 def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str, int]) -> None:
-    """Write the chart as PNG; `clips` tells how many there are of each kind."""
+    """Write the chart as PNG; `clips` is their number of each kind."""
     figure = new_figure(13, 6.6)
     for ax, quantity in zip(figure.subplots(2, 4, sharey=True).ravel(), QUANTITIES, strict=True):
         _panel(ax, quantity, curves[quantity.key])

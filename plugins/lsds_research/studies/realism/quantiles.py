@@ -33,7 +33,7 @@ def overlap(a: Floats, b: Floats) -> float:
         return 0.0
     bins = max(2, min(MOST_BINS, math.isqrt(min(len(a), len(b)))))
     grid = np.linspace(0, 1, 501)
-    # As many values of each: quantiles stand in for the sample itself.
+    # The same number of values of each: quantiles represent the sample.
     both = np.concatenate([np.quantile(a, grid, method="nearest"), np.quantile(b, grid, method="nearest")])
     edges = np.unique(np.quantile(both, np.arange(1, bins) / bins, method="lower"))
     # Bins are open below and closed above, with an infinite one at either end.

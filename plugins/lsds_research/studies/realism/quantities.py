@@ -1,4 +1,4 @@
-"""What is compared: how far and how fast the dots move, how the field opens and turns, how many dots get lost.
+"""The compared quantities: displacement and speed of the markers, divergence and curl of the field, lost markers.
 
 Taken from what `lsds track` finds, the same way for a recording and for a simulated clip.
 """

@@ -98,7 +98,7 @@ class RealismStudy:
 
 
 class _Side:
-    """What one side has given so far."""
+    """The values of one side (real or simulated) so far."""
 
     def __init__(self) -> None:
         self.samples: list[Samples] = []

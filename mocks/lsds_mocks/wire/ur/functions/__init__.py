@@ -1,6 +1,6 @@
 """The controller's own functions, as scripts call them. Those that take time are generators: a yield is a cycle.
 
-What is not listed in these modules a script cannot call: it gets the controller's own "name not found".
+A script cannot call a function that is not in these modules: it gets the controller's "name not found".
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _MODULES = (motion, robot, communication, sockets)
 
 
 class Library:
-    """All functions for one program, bound to its controller. `close` gives back what the program has opened."""
+    """All functions for one program, bound to its controller. `close` closes everything that the program has opened."""
 
     def __init__(self, controller: Controller) -> None:
         self.functions: dict[str, Callable[..., Any]] = dict(mathematics.FUNCTIONS)

@@ -60,15 +60,15 @@ class Functions:
         return self._c.registers.bit(_index(address, BITS))
 
     def write_output_integer_register(self, address: int, value: Any) -> None:
-        """Tell clients a number, cut to 32 bits."""
+        """Send a number to clients, truncated to 32 bits."""
         self._c.registers.ints[_index(address)] = (int(value) + 2**31) % 2**32 - 2**31
 
     def write_output_float_register(self, address: int, value: Any) -> None:
-        """Tell clients a number."""
+        """Send a number to clients."""
         self._c.registers.doubles[_index(address)] = float(value)
 
     def write_output_boolean_register(self, address: int, value: Any) -> None:
-        """Tell clients yes or no."""
+        """Send a boolean to clients."""
         self._c.registers.set_bit(_index(address, BITS), bool(value))
 
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
@@ -153,7 +153,7 @@ class Functions:
     def popup(
         self, s: Any, title: str = "Popup", warning: bool = False, error: bool = False, blocking: bool = False
     ) -> None:
-        """Show a text. Nobody is there to close it: one that blocks pauses the program until it is played again."""
+        """Show a text. No person can close it, so a blocking one pauses the program until it is played again."""
         self._c.tell(TextMessage(f"{title}: {to_text(s)}"))
         if blocking:
             self._c.pause_program()

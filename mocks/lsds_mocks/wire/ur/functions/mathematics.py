@@ -1,4 +1,4 @@
-"""Functions of numbers, lists, poses and strings; they know nothing of an arm."""
+"""Functions of numbers, lists, poses and strings; independent of the arm."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ class Functions:
     # -- force, freedrive, contact ------------------------------------------------------------------------
 
     def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: int, limits: Any) -> None:
-        """Let the tool yield along the chosen axes of a frame until it pushes with the wrench asked for."""
+        """Let the tool yield along the chosen axes of a frame until it pushes with the requested wrench."""
         frame = numbers(task_frame)
         if int(type) == 3:
             frame = list(self._c.tcp_pose)
@@ -137,7 +137,7 @@ class Functions:
         self._c.motion.compliance_gain = min(max(scaling, 0.0), 2.0)
 
     def freedrive_mode(self, freeAxes: Any = None, feature: Any = None) -> None:
-        """Let a person lead the arm. Nobody is there to: it stays where it is."""
+        """Freedrive: hand guiding by a person. In the mock the arm stays where it is."""
         self._free_drive = True
 
     def end_freedrive_mode(self) -> None:

@@ -1,4 +1,4 @@
-"""Functions that tell about the arm, and set what it carries and how it is mounted."""
+"""Functions that return the arm's state, and set its payload and mounting."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Functions:
         return Pose(self._c.kinematics.flange(self._c.arm.q))
 
     def get_target_waypoint(self) -> Pose:
-        """Return the TCP's pose: waypoints ahead are not told."""
+        """Return the TCP's pose; waypoints ahead are not supported."""
         return Pose(self._c.tcp_pose)
 
     def is_steady(self) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 CONNECT_S = 2.0
 DEFAULT = "socket_0"
 KEPT_BYTES = 1 << 18
-"""What has come and nobody has read; what comes beyond it waits with its sender."""
+"""Limit of received bytes that are not read yet; further bytes wait at the sender."""
 
 
 class _Connection:

@@ -1,4 +1,4 @@
-"""Modes that follow what they are told each cycle: joint speed, tool speed, servo, and stopping."""
+"""Modes that follow a command in each cycle: joint speed, tool speed, servo, and stopping."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one place where the arm's joints change: whatever move a script has under way, one control cycle at a time."""
+"""The only place where the arm's joints change: runs the present move of a script, one control cycle at a time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BRAKE_RAD_S2 = 10.0
 
 
 class Compliance:
-    """Force mode: along chosen axes of a frame the tool yields until the force it feels is the one asked for.
+    """Force mode: along chosen axes of a frame the tool yields until the measured force is the requested one.
 
     `wrench` is what the tool is to push with (N, Nm), `limits` its largest speeds there (m/s, rad/s).
     """
@@ -36,7 +36,7 @@ class Compliance:
 
     def velocity(self, felt: Sequence[float], gain: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Return the tool's velocity in the base frame; `felt` is the force on the tool there."""
-        # What pushes the tool along: the force asked for, and the environment's on it.
+        # The force that moves the tool: the requested force plus that of the environment.
         push = self._wrench + self._axes.T @ np.array(felt, dtype=float)
         scale = gain * np.array([1e-3, 1e-3, 1e-3, 2e-2, 2e-2, 2e-2])
         free = np.where(self._selection, np.clip(push * scale, -self._limits, self._limits), 0.0)
@@ -45,7 +45,8 @@ class Compliance:
 
 
 class Motion:
-    """Owns the arm's joints. A script starts a move and asks whether it is done; who drops one lets the arm brake."""
+    """Owns the arm's joints. A script starts a move and polls whether it is done; when a move is dropped, the arm
+    brakes."""
 
     def __init__(self, arm: ArmMotion) -> None:
         self.arm = arm
@@ -56,7 +57,7 @@ class Motion:
 
     @property
     def before(self) -> Before | None:
-        """What the next move along a path has to blend out of: a move with a blend radius, or leftover speed."""
+        """The motion that the next path move blends with: a move with a blend radius, or remaining speed."""
         if isinstance(self._move, PathMove) and self._move.done and not self._move.ended:
             return self._move
         return Coast(self.arm, BRAKE_RAD_S2) if self.arm.moving else None
@@ -67,16 +68,16 @@ class Motion:
         return not self.arm.moving and (self._move is None or not self._driven)
 
     def start(self, move: Move) -> None:
-        """Begin a move; it takes over whatever is under way."""
+        """Start a move, which takes over from the present one."""
         self._move, self._driven = move, True
 
     def drop(self, move: Move) -> None:
-        """Nobody drives this move any more. One along a path that has blended out still runs to its end."""
+        """Drop this move. A move along a path that is already blended out still runs to its end."""
         if self._move is move:
             self._driven = isinstance(move, PathMove) and move.done
 
     def drop_all(self) -> None:
-        """Nobody drives anything any more, and nothing yields."""
+        """Drop all moves and end all waiting."""
         self._driven = False
         self.compliance = None
 

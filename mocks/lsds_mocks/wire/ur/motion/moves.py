@@ -39,7 +39,7 @@ class Before(Protocol):
 
 
 class Coast:
-    """What is left of a motion that nobody drives any more: each joint slows down to rest."""
+    """The rest of a motion without a driver: each joint decelerates to rest."""
 
     def __init__(self, arm: ArmMotion, deceleration: float) -> None:
         self._qd = list(arm.qd)
@@ -127,7 +127,7 @@ class PathMove:
         return self._end
 
     def _keep_within_speed(self, limits: Sequence[float]) -> None:
-        """Go slower where the way asks a joint for more than it can do."""
+        """Slow down where the path exceeds a joint's limits."""
         step = 1.0 / _CHECKS
         worst, before = 0.0, self.at(0.0)
         for number in range(1, _CHECKS + 1):

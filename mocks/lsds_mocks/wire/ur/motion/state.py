@@ -1,4 +1,4 @@
-"""What the moves work on: joints, tool and limits."""
+"""The state used by moves: joints, tool and limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Joints = list[float]
 
 
 class Step(NamedTuple):
-    """Joints after a time step; speeds and accelerations where the move knows them better than differences tell."""
+    """Joints after a time step; with speeds and accelerations if the move has better values than differences."""
 
     q: Joints
     qd: Joints | None = None
@@ -34,7 +34,7 @@ class Move(Protocol):
 
 
 class Unreachable(Exception):
-    """A target, or a point on the way to it, is out of reach; `pose` tells which."""
+    """A target, or a point on the way to it, is out of reach; `pose` is that point."""
 
     def __init__(self, pose: Sequence[float]) -> None:
         super().__init__("out of reach: " + ", ".join(f"{value:.3f}" for value in pose))

@@ -1,4 +1,4 @@
-"""What goes wrong in a script, and where."""
+"""Errors of a script, with their position."""
 
 from __future__ import annotations
 
@@ -14,4 +14,4 @@ class ScriptError(Exception):
 
 
 class Halt(Exception):
-    """The script said `halt`, or something ended it in good order."""
+    """The script called `halt`, or was ended regularly."""

@@ -1,4 +1,4 @@
-"""Script text to tokens. Line breaks are no tokens: each token knows whether it begins a line."""
+"""Script text to tokens. Line breaks are no tokens: each token states whether it begins a line."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LABEL = re.compile(r"^[ \t]*\$[^\n]*", re.MULTILINE)
 
 
 class Token(NamedTuple):
-    """`kind` is number, name, string, keyword, symbol or end; `first` tells that it begins a line."""
+    """`kind` is number, name, string, keyword, symbol or end; `first` is true if it begins a line."""
 
     kind: str
     text: str

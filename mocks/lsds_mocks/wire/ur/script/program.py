@@ -12,7 +12,7 @@ from lsds_mocks.wire.ur.script.errors import Halt, ScriptError
 from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList, copied
 
 Waiting = Generator[None, None, Any]
-"""What takes time: yields once for each control cycle that it waits."""
+"""A function that takes time: it yields once per control cycle."""
 
 THREADS = 256
 """A program that starts more threads than these without end is ended."""
@@ -22,7 +22,7 @@ LENGTH = 65_536
 
 
 class Program:
-    """One uploaded program. `step` runs it through one control cycle; `running` tells whether more is to come.
+    """One uploaded program. `step` runs it through one control cycle; `running` is true until it has ended.
 
     `functions` are the controller's own, by name; `at_end` is called when the program has ended, however it did. An
     error ends it; it is in `error`.

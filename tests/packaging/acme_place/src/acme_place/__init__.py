@@ -1,1 +1,1 @@
-"""A job of somebody else: lift, place, let go."""
+"""A third-party job: lift, place, release."""
