@@ -2,7 +2,7 @@
 
 Use it inside your own robot program: the program moves the arm, the engine corrects slip.
 
-    with Engine(rig, job).background():
+    with lsds.bring_up("rig.toml", job=job) as engine, engine.background():
         ...                # the arm program
         job.let_go()
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Wanted
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.jobs.grasp import Grasp
@@ -22,13 +23,16 @@ class HoldOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     release_m: float = Field(default=0.01, gt=0, le=0.5, description="how far to open the fingers on release")
+    duration_s: float = Field(default=0.0, ge=0, le=1e6, description="release after this time; 0: only on let_go()")
 
 
 class HoldJob:
     """A `Job` that never commands the arm. `held` is true from the end of the grasp until `let_go`."""
 
     def __init__(self, options: HoldOptions | None = None, context: BuildContext | None = None) -> None:
-        self._release_m = (options or HoldOptions()).release_m
+        options = options or HoldOptions()
+        self._release_m = options.release_m
+        self._duration_ns = nanoseconds(options.duration_s)
         self._let_go = False
         self.held = False
 
@@ -41,7 +45,8 @@ class HoldJob:
         self._task, self._gripper = setting.task, setting.gripper
         self._grasp = Grasp(setting.task, setting.t_ns)
         self._opening: Grip | None = None
-        self._let_go = self.held = False
+        # `let_go` may have been called already, from the thread that has started this run: it counts.
+        self.held = False
 
     def let_go(self) -> None:
         """Open the fingers and end the job; from any thread. If nothing is held yet, it ends the job without moving."""
@@ -51,16 +56,18 @@ class HoldJob:
         """Return what is wanted now."""
         if self._opening is not None:
             return Wanted("release", grip=self._opening, done=now.arrived)
+        if not self.held and not self._let_go:
+            self.held, self._held_ns = self._grasp.step(now), now.t_ns
+        if self.held and 0 < self._duration_ns <= now.t_ns - self._held_ns:
+            self._let_go = True
         if self._let_go:
             return self._release(now)
-        if not self.held:
-            self.held = self._grasp.step(now)
         if self.held:
             return Wanted("hold", corrects=True)
         return Wanted(self._grasp.stage, grip=self._grasp.grip if self._grasp.stage == "grasp" else None)
 
     def _release(self, now: Situation) -> Wanted:
-        held, self.held = self.held, False
+        held, self.held, self._let_go = self.held, False, False
         if now.gripper is None or not held:
             return Wanted("release", done=True)
         aperture = min(now.gripper.aperture_m + self._release_m, self._gripper.stroke_m)

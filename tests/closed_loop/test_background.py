@@ -41,6 +41,22 @@ def test_a_program_holds_moves_and_lets_go():
     assert gc.get_freeze_count() <= frozen
 
 
+def test_letting_go_before_the_run_has_begun_counts():
+    job = lsds.HoldJob()
+    job.let_go()
+    session = lsds.run(overrides=["cell.simulated.fidelity=winkler"], job=job)
+    assert session.fault is None
+    assert session.summary["simulated_s"] < 0.1
+
+
+def test_hold_lets_go_after_its_time():
+    timed = ["job.backend=hold", "job.hold.duration_s=0.5", "cell.simulated.fidelity=winkler"]
+    session = lsds.run(overrides=timed)
+    assert session.summary["outcome"] == "released"
+    held = [sample for sample in session.record.samples if sample.acting]
+    assert 10 <= len(held) <= 14
+
+
 def program(job, body, *overrides):
     """Run a body next to the engine; return what the body was given."""
     with lsds.bring_up(overrides=[*REAL_TIME, *overrides], job=job) as engine, engine.background() as grip:
