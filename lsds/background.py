@@ -51,6 +51,11 @@ class Background:
         if self._error is not None:
             raise self._error
 
+    def add_note_to(self, error: BaseException) -> None:
+        """Note at a program's error that the run had ended by an error of its own, which may well be its cause."""
+        if self._error is not None and self._error is not error:
+            error.add_note(f"the engine had ended before: {type(self._error).__name__}: {self._error}")
+
     def start(self) -> None:
         """Start the run."""
         self._thread.start()

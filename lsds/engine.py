@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 from lsds.actuation import Actuation
 from lsds.background import Background
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
-from lsds.contracts import Cycle, GripInput, Job, Setting, Situation, Twist, Wanted
+from lsds.contracts import Cycle, Grip, GripInput, Job, Setting, Situation, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginError, raised_by
 from lsds.fusion import fused_detection, fused_estimate
 from lsds.histogram import LogHistogram
@@ -69,13 +69,14 @@ class Engine:
         self.lines = tuple(FingerLine(finger, config, start, live=not self._recorded) for finger in rig.fingers)
         for line in self.lines:
             _require_rate(line, config.safety.stale_after_s)
-        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock)
+        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._may_send)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
         self._states = States(rig, start)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._watchdog: Watchdog | None = None
+        self._controlled_ns: int | None = None
         self._began = self._ended = False
         self.recorded = 0
         self.on_recorded: Callable[[Frame], object] | None = None
@@ -133,7 +134,13 @@ class Engine:
         return sum(line.gate.refused for line in self.lines)
 
     def every(self, name: str, call: Callable[[int], object], rate_hz: float) -> None:
-        """Have `call(now_ns)` called at a rate, after all else that is due then. An exception ends the run."""
+        """Have `call(now_ns)` called at a rate, after all else that is due then. An exception ends the run.
+
+        Raises ConfigError for a rate that is not positive, and on a recording, where no clock runs.
+        """
+        if self._recorded or not rate_hz > 0:
+            problem = "a recording has no clock" if self._recorded else f"{rate_hz:g} Hz is not a rate"
+            raise ConfigError("the engine", [ConfigIssue(f"every('{name}')", problem, "use an observer")])
         self.scheduler.add(name, call, _period(rate_hz), phase=Phase.OBSERVE)
 
     # -- three ways to run --------------------------------------------------------------------------------
@@ -169,8 +176,9 @@ class Engine:
         running.start()
         try:
             yield running
-        except BaseException:
+        except BaseException as error:
             running.end()
+            running.add_note_to(error)
             raise
         running.end()
         running.check()
@@ -210,7 +218,9 @@ class Engine:
         command = None
         if acting and self._controls and state is not None:
             first = seen[0].observation
-            asked = GripInput(first.t_ns, first.dt_s, detection, estimate, self._act.held_m, measured, known)
+            asked = GripInput(
+                first.t_ns, self._since_controlled(seen[0]), detection, estimate, self._act.held_m, measured, known
+            )
             aperture = _call(self._controller_name, self._rig.controller.update, asked)
             if aperture is not None:
                 command = self._act.correct(aperture, may_open=self._may_open)
@@ -226,6 +236,8 @@ class Engine:
             self._act.held_m,
             measured,
             self._states.pose,
+            self._wanted.twist,
+            leads=seeing[0] is self.lines[0],
         )
         self.observers.publish(cycle)
         if self._yielding is not None:
@@ -233,6 +245,15 @@ class Engine:
             self.scheduler.stop()
         for line, finger in zip(seeing, seen, strict=True):
             line.gate.followed(finger.frame, finger.tracks, now_ns)
+
+    def _since_controlled(self, finger: FingerCycle) -> float:
+        """Return the time (s) since the controller's last update, measured by frames.
+
+        One finger's own interval will do; with several, each frame would count a whole interval.
+        """
+        seen = finger.observation
+        last, self._controlled_ns = self._controlled_ns, seen.t_ns
+        return seen.dt_s if len(self.lines) == 1 or last is None else (seen.t_ns - last) * 1e-9
 
     def _known(self, seen: tuple[FingerCycle, ...]) -> tuple[FingerCycle, ...]:
         """What each finger saw last, where that is not too old to count."""
@@ -259,7 +280,7 @@ class Engine:
         add("job", self._do_job, _period(schedule.arm_rate_hz), phase=Phase.COMMAND)
 
     def _read_arm(self, now_ns: int) -> None:
-        self._states.read_arm(now_ns, self._wanted.twist or Twist())
+        self._states.read_arm(now_ns, Twist() if self._wanted.twist is None else self._act.moving)
 
     def _do_job(self, now_ns: int) -> None:
         """Ask the job what it wants, and send that."""
@@ -276,17 +297,44 @@ class Engine:
             pose=self._states.pose,
         )
         wanted = _call(self._job_label, self._job.step, situation)
-        if not isinstance(wanted, Wanted):
-            raise PluginError(f"{self._job_label}: step() returned {type(wanted).__name__}, not Wanted")
+        self._require_sound(wanted)
+        begins = wanted.corrects and not self._wanted.corrects
         self._wanted = wanted
         if wanted.corrects and self.acting_since_ns is None:
             self.acting_since_ns = now_ns
         if wanted.done:
             self.stop()
             return
-        self._act.grip(wanted.grip, self._states.gripper, now_ns)
+        sent = self._act.grip(wanted.grip, self._states.gripper, now_ns)
+        if begins or sent:
+            # What a controller remembers is of a grip that is no more.
+            _call(self._controller_name, lambda _: self._rig.controller.reset(), None)
+            self._controlled_ns = None
         if wanted.twist is not None:
             self._act.move(wanted.twist, wanted.acceleration_m_s2)
+
+    def _require_sound(self, wanted: object) -> None:
+        """Raise PluginError, naming job and stage, before anything of a malformed wish is sent."""
+        if not isinstance(wanted, Wanted):
+            raise PluginError(f"{self._job_label}: step() returned {type(wanted).__name__}, not Wanted")
+        problem = ""
+        if not isinstance(wanted.grip, Grip | None):
+            problem = f"grip is {wanted.grip!r}, not a Grip"
+        elif not isinstance(wanted.twist, Twist | None):
+            problem = f"twist is {wanted.twist!r}, not a Twist"
+        else:
+            grip, twist = wanted.grip, wanted.twist
+            numbers: list[float] = [] if grip is None else [grip.aperture_m, grip.speed_m_s, grip.force_n]
+            if twist is not None:
+                numbers += [*twist.linear_m_s, *twist.angular_rad_s, wanted.acceleration_m_s2]
+            if not all(map(math.isfinite, numbers)):
+                problem = f"it wants {wanted.grip} and {wanted.twist}, which are not all finite numbers"
+        if problem:
+            raise PluginError(f"{self._job_label}: stage '{wanted.stage}': {problem} (a mistake in that job)")
+
+    def _may_send(self) -> None:
+        if self._watchdog is not None:
+            self._watchdog.check()
 
     def _advance(self) -> bool:
         """Run until there is a cycle to yield, or to the end; return whether there is more."""
@@ -311,6 +359,9 @@ class Engine:
                 None if self._rig.arm is None else self._rig.arm.spec,
                 self._rig.own_cell,
             )
+            for finger in self._rig.fingers:
+                finger.detector.reset()
+                finger.estimator.reset()
             _call(self._job_label, self._job.begin, setting)
             with quiet_process():
                 if self._recorded:

@@ -37,7 +37,7 @@ def fused_detection(fingers: Sequence[FingerCycle]) -> Detection:
 
 def fused_estimate(fingers: Sequence[FingerCycle]) -> SlipEstimate:
     """Return the mean of all fingers that do not abstain, weighted by its inverse variance (independent errors)."""
-    if len(fingers) == 1:
+    if len(fingers) == 1 and not fingers[0].opposite:
         return fingers[0].estimate
     told = [(-1.0 if finger.opposite else 1.0, finger.estimate) for finger in fingers if not finger.estimate.abstained]
     if not told:

@@ -100,6 +100,10 @@ class ArrivalWatch:
         """Record the aperture that was sent."""
         self._sent_m, self._sent_ns, self._heard, self._resting_since = aperture_m, now_ns, False, None
 
+    def superseded(self) -> None:
+        """Record that a correction was sent since: the command must not be sent again, because that could open."""
+        self._heard = True
+
     def lost(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the gripper has not echoed the command in time. A command that was echoed once is never lost:
         a correction may have changed the target since, and sending it again would open the gripper."""

@@ -115,6 +115,8 @@ class _Settings(BaseModel):
         if isinstance(fingers, Mapping) and fingers:
             if data.get("sensor") is not None:
                 raise ValueError("[sensor] and [sensors] cannot be used together: configure one finger or several")
+            if "" in fingers:
+                raise ValueError("[sensors]: a finger needs a name, such as [sensors.left]")
             filled["sensors"] = {name: _with_default(finger, "sensor") for name, finger in fingers.items()}
         return {key: value for key, value in filled.items() if value is not None}
 

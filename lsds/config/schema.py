@@ -37,6 +37,9 @@ def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
     finger.pop("required", None)
     for unused in ("BackendSection", "ControllerSection"):
         definitions.pop(unused, None)
+    # One finger or several, never both; and every finger has a name.
+    schema["not"] = {"required": ["sensor", "sensors"], "properties": {"sensors": {"minProperties": 1}}}
+    schema["properties"]["sensors"]["propertyNames"] = {"minLength": 1}
     return {"$schema": DIALECT, **schema}
 
 

@@ -57,7 +57,8 @@ class Cycle:
     `fingers` are those with a new frame, in the rig's order; `detection` and `estimate` are fused over all fingers, in
     the plane of the first. `command_m` is the aperture sent in this cycle, None if nothing was sent; `held_m` the one
     last sent; `measured_m` the one reported by the gripper. `acting` is true while the controller corrects slip;
-    `twist` is the TCP velocity that the job wants, None if it does not use the arm.
+    `twist` is the TCP velocity that the job wants, None if it does not use the arm. `leads` is true if the first
+    finger of `fingers` is the first of the rig.
     """
 
     t_ns: int
@@ -71,18 +72,19 @@ class Cycle:
     measured_m: float
     pose: PoseSample | None = None
     twist: Twist | None = None
+    leads: bool = True
 
     @property
     def frame(self) -> Frame:
-        """The first finger's frame."""
+        """The frame of the first of `fingers`."""
         return self.fingers[0].frame
 
     @property
     def tracks(self) -> MarkerTracks:
-        """The first finger's tracks."""
+        """The tracks of the first of `fingers`."""
         return self.fingers[0].tracks
 
     @property
     def observation(self) -> Observation:
-        """The first finger's observation."""
+        """The observation of the first of `fingers`."""
         return self.fingers[0].observation

@@ -2,9 +2,10 @@
 
 Use it inside your own robot program: the program moves the arm, the engine corrects slip.
 
-    with lsds.bring_up("rig.toml", job=job) as engine, engine.background():
+    with lsds.bring_up("rig.toml", job=job) as engine, engine.background() as grip:
         ...                # the arm program
         job.let_go()
+        grip.wait(5.0)     # until the fingers are open: leaving the body ends the run at once
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Wanted
-from lsds.errors import ConfigError, ConfigIssue
+from lsds.errors import ConfigError, ConfigIssue, SafetyStop
 from lsds.jobs.grasp import Grasp
 
 
@@ -55,6 +56,10 @@ class HoldJob:
     def step(self, now: Situation) -> Wanted:
         """Return what is wanted now."""
         if self._opening is not None:
+            if now.t_ns - self._released_ns > nanoseconds(self._task.timeout_s):
+                raise SafetyStop(
+                    f"hold: the fingers did not open within {self._task.timeout_s:g} s (are they blocked?)"
+                )
             return Wanted("release", grip=self._opening, done=now.arrived)
         if not self.held and not self._let_go:
             self.held, self._held_ns = self._grasp.step(now), now.t_ns
@@ -71,5 +76,6 @@ class HoldJob:
         if now.gripper is None or not held:
             return Wanted("release", done=True)
         aperture = min(now.gripper.aperture_m + self._release_m, self._gripper.stroke_m)
+        self._released_ns = now.t_ns
         self._opening = Grip(aperture, self._task.grip_speed_m_s, self._task.grip_force_n)
         return Wanted("release", grip=self._opening)

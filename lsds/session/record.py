@@ -65,7 +65,7 @@ class RunRecord:
             cycle.acting,
             cycle.twist is not None and cycle.twist.linear_m_s[2] > 0,
             float(cycle.tracks.valid.mean()),
-            math.nan if contact is None else contact.area_fraction,
+            math.nan if contact is None or not cycle.leads else contact.area_fraction,
             cycle.detection.slip,
             math.nan if estimate.abstained else estimate.speed_m_s,
             math.nan if estimate.abstained else estimate.speed_std_m_s,
@@ -76,7 +76,8 @@ class RunRecord:
             _seen_slip_m(cycle),
         )
         self.samples.append(sample)
-        if not sample.acting:
+        # Pictures are of the first finger, and so are contact areas that are compared.
+        if not (sample.acting and cycle.leads):
             return
         if self.first is None:
             self.first = cycle

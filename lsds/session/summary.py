@@ -123,6 +123,8 @@ def _outcome(
     An object released by the job on purpose is "released". Without a truth, contact at the end decides; without a
     gripper the job has "ended".
     """
+    if isinstance(fault, KeyboardInterrupt):
+        return "stopped"
     if fault is not None:
         return "fault"
     if not truths and every_truth and every_truth[-1].dropped:
@@ -136,7 +138,10 @@ def _outcome(
         return "dropped" if gone else "held"
     if not engine.grips or not engine.done or not acting:
         return "ended"
-    before, after = acting[0].contact_fraction, acting[-1].contact_fraction
+    touching = [sample.contact_fraction for sample in acting if math.isfinite(sample.contact_fraction)]
+    if not touching:
+        return "ended"
+    before, after = touching[0], touching[-1]
     return "held" if before >= LEAST_CONTACT and after >= LOST_SHARE * before else "dropped"
 
 

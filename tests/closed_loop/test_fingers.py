@@ -77,7 +77,7 @@ def test_a_finger_is_mirrored_where_a_config_says_so():
 
 
 def test_one_finger_or_several_but_not_both():
-    with pytest.raises(ConfigError, match="exclude each other"):
+    with pytest.raises(ConfigError, match="cannot be used together"):
         lsds.load_config(None, ["sensor.backend=mock-gelsight-mini", "sensors.left.backend=mock-gelsight-mini"])
     with pytest.raises(ConfigError, match=r"sensors.left.backend: unknown backend 'mock-gelsight-mine'"):
         lsds.load_config(None, ["sensors.left.backend=mock-gelsight-mine"])

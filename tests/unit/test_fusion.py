@@ -31,6 +31,13 @@ def test_one_finger_has_the_only_word():
     assert fused_estimate([alone]) is alone.estimate
 
 
+def test_a_lone_opposite_finger_is_mirrored_too():
+    alone = finger("right", opposite=True, estimate=moving(0.01, 0.02, 0.3))
+    seen = fused_estimate([alone])
+    assert seen.velocity_m_s == pytest.approx((-0.01, 0.02))
+    assert seen.angular_rad_s == pytest.approx(-0.3)
+
+
 def test_one_finger_that_slips_is_slip_and_the_surest_speaks():
     holds, slips = finger(confidence=0.9), finger("right", slip=True, confidence=0.2)
     assert fused_detection([holds, slips]) is slips.detection

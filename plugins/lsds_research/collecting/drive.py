@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from lsds.config import load_config
 from lsds.config.toml import value_text
 from lsds.engine import Engine
+from lsds.errors import DataError
 from lsds.rig import Rig
 from lsds_research.collecting.job import TrialJob
 
@@ -30,5 +31,9 @@ def run_trial(trial: Trial, config_file: str | None, overrides: Sequence[str]) -
     with Rig(config) as rig:
         rig.arm_devices()
         job = TrialJob(trial, measured=rig.pose_source is not None)
-        Engine(rig, job).run()
+        engine = Engine(rig, job)
+        engine.observers.add("rows", job.keep)
+        engine.run()
+        if failure := engine.observers.statistics()[0].failure:
+            raise DataError(f"{trial.recording}: a frame could not be kept: {failure}")
         return job.columns()

@@ -12,6 +12,7 @@ from lsds.contracts import BuildContext, Grip, Setting, Situation, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue, DataError, SafetyStop
 from lsds.models.signals import signals_of
 from lsds.session.truth_log import TruthLog
+from lsds.tactile.gate import RepeatedImage
 from lsds_research.collecting.labels import SlipLabels
 from lsds_research.collecting.trials import SLOW_M_S, Job, Trial, trials
 from lsds_research.datasets import from_rows
@@ -74,7 +75,7 @@ class TrialJob:
         self._at = -1
         self._since_ns = setting.t_ns
         self._looked = False
-        self._seen: Cycle | None = None
+        self._repeated = RepeatedImage()
         self._rows: list[NDArray[np.float32]] = []
         self._times_ns: list[int] = []
 
@@ -91,7 +92,7 @@ class TrialJob:
                         f"{self._trial.recording}: no settled image of the untouched gel (is the light steady?)"
                     )
                 return Wanted("reference", twist=Twist(), acceleration_m_s2=self._task.lift_acceleration_m_s2)
-            self._at, self._since_ns, self._seen = 0, now.t_ns, now.cycle
+            self._at, self._since_ns = 0, now.t_ns
         phase = self._phases[self._at]
         if self._is_over(phase, now):
             self._at, self._since_ns = self._at + 1, now.t_ns
@@ -100,8 +101,6 @@ class TrialJob:
             phase = self._phases[self._at]
         if now.pose is not None and self._measured and phase.poses_count:
             self._labels.see(now.pose)
-        if now.cycle is not None and now.cycle is not self._seen:
-            self._keep(now.cycle)
         return Wanted(
             f"phase {self._at}",
             grip=phase.grip,
@@ -130,9 +129,14 @@ class TrialJob:
             self._trial.recording, self._trial.object, self._trial.protocol, t_s, np.array(self._rows), labels
         )
 
-    def _keep(self, cycle: Cycle) -> None:
-        self._seen = cycle
+    def keep(self, cycle: Cycle) -> None:
+        """Take a frame of the first finger into the recording; an observer of the engine, which misses none.
+
+        Frames before the approach and images that only repeat are left out.
+        """
         frame = cycle.frame
+        if self._at < 0 or not cycle.leads or self._repeated.seen(frame.image):
+            return
         self._rows.append(signals_of(cycle.observation, float(frame.image[::4, ::4].mean())))
         self._times_ns.append(frame.t_ns)
 
