@@ -19,6 +19,8 @@ class Area:
         return seen.features["area_rate"] < -self.per_s
 
 
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
 rule, own, shipped, frames = Area(per_s=0.5), 0, 0, 0
 for cycle in lsds.watch(sys.argv[1]):
     frames += 1

@@ -67,7 +67,8 @@ def run(
         engine.observers.add("record", record.observe)
         if observe is not None:
             engine.observers.add("observe", observe)
-        engine.every("truth", truths.sample, rate_hz)
+        if rig.own_cell is not None:
+            engine.every("truth", truths.sample, rate_hz)
         begun, began_ns = perf_ns(), rig.clock.now()
         try:
             engine.run()
