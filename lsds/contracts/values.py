@@ -249,12 +249,22 @@ class Evidence(Protocol):
         ...
 
 
+class Imprint(Protocol):
+    """The motion of the object's imprint since the frame before, see `lsds.tactile.imprint`."""
+
+    def __call__(self) -> Any:
+        """Return an `ImprintMotion`; None on the first frame, with too few dots to tell how the gel moves, or without
+        any edge in the image."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """The input of a detector or an estimator: the present frame and nothing of the future.
 
-    `frame` is the image with its views, `evidence` the signature of slip in the velocity field (`lsds.tactile`); each
-    is computed once, on first use. Both are None in an observation that was not made by perception.
+    `frame` is the image with its views, `evidence` the signature of slip in the velocity field, `imprint` the motion of
+    the object's imprint against the gel (`lsds.tactile`); each is computed once, on first use. All are None in an
+    observation that was not made by perception.
     """
 
     t_ns: int
@@ -265,6 +275,7 @@ class Observation:
     features: FeatureVector
     frame: Frame | None = None
     evidence: Evidence | None = None
+    imprint: Imprint | None = None
 
 
 @dataclass(frozen=True, slots=True)

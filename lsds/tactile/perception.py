@@ -14,6 +14,7 @@ from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.gate import check_image
+from lsds.tactile.imprint.motion import ImprintFollower
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer
@@ -50,6 +51,7 @@ class Perception:
             threshold_m=self._options.contact_threshold_mm * 1e-3,
         )
         self._features.start(self.reference, self._field.position_m)
+        self._imprint = ImprintFollower(self.metres_per_px)
         self._basis = EvidenceBasis(self.reference)
         return self.reference
 
@@ -58,6 +60,7 @@ class Perception:
         self._tracker.reset()
         self._field.reset()
         self._features.reset()
+        self._imprint.reset()
 
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
         """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
@@ -68,4 +71,6 @@ class Perception:
         contact = self._depth.measure(frame)
         features = self._features.extract(field, contact)
         evidence = SlipEvidence(field, contact, self._basis)
-        return Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence), tracks
+        imprint = self._imprint.follow(frame, field)
+        shown = Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint)
+        return shown, tracks

@@ -118,6 +118,7 @@ _COMMANDS = (
         "Fit a detector or an estimator and write its ONNX model.",
     ),
     ("evaluate", ("pyarrow",), "data", "Score models on unseen data, such as real recordings."),
+    ("label", (), "plot", "Label slip in recordings by eye, frame by frame."),
     (
         "reproduce",
         ("pyarrow", "sklearn", "torch"),

@@ -1,0 +1,62 @@
+"""How the gel's surface moves between two frames, everywhere, from the dots that both show."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.tactile.imprint.relief import Plane
+
+    Floats = NDArray[np.float64]
+
+#: The motion is worked out at nodes this far apart, px, and linear between them.
+NODE_PX = 32
+#: A dot's say at a distance is a Gaussian with this standard deviation, in pitches.
+REACH = 0.8
+#: Fewer dots than this do not tell how the gel moves.
+LEAST_DOTS = 6
+#: Say of the even motion (affine) beside that of the dots around a node.
+_EVEN = 0.05
+
+
+class CarriedGel:
+    """Motion of the gel from one frame to the next, px of the image. Affine, plus what the dots around deviate from it.
+
+    Interpolated by a Gaussian mean (Nadaraya 1964, Watson 1964).
+    """
+
+    def __init__(self, position: Floats, moved: Floats, pitch_px: float, image_size: tuple[int, int]) -> None:
+        """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` dots; `image_size` (width, height)."""
+        width, height = image_size
+        columns, rows = width // NODE_PX + 2, height // NODE_PX + 2
+        node_x, node_y = np.arange(columns) * float(NODE_PX), np.arange(rows) * float(NODE_PX)
+        centre = position.mean(axis=0)
+        offset = np.column_stack([np.ones(len(position)), position - centre])
+        moment = offset.T @ offset
+        # Dots in one line tell nothing across it.
+        moment[1, 1] += 1.0
+        moment[2, 2] += 1.0
+        affine = np.linalg.solve(moment, offset.T @ moved)
+        rest = moved - offset @ affine
+        narrow = -0.5 / (REACH * pitch_px) ** 2
+        # A Gaussian of a distance is the product of those along x and y.
+        near_x = np.exp(narrow * (node_x[:, None] - position[:, 0]) ** 2)
+        near_y = np.exp(narrow * (node_y[:, None] - position[:, 1]) ** 2)
+        say = (near_y[:, None, :] * near_x[None, :, :]).reshape(rows * columns, -1)
+        deviation = (say @ rest) / (say.sum(axis=1) + _EVEN)[:, None]
+        across, down = np.meshgrid(node_x - centre[0], node_y - centre[1])
+        even = affine[0] + across.reshape(-1, 1) * affine[1] + down.reshape(-1, 1) * affine[2]
+        self._nodes = (even + deviation).reshape(rows, columns, 2).astype(np.float32)
+        #: Mean over the dots of how far each has moved, px.
+        self.mean_px = float(np.hypot(moved[:, 0], moved[:, 1]).mean())
+
+    def at(self, x: Plane, y: Plane) -> Plane:
+        """Return the motion (n, 2) at positions (n,), all in px of the image."""
+        scale = np.float32(1 / NODE_PX)
+        found = cv2.remap(self._nodes, x * scale, y * scale, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(found, np.float32).reshape(-1, 2)

@@ -1,0 +1,87 @@
+"""A relief at several resolutions, and its edges: the pixels that tell how it has moved."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from lsds.tactile.imprint.relief import Plane, Relief
+
+#: At most this many edge pixels are looked at, from the finest layer to the coarsest.
+EDGE_PIXELS = (1500, 700, 300)
+#: A pixel with less weight than this lies on a dot.
+LEAST_WEIGHT = 0.3
+
+
+class Layer:
+    """One resolution. `curvature` and `weight` (h, w); `step` relief pixels make one of its pixels."""
+
+    def __init__(self, curvature: Plane, weight: Plane, step: float, most: int) -> None:
+        self.curvature, self.weight, self.step = curvature, weight, step
+        self._most = most
+
+    @cached_property
+    def planes(self) -> Plane:
+        """Curvature and weight side by side, (h, w, 2), to be looked up together."""
+        return np.asarray(cv2.merge([self.curvature, self.weight]), np.float32)
+
+    @cached_property
+    def gradient(self) -> tuple[Plane, Plane]:
+        """Gradient of the curvature along x and y, each (h, w), per pixel of the layer."""
+        along = [cv2.Sobel(self.curvature, cv2.CV_32F, *axis, ksize=3, scale=1 / 8) for axis in ((1, 0), (0, 1))]
+        return np.asarray(along[0], np.float32), np.asarray(along[1], np.float32)
+
+    @cached_property
+    def steepness(self) -> Plane:
+        """Squared gradient (h, w), zero on dots: what a pixel tells about motion."""
+        along_x, along_y = self.gradient
+        return np.asarray((along_x * along_x + along_y * along_y) * self.weight, np.float32)
+
+    @cached_property
+    def edges(self) -> Edges:
+        """The pixels that tell most."""
+        return Edges(self, self._most)
+
+    def coarser(self, most: int) -> Layer:
+        """Return the layer at half the resolution, dots left out of its means."""
+        share = cv2.pyrDown(self.weight)
+        curvature = cv2.pyrDown(cv2.multiply(self.curvature, self.weight))
+        curvature = cv2.divide(curvature, np.maximum(share, np.float32(_LEAST_SHARE)))
+        return Layer(np.asarray(curvature, np.float32), np.asarray(share, np.float32), 2 * self.step, most)
+
+
+_LEAST_SHARE = 0.05
+
+
+class Edges:
+    """The `most` steepest pixels of a layer: positions `x`, `y`, curvature, gradient and weight, each (n,)."""
+
+    def __init__(self, layer: Layer, most: int) -> None:
+        told = layer.steepness.ravel()
+        if told.size > most:
+            # The bound is taken from every fourth pixel: a good one costs more than a few pixels too many or too few.
+            some = told[::4]
+            keep = max(1, most // 4)
+            bound = np.partition(some, -keep)[-keep] if some.size > keep else np.float32(0)
+            index = np.flatnonzero(told > bound)
+        else:
+            index = np.flatnonzero(told)
+        index = index[layer.weight.ravel()[index] > LEAST_WEIGHT]
+        row, column = np.divmod(index, layer.weight.shape[1])
+        along_x, along_y = layer.gradient
+        self.x, self.y = column.astype(np.float32), row.astype(np.float32)
+        self.curvature = layer.curvature.ravel()[index]
+        self.weight = layer.weight.ravel()[index]
+        self.along_x, self.along_y = along_x.ravel()[index], along_y.ravel()[index]
+
+
+def layers_of(relief: Relief) -> tuple[Layer, ...]:
+    """Return the layers of a relief, the finest first."""
+    layers = [Layer(relief.curvature, relief.weight, 1.0, EDGE_PIXELS[0])]
+    for most in EDGE_PIXELS[1:]:
+        layers.append(layers[-1].coarser(most))
+    return tuple(layers)

@@ -1,0 +1,161 @@
+"""The imprint's motion from frame to frame: how far the object has slipped against the gel, and the gel itself."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel
+from lsds.tactile.imprint.layers import Layer, layers_of
+from lsds.tactile.imprint.registration import register
+from lsds.tactile.imprint.relief import ReliefMaker
+from lsds.tactile.imprint.search import leapt
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import DeformationField, Frame
+
+
+class ImprintMotion(NamedTuple):
+    """Motion of the imprint between two frames, in the sensor's plane (x right, y down, turns clockwise).
+
+    `slip_m` (x, y) and `turn_rad` are the imprint's motion against the gel, about `centre_m`; `gel_m` is the gel's own
+    motion there. `information` (3, 3), in 1/m^2, 1/m and 1, is that of (x, y, turn) for white noise of unit variance:
+    small along what the imprint does not tell. `match` is the correlation of the two reliefs as registered,
+    `stuck_match` the one if nothing had slipped. `seen` is the share of the imprint's edges that is still in view,
+    `gain` the factor by which it became stronger, `strength` its RMS curvature, `residual` that of what is left;
+    `radius_m` the edges' radius of gyration.
+    """
+
+    slip_m: tuple[float, float]
+    turn_rad: float
+    gel_m: tuple[float, float]
+    centre_m: tuple[float, float]
+    information: NDArray[np.float64]
+    match: float
+    stuck_match: float
+    seen: float
+    gain: float
+    strength: float
+    residual: float
+    radius_m: float
+
+
+class ImprintFollower:
+    """Follows the imprint of one stream from frame to frame. Nothing is computed before somebody asks."""
+
+    def __init__(self, metres_per_px: float, maker: ReliefMaker | None = None) -> None:
+        self._metres_per_px = metres_per_px
+        self._maker = maker or ReliefMaker()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last frame."""
+        self._last: Shown | None = None
+
+    def follow(self, frame: Frame, field: DeformationField) -> FollowedImprint:
+        """Return the imprint of the next frame, to be asked for its motion since the last."""
+        before, self._last = self._last, Shown(frame, field, self._maker, self._metres_per_px)
+        return FollowedImprint(before, self._last)
+
+
+class FollowedImprint:
+    """An `Imprint`: registers two frames when it is first asked, and remembers the answer."""
+
+    __slots__ = ("_answer", "_frames")
+
+    def __init__(self, before: Shown | None, now: Shown) -> None:
+        self._frames: tuple[Shown, Shown] | None = None if before is None else (before, now)
+        self._answer: ImprintMotion | None = None
+
+    def __call__(self) -> ImprintMotion | None:
+        """Return the imprint's motion since the frame before; None on the first frame and where it cannot be told."""
+        if self._frames is not None:
+            self._answer, self._frames = imprint_motion(*self._frames), None
+        return self._answer
+
+
+class Shown:
+    """What one frame shows of object and gel; the relief is made when it is first asked for."""
+
+    def __init__(self, frame: Frame, field: DeformationField, maker: ReliefMaker, metres_per_px: float) -> None:
+        self._frame, self._maker = frame, maker
+        self.field, self.metres_per_px = field, metres_per_px
+
+    @cached_property
+    def layers(self) -> tuple[Layer, ...]:
+        """The relief at several resolutions."""
+        relief = self._maker.relief(self._frame)
+        self.scale = relief.scale
+        return layers_of(relief)
+
+
+#: A match this good as it is needs no search from coarse to fine.
+GOOD = 0.97
+#: Below this match the imprint may have leapt, and is looked for as a whole.
+POOR = 0.85
+#: Another start has to match better by this.
+BETTER = 0.01
+
+
+def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
+    """Return how the imprint has moved from `before` to `now`.
+
+    None where too few dots tell how the gel did, or there are no edges.
+    """
+    metres, reference = now.metres_per_px, now.field.reference
+    gel = carried_gel(before.field, now.field, metres)
+    first, second = before.layers, now.layers
+    edges, px = first[0].edges, before.scale
+    told = edges.along_x**2 + edges.along_y**2
+    total = float(told.sum())
+    if gel is None or total <= 0:
+        return None
+    centre = (float(told @ edges.x) / total, float(told @ edges.y) / total)
+    rest = register(first, second, gel, centre, px=px, layers=1, steps=0)
+    found = register(first, second, gel, centre, px=px, layers=1 if rest and rest.match > GOOD else None)
+    if rest is None or found is None:
+        return None
+    here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
+    radius = math.sqrt(float(told @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
+    if found.match < POOR:
+        start = leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))
+        other = register(first, second, gel, centre, start, px=px, layers=2)
+        if other is not None and other.match > found.match + BETTER:
+            found = other
+    width, height = reference.image_size
+    unit = px * metres
+    per_metre = np.array([1 / unit, 1 / unit, 1.0])
+    return ImprintMotion(
+        slip_m=(found.slip[0] * unit, found.slip[1] * unit),
+        turn_rad=found.slip[2],
+        gel_m=(here[0] * metres, here[1] * metres),
+        centre_m=((centre[0] * px - (width - 1) / 2) * metres, (centre[1] * px - (height - 1) / 2) * metres),
+        information=found.information * np.outer(per_metre, per_metre),
+        match=found.match,
+        stuck_match=rest.match,
+        seen=found.seen,
+        gain=found.gain,
+        strength=found.strength,
+        residual=found.residual,
+        radius_m=radius * unit,
+    )
+
+
+def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: float) -> CarriedGel | None:
+    """Return how the gel has moved between two fields of one reference; None where they share too few dots."""
+    both = before.valid & now.valid
+    if np.count_nonzero(both) < LEAST_DOTS:
+        return None
+    reference = now.reference
+    shown = before.displacement_m[both]
+    return CarriedGel(
+        reference.xy_px[both] + shown / metres_per_px,
+        (now.displacement_m[both] - shown) / metres_per_px,
+        float(np.mean(reference.pitch_px)),
+        reference.image_size,
+    )

@@ -1,0 +1,120 @@
+"""The relief of the gel's surface where an object presses: fine edges and grain, without dots, light and gentle slopes.
+
+The lamps' colours code the direction of a slope, so an edge that turns changes its colours. The relief is the surface's
+curvature instead: the divergence of the slopes that photometric stereo gives (Johnson and Adelson 2009), a number that
+turns with the surface and stays what it is. Gentle slopes vanish in it, and the light of a pixel is taken from its own
+surroundings between the dots. No reference frame is needed, so an object held from the first frame on is seen, too.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+
+from lsds.tactile.depth import PhotometricCalibration
+from lsds.tactile.views import HALF, viewed
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Frame
+
+    Plane = NDArray[np.float32]
+
+#: The relief is no wider than this, px: finer detail is noise of camera and codec.
+WIDEST = 240
+#: The light around a pixel is the mean over blocks of this many relief pixels and their neighbours.
+BLOCK = 8
+#: Darker surroundings than this (grey levels) are taken to be this bright: their noise would be made relief.
+LEAST_LIGHT = 8.0
+#: Grey level of the light for which the photometric calibration holds.
+CALIBRATED_LIGHT = 100.0
+#: Smoothing of the slopes: standard deviation and window, relief px.
+SMOOTH, WINDOW = 1.5, (7, 7)
+#: Pixels this close to the border have no neighbours to make a curvature of.
+BORDER = 3
+
+
+class Relief(NamedTuple):
+    """Curvature (h, w), slope per relief pixel, and the weight (h, w) of each pixel: 1 on the gel, 0 on dots.
+
+    `scale` is how many image pixels make a relief pixel.
+    """
+
+    curvature: Plane
+    weight: Plane
+    scale: float
+
+
+class ReliefMaker:
+    """Makes reliefs by a photometric calibration; keeps no state between frames."""
+
+    def __init__(self, calibration: PhotometricCalibration | None = None) -> None:
+        inverse = (calibration or PhotometricCalibration()).inverse() * CALIBRATED_LIGHT
+        # Light is one where nothing presses. What the sum of shares takes off is what that one would add.
+        self._shares = [([float(share) for share in shares], -float(shares.sum())) for shares in inverse.T]
+
+    def relief(self, frame: Frame) -> Relief:
+        """Return the relief that a frame shows."""
+        colours, dots, scale = _at_most(WIDEST, frame)
+        # A dot's soft rim is darker than the gel and not yet dark.
+        free = np.asarray(cv2.bitwise_not(cv2.dilate(dots, _ROUND)), np.uint8)
+        weight = _unit(free)
+        light = _light(colours, free)
+        relative = [
+            cv2.divide(np.asarray(colour, np.float32), around)
+            for colour, around in zip(cv2.split(colours), light, strict=True)
+        ]
+        seen = cv2.GaussianBlur(weight, WINDOW, SMOOTH)
+        np.maximum(seen, np.float32(_LEAST_SEEN), out=seen)
+        curvature = np.zeros_like(weight)
+        for (shares, constant), along in zip(self._shares, ((1, 0), (0, 1)), strict=True):
+            slope = cv2.addWeighted(relative[0], shares[0], relative[1], shares[1], constant)
+            slope = cv2.scaleAdd(relative[2], shares[2], slope)
+            slope = cv2.multiply(slope, weight)
+            slope = cv2.divide(cv2.GaussianBlur(slope, WINDOW, SMOOTH), seen)
+            curvature += cv2.Sobel(slope, cv2.CV_32F, *along, ksize=3, scale=1 / 8)
+        weight = _unit(np.asarray(cv2.erode(free, _AROUND), np.uint8))
+        for edge in (weight[:BORDER], weight[-BORDER:], weight[:, :BORDER], weight[:, -BORDER:]):
+            edge[:] = 0
+        return Relief(curvature, weight, scale)
+
+
+def _at_most(widest: int, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.uint8], float]:
+    """Return colours (h, w, 3) and the dots' mask (h, w) at half resolution, or less, and the scale."""
+    views = viewed(frame)
+    colours, dots, scale = views.half_rgb, views.dark, HALF
+    while colours.shape[1] > widest:
+        size = (colours.shape[1] // 2, colours.shape[0] // 2)
+        colours = np.asarray(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), np.uint8)
+        dots = np.asarray(cv2.resize(dots, size, interpolation=cv2.INTER_NEAREST), np.uint8)
+        scale *= 2
+    return colours, dots, float(scale)
+
+
+def _light(colours: NDArray[np.uint8], free: NDArray[np.uint8]) -> list[Plane]:
+    """Return the light (h, w) of each colour: that of the free pixels around, smooth over several blocks."""
+    height, width = free.shape
+    size = (max(1, width // BLOCK), max(1, height // BLOCK))
+    bright = cv2.resize(cv2.copyTo(colours, free), size, interpolation=cv2.INTER_AREA)
+    share = cv2.resize(free, size, interpolation=cv2.INTER_AREA)
+    bright = cv2.blur(np.asarray(bright, np.float32), (3, 3))
+    share = cv2.blur(np.asarray(share, np.float32), (3, 3))
+    mean = bright * (np.float32(255) / np.maximum(share, np.float32(BLOCK)))[..., None]
+    np.maximum(mean, np.float32(LEAST_LIGHT), out=mean)
+    return [
+        np.asarray(cv2.resize(plane, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
+        for plane in cv2.split(mean)
+    ]
+
+
+def _unit(mask: NDArray[np.uint8]) -> Plane:
+    return np.asarray(mask.astype(np.float32) * np.float32(1 / 255))
+
+
+#: A smoothed slope rests on at least this share of free pixels, or fades.
+_LEAST_SEEN = 0.02
+_ROUND = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)), np.uint8)
+_AROUND = np.ones((3, 3), np.uint8)

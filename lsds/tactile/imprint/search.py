@@ -1,0 +1,59 @@
+"""A start for the registration where the imprint has leapt: the best place of it among all, at several turns.
+
+Gradients lead no further than an edge is wide. Where that was not enough, the imprint is looked for as a whole
+(normalised cross-correlation, Lewis 1995).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from lsds.tactile.imprint.layers import Layer
+    from lsds.tactile.imprint.relief import Plane
+
+#: Turns that are tried, rad.
+TURNS = tuple(math.radians(turn) for turn in (0.0, -8.0, 8.0, -16.0, 16.0))
+#: The imprint is looked for with what lies within this many radii of gyration of its centre, and within these px.
+_RADII, _LEAST, _MOST = 1.4, 8, 16
+_FAINT = 0.3
+
+
+def leapt(
+    first: Layer, second: Layer, centre: tuple[float, float], radius: float, gel: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Return where the imprint has most likely gone, less the gel's motion: x, y (relief px) and turn (rad).
+
+    `centre`, `radius` and `gel` in relief px.
+    """
+    step = first.step
+    x, y = centre[0] / step, centre[1] / step
+    half = int(min(max(_RADII * radius / step, _LEAST), _MOST))
+    shown, image = first.curvature * first.weight, second.curvature * second.weight
+    size = 2 * half + 1
+    # Beyond the image nothing is known: a border lets the imprint's centre come close to the edge.
+    around = cv2.copyMakeBorder(image, half, half, half, half, cv2.BORDER_CONSTANT, value=0.0)
+    energy = cv2.boxFilter(around * around, cv2.CV_32F, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    energy = energy[half : half + image.shape[0], half : half + image.shape[1]]
+    best = (-math.inf, 0.0, 0.0, 0.0)
+    for turn in TURNS:
+        template = _turned(shown, x, y, turn, half, size)
+        own = float((template * template).sum())
+        # A few pixels at the edge may match by chance: where little is seen, little is matched.
+        found = cv2.matchTemplate(around, template, cv2.TM_CCORR) / np.sqrt(own * (energy + _FAINT * own) + 1e-12)
+        _, match, _, (at_x, at_y) = cv2.minMaxLoc(found)
+        if match > best[0]:
+            best = (match, (at_x - x) * step - gel[0], (at_y - y) * step - gel[1], turn)
+    return best[1:]
+
+
+def _turned(shown: Plane, x: float, y: float, turn: float, half: int, size: int) -> Plane:
+    """Return what lies around (x, y), turned clockwise about it."""
+    cos, sin = math.cos(turn), math.sin(turn)
+    back = np.array([[cos, sin, x - cos * half - sin * half], [-sin, cos, y + sin * half - cos * half]])
+    turned = cv2.warpAffine(shown, back, (size, size), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+    return np.asarray(turned, np.float32)

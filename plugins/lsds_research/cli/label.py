@@ -1,0 +1,151 @@
+"""`lsds label`: label slip by eye, frame by frame."""
+
+from __future__ import annotations
+
+import getpass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lsds.cli.output import json_option, require_writable, table, write_json
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lsds_research.slips.labels import Labels
+    from lsds_research.slips.marking import Marking
+    from lsds_research.slips.seen import SeenRecording
+
+
+@click.command()
+@click.argument("videos", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
+@click.option(
+    "--labels",
+    "file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=None,
+    help="File of labels to go on with; default: slip_labels.csv next to the first recording.",
+)
+@click.option("--labeller", default="", metavar="NAME", help="Who labels; default: the login name.")
+@click.option(
+    "--pictures",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=None,
+    metavar="DIR",
+    help="Write kymographs and strips as PNG instead of opening a window.",
+)
+@click.option(
+    "--compare",
+    "other",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    default=None,
+    metavar="FILE",
+    help="Print how far the labels agree with those in FILE instead.",
+)
+@json_option
+def label(
+    videos: tuple[Path, ...],
+    file: Path | None,
+    labeller: str,
+    pictures: Path | None,
+    other: Path | None,
+    json_file: str | None,
+) -> None:
+    """Label slip in VIDEOS by eye, frame by frame: free, stick, slip, touch or unsure.
+
+    VIDEOS are video files or folders of images. Slip is the object's imprint moving against the gel. The window shows
+    the imprint in coordinates that are fixed to the gel: what sticks runs straight in the kymograph and stays on the
+    grid lines in the strip. Every change is written at once. The protocol is in docs/labelling.md. Needs the plot
+    extra, and a screen unless --pictures or --compare is given.
+
+    \b
+    Examples:
+      lsds label recordings/mug.avi
+      lsds label recordings/*.avi --pictures looks      # label from PNG files, write the CSV by hand
+      lsds label recordings/*.avi --compare second.csv  # agreement of two labellers
+    """
+    from lsds_research.slips.labels import NAME, read_labels
+
+    file = file or videos[0].parent / NAME
+    require_writable(json_file)
+    labels: Labels = read_labels(file) if file.exists() or other is not None else {}
+    if other is not None:
+        _compare(labels, read_labels(other), videos, json_file)
+    elif pictures is not None:
+        _draw(videos, pictures)
+    else:
+        require_writable(file)
+        _window(videos, labels, file, labeller or getpass.getuser())
+
+
+def _compare(labels: Labels, other: Labels, videos: tuple[Path, ...], json_file: str | None) -> None:
+    import dataclasses
+
+    from lsds_research.slips.agreement import agreement
+
+    names = {video.stem for video in videos}
+    found = agreement({k: v for k, v in labels.items() if k in names}, {k: v for k, v in other.items() if k in names})
+    told = dataclasses.asdict(found)
+    if json_file is not None:
+        write_json(told, json_file)
+    if json_file != "-":
+        rows = [
+            ("videos labelled twice", str(found.videos)),
+            ("frames that both are sure of", str(found.frames)),
+            ("of these the same (slip or not)", f"{found.same:.3f}"),
+            ("Cohen's kappa", f"{found.kappa:.3f}"),
+            ("intervals of slip that either names", str(found.intervals)),
+            ("of these named by both", str(found.both)),
+        ]
+        click.echo(table(rows, ("agreement", "")))
+
+
+def _draw(videos: tuple[Path, ...], folder: Path) -> None:
+    import cv2
+
+    from lsds_research.slips.pictures import STRIP, kymograph, strip
+
+    for seen in _seen(videos):
+        place = folder / seen.name
+        place.mkdir(parents=True, exist_ok=True)
+        cv2.imwrite(str(place / "kymograph.png"), kymograph(seen)[..., ::-1])
+        for first, last in seen.moving():
+            for begin in range(first, last + 1, STRIP):
+                end = min(begin + STRIP - 1, last)
+                cv2.imwrite(str(place / f"strip_{begin:04}-{end:04}.png"), strip(seen, begin, end)[..., ::-1])
+        click.echo(f"{place}: {len(seen)} frames, motion in {len(seen.moving())} ranges")
+
+
+def _window(videos: tuple[Path, ...], labels: Labels, file: Path, labeller: str) -> None:
+    from lsds.errors import DataError
+    from lsds.extras import require
+    from lsds_research.slips.labels import write_labels
+    from lsds_research.slips.marking import Marking
+
+    require("matplotlib", extra="plot", purpose="labelling in a window")
+    import matplotlib
+    import matplotlib.pyplot as plt
+
+    from lsds_research.slips.window import LabelWindow
+
+    if matplotlib.get_backend().lower() in ("agg", "pdf", "svg", "ps", "cairo", "template"):
+        raise DataError("no window can be opened here (use a screen, or --pictures DIR and write the CSV by hand)")
+    for seen in _seen(videos):
+
+        def save(marking: Marking, name: str = seen.name) -> None:
+            labels[name] = marking.intervals
+            write_labels(file, labels)
+
+        LabelWindow(seen, Marking(len(seen), labels.get(seen.name, ()), labeller), save)
+        plt.show()
+
+
+def _seen(videos: tuple[Path, ...]) -> Iterator[SeenRecording]:
+    from lsds.cli.progress import Progress
+    from lsds_research.slips.seen import SeenRecording
+
+    for number, video in enumerate(videos, start=1):
+        with Progress(f"reading {video.name} ({number} of {len(videos)})") as progress:
+            seen = SeenRecording(video, progress.to)
+        yield seen

@@ -1,0 +1,1 @@
+"""Real recordings labelled frame by frame: labels, pictures to label by, scores."""

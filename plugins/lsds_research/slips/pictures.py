@@ -1,0 +1,127 @@
+"""Pictures to label by: a kymograph of the whole recording, and strips of frames."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_research.slips.seen import GelStep, SeenRecording
+
+    Image = NDArray[np.uint8]
+
+TILE = (200, 150)
+"""Size of a tile of a strip, px."""
+STRIP, IN_A_ROW = 24, 8
+"""Frames of a strip, and how many side by side."""
+DOTS_ENLARGED = 5
+"""Lines at the dots show their motion since the frame before, this many times enlarged."""
+CONTRAST = 2500.0
+"""Grey levels per unit of curvature."""
+GRID_PX = 40
+"""Distance of the lines across a relief, px of the image."""
+_WIDTH, _BAND, _TRACE_PX = 1300, 5, 150
+_ANGLES, _RADIUS = 120, 40
+_WHITE, _YELLOW, _RED, _BLACK = (255, 255, 255), (255, 255, 0), (255, 0, 0), (0, 0, 0)
+_TRACES = ((0, 0, 255), (0, 160, 0), (255, 0, 0))
+
+
+def strip(seen: SeenRecording, first: int, last: int, *, size: tuple[int, int] = TILE, across: int = IN_A_ROW) -> Image:
+    """Return a picture (h, w, 3) of frames `first` to `last`: images above, reliefs fixed to the gel below.
+
+    The relief is moved back as the gel has moved since `first`, so that what sticks stays on the lines.
+    """
+    place = seen.centre(first, last)
+    reliefs, steps = seen.gel_fixed(first, last, place)
+    tiles = [
+        np.vstack([_image_tile(seen, number, size), _relief_tile(seen, relief, step, size)])
+        for number, relief, step in zip(range(first, last + 1), reliefs, steps, strict=True)
+    ]
+    tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % across)
+    return np.vstack([np.hstack(tiles[start : start + across]) for start in range(0, len(tiles), across)])
+
+
+def _image_tile(seen: SeenRecording, number: int, size: tuple[int, int]) -> Image:
+    image = seen.images[number]
+    tile = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    scale = size[0] / image.shape[1]
+    position, moved = seen.dots[number]
+    for start, step in zip(position * scale, moved * scale * DOTS_ENLARGED, strict=True):
+        if np.hypot(*step) > 1.0:
+            begin, end = np.rint(start).astype(int), np.rint(start + step).astype(int)
+            cv2.line(tile, begin.tolist(), end.tolist(), _WHITE, 1, cv2.LINE_AA)
+    _write(tile, str(number), (3, 13))
+    return tile
+
+
+def _relief_tile(seen: SeenRecording, relief: NDArray[np.float32], step: GelStep, size: tuple[int, int]) -> Image:
+    tile = np.asarray(cv2.resize(_grey(relief), size, interpolation=cv2.INTER_LINEAR), np.uint8)
+    scale = size[0] / seen.images.shape[2]
+    for at in np.arange(GRID_PX, seen.images.shape[2], GRID_PX) * scale:
+        tile[:, int(at)] = tile[:, int(at)] * 0.75 + 15
+    for at in np.arange(GRID_PX, seen.images.shape[1], GRID_PX) * scale:
+        tile[int(at)] = tile[int(at)] * 0.75 + 15
+    text = "gel ?" if math.isnan(step.x) else f"gel {step.x:.1f} {step.y:.1f} {math.degrees(step.turn):.1f}d"
+    _write(tile, text, (3, size[1] - 4), _YELLOW)
+    return tile
+
+
+def kymograph(seen: SeenRecording) -> Image:
+    """Return a picture (h, w, 3) of the whole recording, time from left to right.
+
+    Three bands show the relief in coordinates fixed to the gel: a cut along x, one along y, and one around the
+    contact's centre (clockwise downwards). What sticks runs straight. Below: the gel's motion in each frame, x blue,
+    y green and turn red, and in black how strong the relief is.
+    """
+    count = len(seen)
+    wide = max(2, min(8, _WIDTH // count))
+    # The first frames often show an earlier contact.
+    place = seen.centre(min(10, count // 4), count - 1)
+    reliefs, steps = seen.gel_fixed(0, count - 1, place)
+    x, y = int(place[0]), int(place[1])
+    gap = np.full(2, 1.0, np.float32)
+    polar = cv2.WARP_POLAR_LINEAR | cv2.WARP_FILL_OUTLIERS
+    columns = []
+    for relief in reliefs:
+        around = cv2.warpPolar(relief, (_RADIUS, _ANGLES), place, _RADIUS, polar)
+        along_x = relief[max(0, y - _BAND) : y + _BAND + 1].mean(axis=0)
+        along_y = relief[:, max(0, x - _BAND) : x + _BAND + 1].mean(axis=1)
+        columns.append(np.concatenate([along_x, gap, along_y, gap, around[:, _RADIUS // 5 :].mean(axis=1)]))
+    bands = cv2.resize(_grey(np.array(columns).T), None, fx=wide, fy=2, interpolation=cv2.INTER_NEAREST)
+    picture = np.vstack([np.asarray(bands, np.uint8), _traces(seen, steps, wide)])
+    for number in range(0, count, 10):
+        at = number * wide
+        cv2.line(picture, (at, 0), (at, 14 if number % 50 == 0 else 6), _YELLOW, 1)
+        if number % 50 == 0:
+            _write(picture, str(number), (at + 2, 12), _YELLOW)
+    return picture
+
+
+def _traces(seen: SeenRecording, steps: list[GelStep], wide: int) -> Image:
+    count = len(seen)
+    picture = np.full((_TRACE_PX, count * wide, 3), 255, np.uint8)
+    middle = np.arange(count) * wide + wide // 2
+    told = np.nan_to_num(np.array(steps)) * (8.0, 8.0, 8 * 40.0)
+    strength = np.abs(seen.relief).mean(axis=(1, 2)) * 9000
+    lines = [(0.4 * _TRACE_PX - told[:, axis], colour) for axis, colour in enumerate(_TRACES)]
+    for height, colour in [*lines, (_TRACE_PX - strength, _BLACK)]:
+        points = np.column_stack([middle, np.clip(height, 0, _TRACE_PX - 1)]).astype(np.int32)
+        cv2.polylines(picture, [points[:, None]], False, colour, 1)
+    for number in range(1, count):
+        if math.isnan(steps[number].x):
+            cv2.line(picture, (number * wide, 0), (number * wide, 8), _RED, 2)
+    return picture
+
+
+def _grey(relief: NDArray[np.float32]) -> Image:
+    grey = np.clip(128 + CONTRAST * relief, 0, 255).astype(np.uint8)
+    return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), np.uint8)
+
+
+def _write(picture: Image, text: str, at: tuple[int, int], colour: tuple[int, int, int] = _WHITE) -> None:
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)

@@ -1,0 +1,175 @@
+"""Scores of slip frame by frame and interval by interval, on recordings labelled by eye."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds_research.slips.labels import Interval, State, states
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+MOVING_PX = 0.5
+"""A frame moves where the fastest tenth of the dots has moved by more than this, px of a 320 px wide image."""
+FIRST_FRAMES = 9
+"""Frames at the start of a recording that are not scored: they may show an earlier contact."""
+LEAST_CONFIDENCE = 0.5
+"""Labels of less confidence are not scored."""
+MARGIN = 1
+"""Frames beside a slip or a touch in which an alarm is not false: an onset is not known better."""
+EARLY, LATE = 1, 2
+"""An interval is noticed where slip is said from so many frames before its first frame to so many after it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Said:
+    """One recording: labels, and what a detector and an estimator say of each frame (n,).
+
+    `slip` is 1, 0, or NaN where the detector abstains; `score` its statistic; `moved_px` how far the dots have moved
+    since the frame before (90th percentile); `slid_px` (n, 2) and `turned_deg` (n,) the estimated slip in the frame's
+    interval, NaN where there is none.
+    """
+
+    intervals: Sequence[Interval]
+    slip: Floats
+    score: Floats
+    moved_px: Floats
+    slid_px: Floats
+    turned_deg: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frames:
+    """The scored frames of one recording, each (n,) bool: those that slip, and those that stick or are free, moving
+    or still."""
+
+    slip: NDArray[np.bool_]
+    moving: NDArray[np.bool_]
+    still: NDArray[np.bool_]
+
+
+def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
+    """Return which frames of a recording are scored, and as what."""
+    count = len(moved_px)
+    state, confidence = states(intervals, count)
+    known = (confidence >= LEAST_CONFIDENCE) & (np.arange(count) >= FIRST_FRAMES)
+    eventful = np.isin(state, (State.SLIP, State.TOUCH, State.UNSURE))
+    near = np.convolve(eventful, np.ones(2 * MARGIN + 1), "same") > 0
+    quiet = known & np.isin(state, (State.FREE, State.STICK)) & ~near
+    moving = moved_px > MOVING_PX
+    return Frames(known & (state == State.SLIP), quiet & moving, quiet & ~moving)
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """What is summed over recordings: frames found of how many, false alarms of how many, intervals noticed."""
+
+    slip: int = 0
+    found: int = 0
+    moving: int = 0
+    false_moving: int = 0
+    still: int = 0
+    false_still: int = 0
+    intervals: int = 0
+    noticed: int = 0
+    answered: int = 0
+    frames: int = 0
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(*(a + b for a, b in zip(_tuple(self), _tuple(other), strict=True)))
+
+    @property
+    def recall(self) -> float:
+        """Of the frames that slip, the share found."""
+        return self.found / self.slip if self.slip else math.nan
+
+    @property
+    def noticed_share(self) -> float:
+        """Of the intervals, the share noticed in time."""
+        return self.noticed / self.intervals if self.intervals else math.nan
+
+    @property
+    def per_100_moving(self) -> float:
+        """False alarms per 100 frames that move and stick."""
+        return 100 * self.false_moving / self.moving if self.moving else math.nan
+
+    @property
+    def per_100_still(self) -> float:
+        """False alarms per 100 still frames."""
+        return 100 * self.false_still / self.still if self.still else math.nan
+
+
+def _tuple(counts: Counts) -> tuple[int, ...]:
+    return tuple(getattr(counts, name) for name in Counts.__slots__)
+
+
+def counted(said: Said) -> Counts:
+    """Return the counts of one recording. Where a detector abstains it finds nothing and raises no alarm."""
+    frames = scored_frames(said.intervals, said.moved_px)
+    alarm = said.slip == 1
+    onsets = onset_errors(said)
+    scored = frames.slip | frames.moving | frames.still
+    return Counts(
+        int(frames.slip.sum()),
+        int((frames.slip & alarm).sum()),
+        int(frames.moving.sum()),
+        int((frames.moving & alarm).sum()),
+        int(frames.still.sum()),
+        int((frames.still & alarm).sum()),
+        len(onsets),
+        int(np.isfinite(onsets).sum()),
+        int((scored & np.isfinite(said.slip)).sum()),
+        int(scored.sum()),
+    )
+
+
+def scored_intervals(intervals: Sequence[Interval]) -> list[Interval]:
+    """Return the intervals of slip that are scored."""
+    return [
+        own
+        for own in intervals
+        if own.state == State.SLIP and own.confidence >= LEAST_CONFIDENCE and own.first >= FIRST_FRAMES
+    ]
+
+
+def onset_errors(said: Said) -> Floats:
+    """Return of each scored interval by how many frames the first alarm is late; NaN where none comes in time."""
+    errors = []
+    for own in scored_intervals(said.intervals):
+        begin = max(0, own.first - EARLY)
+        alarms = np.flatnonzero(said.slip[begin : min(own.first + LATE, own.last) + 1] == 1)
+        errors.append(float(begin + alarms[0] - own.first) if len(alarms) else math.nan)
+    return np.array(errors, float)
+
+
+@dataclass(frozen=True, slots=True)
+class Travel:
+    """One interval of slip: labelled and estimated travel (px) and turn (degrees), NaN where not known."""
+
+    labelled_px: float
+    off_px: float
+    labelled_deg: float
+    off_deg: float
+
+
+def travels(said: Said) -> list[Travel]:
+    """Return the errors of travel and turn over each scored interval of slip."""
+    told = []
+    for own in scored_intervals(said.intervals):
+        rows = slice(own.first, own.last + 1)
+        slid = np.nansum(said.slid_px[rows], axis=0) if np.isfinite(said.slid_px[rows]).any() else np.full(2, np.nan)
+        turned = said.turned_deg[rows]
+        turn = float(np.nansum(turned)) if np.isfinite(turned).any() else math.nan
+        label = np.array([own.tx_px, own.ty_px])
+        known = np.isfinite(label)
+        off = float(np.hypot(*(slid - label)[known], *([0.0] * (2 - known.sum())))) if known.any() else math.nan
+        length = float(np.hypot(*np.where(known, label, 0.0))) if known.any() else math.nan
+        told.append(Travel(length, off, own.turn_deg, turn - own.turn_deg))
+    return told

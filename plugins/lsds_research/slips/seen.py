@@ -1,0 +1,149 @@
+"""A recording as a labeller sees it: images, reliefs in coordinates fixed to the gel, and how the gel moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+from lsds_plugins.replay.reader import open_reader
+
+from lsds.contracts import Frame
+from lsds.errors import DataError, LsdsError
+from lsds.tactile.imprint.motion import carried_gel
+from lsds.tactile.imprint.relief import ReliefMaker
+from lsds.tracking import engine_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import DeformationField
+    from lsds.tactile.imprint.carrying import CarriedGel
+
+    Floats = NDArray[np.float64]
+    Plane = NDArray[np.float32]
+
+_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
+"""What they say is not looked at."""
+MOVING_PX = 0.35
+"""A frame is worth a look where the fastest tenth of the dots has moved by more than this, px."""
+CHANGED = 2.0
+"""Or where the relief has changed by this factor of what is usual."""
+_BESIDE, _APART = 3, 6
+_ARM_PX = 24.0
+
+
+class GelStep(NamedTuple):
+    """Rigid motion of the gel at a place since the frame before: px of the image, rad clockwise; NaN if unknown."""
+
+    x: float
+    y: float
+    turn: float
+
+
+UNKNOWN = GelStep(math.nan, math.nan, math.nan)
+
+
+class SeenRecording:
+    """All frames of a recording.
+
+    `images` (n, h, w, 3) RGB and `relief` (n, h', w'), zero on dots and border, at 1 / `scale` of the image. `gel` has
+    of each frame how the gel has moved since the one before, None where too few dots tell; `dots` positions and
+    motions (k, 2) of the dots, px; `moved_px` (n,) how far the fastest tenth of them has moved.
+    """
+
+    def __init__(self, path: Path, tick: Callable[[int, int], object] | None = None) -> None:
+        """Read it. Raises DataError where it cannot be read, or shows no dots at the start."""
+        self.name = path.stem
+        reader = open_reader(str(path))
+        self.images = np.array([image for image, _ in reader.images()])
+        count = len(self.images)
+        if count < 2:
+            raise DataError(f"{path}: {count} frames, in which nothing can be seen to move")
+        maker = ReliefMaker()
+        found = [maker.relief(Frame(image, 0, number)) for number, image in enumerate(self.images)]
+        self.scale = found[0].scale
+        self.relief = np.array([each.curvature * each.weight for each in found])
+        self.gel: list[CarriedGel | None] = [None] * count
+        self.dots: list[tuple[Floats, Floats]] = [(np.zeros((0, 2)), np.zeros((0, 2)))] * count
+        self._follow(path, tick)
+        self.moved_px = np.array([_fastest(moved) for _, moved in self.dots])
+
+    def __len__(self) -> int:
+        return len(self.images)
+
+    def _follow(self, path: Path, tick: Callable[[int, int], object] | None) -> None:
+        try:
+            engine = engine_of(path, None, _CHEAP)
+            last: DeformationField | None = None
+            for cycle in engine:
+                field, metres = cycle.observation.field, engine.perception.metres_per_px
+                if last is not None and cycle.frame.seq == last.seq + 1:
+                    self.gel[cycle.frame.seq] = carried_gel(last, field, metres)
+                    both = last.valid & field.valid
+                    moved = (field.displacement_m - last.displacement_m)[both] / metres
+                    position = field.reference.xy_px[both] + last.displacement_m[both] / metres
+                    self.dots[cycle.frame.seq] = position, moved
+                last = field
+                if tick is not None:
+                    tick(cycle.frame.seq + 1, len(self))
+        except LsdsError as error:
+            text = str(error)
+            raise DataError(text if str(path) in text else f"{path}: {text}") from error
+
+    def centre(self, first: int, last: int) -> tuple[float, float]:
+        """Return where the relief of those frames is, (x, y) in relief px."""
+        mean = cv2.GaussianBlur(np.abs(self.relief[first : last + 1]).mean(axis=0), (0, 0), 3.0)
+        weight = np.maximum(mean - np.quantile(mean, 0.6), 0.0) ** 2
+        total = float(weight.sum()) or 1.0
+        row, column = np.mgrid[: weight.shape[0], : weight.shape[1]]
+        return float((weight * column).sum()) / total, float((weight * row).sum()) / total
+
+    def gel_step(self, number: int, place: tuple[float, float]) -> GelStep:
+        """Return how the gel moves at a place (relief px) in a frame."""
+        gel = self.gel[number]
+        if gel is None:
+            return UNKNOWN
+        x, y = place[0] * self.scale, place[1] * self.scale
+        arms = np.array([(x, y), (x + _ARM_PX, y), (x - _ARM_PX, y), (x, y + _ARM_PX), (x, y - _ARM_PX)], np.float32)
+        moved = gel.at(arms[:, 0].copy(), arms[:, 1].copy())
+        turn = (moved[1, 1] - moved[2, 1] - moved[3, 0] + moved[4, 0]) / (4 * _ARM_PX)
+        return GelStep(float(moved[0, 0]), float(moved[0, 1]), float(turn))
+
+    def gel_fixed(self, first: int, last: int, place: tuple[float, float]) -> tuple[Plane, list[GelStep]]:
+        """Return the reliefs (k, h', w') of frames `first` to `last`, moved back as the gel has moved at `place` since
+        the first of them, and the gel's steps."""
+        whole, steps, shown = np.eye(3), [GelStep(0.0, 0.0, 0.0)], [self.relief[first]]
+        size = (self.relief.shape[2], self.relief.shape[1])
+        for number in range(first + 1, last + 1):
+            now = tuple((whole @ (*place, 1.0))[:2])
+            step = self.gel_step(number, (now[0], now[1]))
+            steps.append(step)
+            if not math.isnan(step.x):
+                cos, sin = math.cos(step.turn), math.sin(step.turn)
+                x, y = now[0] + step.x / self.scale, now[1] + step.y / self.scale
+                turn = [[cos, -sin, x - cos * now[0] + sin * now[1]], [sin, cos, y - sin * now[0] - cos * now[1]]]
+                whole = np.array([*turn, [0.0, 0.0, 1.0]]) @ whole
+            flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+            shown.append(np.asarray(cv2.warpAffine(self.relief[number], whole[:2], size, flags=flags), np.float32))
+        return np.array(shown), steps
+
+    def moving(self) -> list[tuple[int, int]]:
+        """Return the ranges of frames (first, last) that are worth a look, with some frames beside them."""
+        change = np.zeros(len(self))
+        change[1:] = np.abs(np.diff(self.relief, axis=0)).mean(axis=(1, 2))
+        worth = (self.moved_px > MOVING_PX) | (change > CHANGED * np.median(change[1:]))
+        ranges: list[list[int]] = []
+        for number in np.flatnonzero(worth).tolist():
+            if ranges and number - ranges[-1][1] <= _APART:
+                ranges[-1][1] = number
+            else:
+                ranges.append([number, number])
+        return [(max(0, first - _BESIDE), min(len(self) - 1, last + _BESIDE)) for first, last in ranges]
+
+
+def _fastest(moved: Floats) -> float:
+    return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0
