@@ -38,11 +38,16 @@ class SensorSpec:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """One tactile image: uint8, (height, width, 3), RGB."""
+    """One tactile image: uint8, (height, width, 3), RGB.
+
+    `redrawn` is true where a video codec has drawn the image anew, after images in which it drew only what had changed
+    (a key frame): faint detail then jumps although nothing has moved.
+    """
 
     image: NDArray[np.uint8]
     t_ns: int
     seq: int
+    redrawn: bool = False
 
 
 @dataclass(frozen=True, slots=True)

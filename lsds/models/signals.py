@@ -14,6 +14,7 @@ import numpy as np
 
 from lsds.errors import DataError
 from lsds.tactile.feature_sets import FEATURE_SETS, FEATURES, NAMES
+from lsds.tactile.imprint.uncertainty import distance, step_m
 from lsds.tactile.slip_residual import slip_residual
 
 if TYPE_CHECKING:
@@ -35,6 +36,27 @@ EVIDENCE: dict[str, tuple[str, str]] = {
 }
 """Signals of `lsds.tactile.slip_residual`, by name: unit and meaning."""
 
+IMPRINT: dict[str, tuple[str, str]] = {
+    "imprint_distance": ("1", "the imprint's motion against the gel, in standard deviations of an imprint that sticks"),
+    "imprint_step": ("m", "how far the imprint's edges have moved against the gel since the last frame, RMS"),
+    "imprint_slip": ("m", "translation of the imprint against the gel since the last frame"),
+    "imprint_rim": ("m", "its turn, at the edges' radius of gyration"),
+    "imprint_mismatch": ("1", "1 - correlation with the last frame's imprint, where it was followed to"),
+    "imprint_stuck_mismatch": ("1", "the same, where it would be if it had stuck"),
+    "imprint_lost": ("1", "share of its edges that went out of view"),
+    "imprint_gain": ("1", "natural logarithm of the factor by which it became stronger where it was followed to"),
+    "imprint_growth": ("1", "the same of all edges, wherever they are"),
+    "imprint_residual": ("1", "what is left of the imprint's relief, relative to the relief"),
+    "gel_step": ("m", "how far the gel has moved under the imprint since the last frame"),
+    "dots_step": ("m", "how far the fastest tenth of the dots has moved since the last frame"),
+    "residual_step": ("m", "residual_along times the interval since the last frame"),
+    "imprint_slip_x": ("m", "imprint_slip along x"),
+    "imprint_slip_y": ("m", "imprint_slip along y"),
+    "imprint_turn": ("rad", "turn of the imprint against the gel since the last frame"),
+}
+"""Signals of `lsds.tactile.imprint`, by name: unit and meaning. They are steps, not rates: what noise makes of them
+does not depend on the frame rate."""
+
 NUISANCES: dict[str, tuple[str, str]] = {
     "kept": ("1", "fraction of the markers that were tracked"),
     "markers": ("1", "number of markers of the reference"),
@@ -46,6 +68,7 @@ NUISANCES: dict[str, tuple[str, str]] = {
 UNITS: dict[str, str] = (
     {feature.name: feature.unit for feature in FEATURES}
     | {name: unit for name, (unit, _) in EVIDENCE.items()}
+    | {name: unit for name, (unit, _) in IMPRINT.items()}
     | {name: unit for name, (unit, _) in NUISANCES.items()}
 )
 """Every signal's SI unit, in the order of the vector."""
@@ -71,26 +94,37 @@ _FIELD = (
 
 _SIGNED_FIELD = (*_FIELD, "shear_x", "shear_y", "v_x", "v_y")
 
+_IMPRINT = tuple(
+    name for name in IMPRINT if name not in ("residual_step", "imprint_slip_x", "imprint_slip_y", "imprint_turn")
+)
+
 SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     **FEATURE_SETS,
     "field": _FIELD,
     "signed-field": _SIGNED_FIELD,
     "timed-field": (*_SIGNED_FIELD, "dt"),
+    "imprint": _IMPRINT,
+    "imprint-and-dots": (*_IMPRINT, "residual_step"),
     "nuisance": tuple(NUISANCES),
 }
 """Named sets: those of the paper; `field`: signals of slip without direction; `signed-field`: with direction;
-`timed-field`: also the frame interval; and the control."""
+`timed-field`: also the frame interval; `imprint`: motion of the imprint, without direction; `imprint-and-dots`: both;
+and the control."""
 
 _LEAST_MARKERS = 6
+#: An imprint's change is told to this factor, its strength to this curvature.
+_FAINT, _FAINTEST = 0.01, 1e-4
 
 
 _LARGEST = float(np.finfo(np.float32).max)
 _UNDEFINED = (math.nan,) * len(EVIDENCE)
+_NOT_SEEN = (math.nan,) * len(IMPRINT)
 
 
 def signals_of(observation: Observation, brightness: float = math.nan) -> NDArray[np.float32]:
     """Return all signals (S,) of a frame, NaN where undefined, in the order of `SIGNALS`."""
-    values = (*observation.features.values.tolist(), *_evidence(observation), *_nuisances(observation, brightness))
+    values = (*observation.features.values.tolist(), *_evidence(observation), *_imprint(observation))
+    values += _nuisances(observation, brightness)
     return np.array(values, np.float32)
 
 
@@ -104,6 +138,7 @@ class Picker:
         if "brightness" in self.names:
             raise DataError("the brightness is not available from an observation; it is a control for offline use only")
         self._evidence = any(name in EVIDENCE for name in self.names)
+        self._imprint = any(name in IMPRINT for name in self.names)
         self._nuisances = any(name in NUISANCES for name in self.names)
         where = signal_indices(self.names)
         self._pick = itemgetter(*where) if len(where) > 1 else lambda values: (values[where[0]],)
@@ -124,14 +159,44 @@ class Picker:
         values = features.values.tolist()
         if self._evidence:
             values += _evidence(observation)
-        elif self._nuisances:
+        elif self._imprint or self._nuisances:
             values += _UNDEFINED
+        if self._imprint:
+            values += _imprint(observation)
+        elif self._nuisances:
+            values += _NOT_SEEN
         if self._nuisances:
             values += _nuisances(observation)
         picked: tuple[float, ...] = self._pick(values)
         # One addition per signal instead of one check each: NaN, infinity and float32 overflow all propagate to the
         # sum.
         return picked if -_LARGEST < sum(picked) < _LARGEST else None
+
+
+def _imprint(observation: Observation) -> tuple[float, ...]:
+    motion = observation.imprint() if observation.imprint is not None else None
+    if motion is None:
+        return _NOT_SEEN
+    x, y = motion.slip_m
+    evidence = slip_residual(observation, "quadratic", _LEAST_MARKERS)
+    return (
+        distance(motion),
+        step_m(motion),
+        math.hypot(x, y),
+        abs(motion.turn_rad) * motion.radius_m,
+        1 - motion.match,
+        1 - motion.stuck_match,
+        1 - motion.seen,
+        math.log(max(motion.gain, _FAINT)),
+        math.log(min(max(motion.grown, _FAINT), 1 / _FAINT)),
+        motion.residual / max(motion.strength, _FAINTEST),
+        math.hypot(*motion.gel_m),
+        motion.dots_m,
+        math.nan if evidence is None else math.sqrt(evidence.along) * observation.dt_s,
+        x,
+        y,
+        motion.turn_rad,
+    )
 
 
 def _evidence(observation: Observation) -> tuple[float, ...]:

@@ -38,7 +38,7 @@ class ViewedFrame(Frame):
     """
 
     def __init__(self, frame: Frame, planes: list[NDArray[np.uint8]] | None = None) -> None:
-        super().__init__(frame.image, frame.t_ns, frame.seq)
+        super().__init__(frame.image, frame.t_ns, frame.seq, frame.redrawn)
         self.__dict__["_planes"] = planes  # Frames are frozen.
 
     @cached_property

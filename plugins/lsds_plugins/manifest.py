@@ -63,6 +63,20 @@ def lsds_backends() -> list[BackendSpec]:
             summary="untrained: residual of the velocity field after the best rigid or affine motion",
         ),
         BackendSpec(
+            "detector",
+            "imprint",
+            "lsds_plugins.detectors.imprint:ImprintDetector",
+            "lsds_plugins.detectors.imprint:ImprintDetectorOptions",
+            summary="untrained: motion of the object's imprint against the gel",
+        ),
+        BackendSpec(
+            "estimator",
+            "imprint",
+            "lsds_plugins.estimators.imprint:ImprintEstimator",
+            "lsds_plugins.estimators.imprint:ImprintOptions",
+            summary="untrained: velocity of the object's imprint against the gel, linear and angular, with uncertainty",
+        ),
+        BackendSpec(
             "estimator",
             "field",
             "lsds_plugins.estimators.field:FieldEstimator",

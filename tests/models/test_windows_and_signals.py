@@ -13,6 +13,7 @@ from research.frames import observations
 from lsds.errors import DataError
 from lsds.models.signals import (
     EVIDENCE,
+    IMPRINT,
     NUISANCES,
     SIGNAL_SETS,
     SIGNALS,
@@ -84,7 +85,7 @@ def test_reset_forgets_and_the_array_stays_the_same():
 
 
 def test_names_units_and_sets_hang_together():
-    assert (*NAMES, *EVIDENCE, *NUISANCES) == SIGNALS
+    assert (*NAMES, *EVIDENCE, *IMPRINT, *NUISANCES) == SIGNALS
     assert set(UNITS) == set(SIGNALS)
     for name, signals in SIGNAL_SETS.items():
         assert len(set(signals)) == len(signals), name

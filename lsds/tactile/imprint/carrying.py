@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 NODE_PX = 32
 #: A dot's say at a distance is a Gaussian with this standard deviation, in pitches.
 REACH = 0.8
+#: Quantile of the dots' motions that tells whether the gel moves.
+FASTEST = 0.9
 #: Fewer dots than this do not tell how the gel moves.
 LEAST_DOTS = 6
 #: Say of the even motion (affine) beside that of the dots around a node.
@@ -52,8 +54,10 @@ class CarriedGel:
         across, down = np.meshgrid(node_x - centre[0], node_y - centre[1])
         even = affine[0] + across.reshape(-1, 1) * affine[1] + down.reshape(-1, 1) * affine[2]
         self._nodes = (even + deviation).reshape(rows, columns, 2).astype(np.float32)
-        #: Mean over the dots of how far each has moved, px.
-        self.mean_px = float(np.hypot(moved[:, 0], moved[:, 1]).mean())
+        length = np.hypot(moved[:, 0], moved[:, 1])
+        rank = int(FASTEST * (len(length) - 1))
+        #: How far the fastest tenth of the dots has moved at least, px.
+        self.fastest_px = float(np.partition(length, rank)[rank])
 
     def at(self, x: Plane, y: Plane) -> Plane:
         """Return the motion (n, 2) at positions (n,), all in px of the image."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -77,6 +78,8 @@ class Edges:
         self.curvature = layer.curvature.ravel()[index]
         self.weight = layer.weight.ravel()[index]
         self.along_x, self.along_y = along_x.ravel()[index], along_y.ravel()[index]
+        #: RMS gradient of these pixels.
+        self.steepness = math.sqrt(float(told[index].sum()) / max(len(index), 1))
 
 
 def layers_of(relief: Relief) -> tuple[Layer, ...]:

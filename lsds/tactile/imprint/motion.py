@@ -24,16 +24,19 @@ class ImprintMotion(NamedTuple):
     """Motion of the imprint between two frames, in the sensor's plane (x right, y down, turns clockwise).
 
     `slip_m` (x, y) and `turn_rad` are the imprint's motion against the gel, about `centre_m`; `gel_m` is the gel's own
-    motion there. `information` (3, 3), in 1/m^2, 1/m and 1, is that of (x, y, turn) for white noise of unit variance:
-    small along what the imprint does not tell. `match` is the correlation of the two reliefs as registered,
+    motion there, and `dots_m` how far the fastest tenth of the dots has moved. `information` (3, 3), in 1/m^2, 1/m and
+    1, is that of (x, y, turn) for white noise of unit variance: small along what the imprint does not tell. `match` is
+    the correlation of the two reliefs as registered,
     `stuck_match` the one if nothing had slipped. `seen` is the share of the imprint's edges that is still in view,
-    `gain` the factor by which it became stronger, `strength` its RMS curvature, `residual` that of what is left;
-    `radius_m` the edges' radius of gyration.
+    `gain` the factor by which it became stronger, `strength` its RMS curvature, `residual` that of what is left,
+    `grown` the ratio of the two reliefs' edges, wherever they are, RMS; `radius_m` the edges' radius of gyration;
+    `redrawn` whether a video codec has drawn the second image anew, so that faint edges jump.
     """
 
     slip_m: tuple[float, float]
     turn_rad: float
     gel_m: tuple[float, float]
+    dots_m: float
     centre_m: tuple[float, float]
     information: NDArray[np.float64]
     match: float
@@ -42,7 +45,9 @@ class ImprintMotion(NamedTuple):
     gain: float
     strength: float
     residual: float
+    grown: float
     radius_m: float
+    redrawn: bool = False
 
 
 class ImprintFollower:
@@ -84,7 +89,7 @@ class Shown:
 
     def __init__(self, frame: Frame, field: DeformationField, maker: ReliefMaker, metres_per_px: float) -> None:
         self._frame, self._maker = frame, maker
-        self.field, self.metres_per_px = field, metres_per_px
+        self.field, self.metres_per_px, self.redrawn = field, metres_per_px, frame.redrawn
 
     @cached_property
     def layers(self) -> tuple[Layer, ...]:
@@ -134,6 +139,7 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
         slip_m=(found.slip[0] * unit, found.slip[1] * unit),
         turn_rad=found.slip[2],
         gel_m=(here[0] * metres, here[1] * metres),
+        dots_m=gel.fastest_px * metres,
         centre_m=((centre[0] * px - (width - 1) / 2) * metres, (centre[1] * px - (height - 1) / 2) * metres),
         information=found.information * np.outer(per_metre, per_metre),
         match=found.match,
@@ -142,7 +148,9 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
         gain=found.gain,
         strength=found.strength,
         residual=found.residual,
+        grown=second[0].edges.steepness / max(first[0].edges.steepness, 1e-12),
         radius_m=radius * unit,
+        redrawn=now.redrawn,
     )
 
 

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import cv2
 import numpy as np
@@ -17,17 +17,23 @@ from lsds.errors import DataError
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
+class Picture(NamedTuple):
+    """An image as read: uint8 (height, width, 3) RGB, seconds by the file (NaN where it has no times), and whether the
+    codec has drawn it anew after frames in which it drew only what had changed."""
+
+    image: NDArray[np.uint8]
+    time_s: float
+    redrawn: bool = False
+
+
 class Reader(Protocol):
     """A source of images in order. `count` is the number stated by the source, 0 if unknown."""
 
     count: int
     nominal_hz: float
 
-    def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
-        """Yield (image, time): uint8 (height, width, 3) RGB, and seconds by the file, NaN where it has no times.
-
-        Raises DataError that names the file and the frame.
-        """
+    def images(self) -> Iterator[Picture]:
+        """Yield the images. Raises DataError that names the file and the frame."""
         ...
 
 
@@ -58,7 +64,7 @@ class ImageReader:
         self._files = sorted(files, key=_natural)
         self.count = len(files)
 
-    def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
+    def images(self) -> Iterator[Picture]:
         """Yield the images; a later one of another size is an error, as it cannot belong to the same recording."""
         shape: tuple[int, ...] | None = None
         for number, file in enumerate(self._files):
@@ -68,7 +74,7 @@ class ImageReader:
             if shape is not None and image.shape != shape:
                 raise DataError(f"{file}: frame {number} is {_size(image.shape)}, those before it are {_size(shape)}")
             shape = image.shape
-            yield _rgb(np.asarray(image, np.uint8)), math.nan
+            yield Picture(_rgb(np.asarray(image, np.uint8)), math.nan)
 
 
 class VideoReader:
@@ -81,19 +87,21 @@ class VideoReader:
         self.count = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
         capture.release()
 
-    def images(self) -> Iterator[tuple[NDArray[np.uint8], float]]:
+    def images(self) -> Iterator[Picture]:
         """Yield the frames. Fewer frames than the header states mean a truncated or damaged file, which is reported at
         the end."""
         capture = self._open()
-        number = 0
+        number, changes_only = 0, False
         try:
             while True:
                 good, image = capture.read()
                 if not good:
                     break
-                # Queried after the read, this is the time of the frame just read.
-                yield _rgb(np.asarray(image, np.uint8)), capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
-                number += 1
+                # Queried after the read, these are time and kind of the frame just read.
+                whole = int(capture.get(cv2.CAP_PROP_FRAME_TYPE)) == ord("I")
+                time_s = capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
+                yield Picture(_rgb(np.asarray(image, np.uint8)), time_s, whole and changes_only)
+                number, changes_only = number + 1, not whole
         finally:
             capture.release()
         if number == 0:

@@ -15,7 +15,7 @@ from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Frame, SensorSpec
 from lsds.errors import ConnectFailed, DataError, StaleData
 from lsds.lifecycle import LifecycleGuard, MotionlessLife
-from lsds_plugins.replay.reader import Reader, open_reader
+from lsds_plugins.replay.reader import Picture, Reader, open_reader
 from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 
 _Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
@@ -66,7 +66,7 @@ class VideoSensor(MotionlessLife):
     def spec(self) -> SensorSpec:
         """Size of the frames, nominal rate and scale. Opens the recording for a look where it is not connected."""
         if self._spec is None:
-            image, _ = next(self._images(self._open()))
+            image = next(self._images(self._open())).image
             height, width = image.shape[:2]
             rate = self._options.rate_hz or self._reader_rate or 25.0
             self._spec = SensorSpec(width, height, rate, self._options.mm_per_px * 1e-3, self._options.pad)
@@ -123,8 +123,8 @@ class VideoSensor(MotionlessLife):
         reader = self._open()
         listed = read_times(options.times_file) if options.times_file else None
         times = FrameTimes(options.path, options.timestamps, self.spec.rate_hz, listed)
-        for number, (image, file_s) in enumerate(self._images(reader)):
-            yield Frame(image, start_ns + nanoseconds(times.of(number, file_s)), number)
+        for number, (image, file_s, redrawn) in enumerate(self._images(reader)):
+            yield Frame(image, start_ns + nanoseconds(times.of(number, file_s)), number, redrawn)
 
     def _open(self) -> Reader:
         if not self._options.path:
@@ -133,8 +133,8 @@ class VideoSensor(MotionlessLife):
         self._reader_rate = reader.nominal_hz if math.isfinite(reader.nominal_hz) else 0.0
         return reader
 
-    def _images(self, reader: Reader) -> Iterator[tuple[NDArray[np.uint8], float]]:
-        for number, (image, file_s) in enumerate(reader.images()):
+    def _images(self, reader: Reader) -> Iterator[Picture]:
+        for number, (image, file_s, redrawn) in enumerate(reader.images()):
             if number == 0 and not self._options.grey and _is_grey(image):
                 raise DataError(
                     f"{self._options.path}: frame 0 is grey, but contact is measured from colour "
@@ -142,7 +142,7 @@ class VideoSensor(MotionlessLife):
                 )
             if self._options.size is not None and image.shape[1::-1] != self._options.size:
                 image = np.asarray(cv2.resize(image, self._options.size, interpolation=cv2.INTER_AREA), np.uint8)
-            yield image, file_s
+            yield Picture(image, file_s, redrawn)
 
 
 def _is_grey(image: NDArray[np.uint8]) -> bool:

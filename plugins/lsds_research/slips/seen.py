@@ -59,7 +59,7 @@ class SeenRecording:
         """Read it. Raises DataError where it cannot be read, or shows no dots at the start."""
         self.name = path.stem
         reader = open_reader(str(path))
-        self.images = np.array([image for image, _ in reader.images()])
+        self.images = np.array([picture.image for picture in reader.images()])
         count = len(self.images)
         if count < 2:
             raise DataError(f"{path}: {count} frames, in which nothing can be seen to move")

@@ -1,0 +1,56 @@
+"""How sure an imprint's motion is: what image noise leaves open, and what the dots leave open of the gel's motion.
+
+Two errors add up. The registration's own is the inverse of its information, times the variance of what it left
+unexplained. The gel's motion under the object is known from dots around it, so a share of it is in doubt; that share,
+and the factor by which neighbouring pixels err together, were fitted on real recordings in which nothing slipped
+(`python -m lsds_research.slips.fit_noise`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.tactile.imprint.motion import ImprintMotion
+
+    Floats = NDArray[np.float64]
+
+#: Variance of the difference of reliefs counts this much more than for independent pixels.
+TOGETHER = 4.3
+#: The gel's motion under the object is in doubt by this share of how far the dots have moved.
+GEL_SHARE = 0.17
+#: Least noise of the relief: what the camera adds.
+LEAST_NOISE = 0.002
+#: What is known of a slip before looking: standard deviations in m and rad.
+WIDEST_M, WIDEST_RAD = 2.5e-3, 0.3
+#: A codec's key frame makes faint edges jump by this much, m: a pixel.
+KEY_FRAME_M = 6e-5
+#: Faint edges tremble by this much from frame to frame where nothing moves, m: a fifth of a pixel of recorded video.
+LEAST_M = 1.25e-5
+
+
+def covariance(motion: ImprintMotion, share: float = GEL_SHARE) -> Floats:
+    """Return the covariance (3, 3) of slip x, y (m) and turn (rad)."""
+    noise = max(motion.residual, LEAST_NOISE)
+    information = motion.information / (TOGETHER * noise**2)
+    information.flat[::4] += (WIDEST_M**-2, WIDEST_M**-2, WIDEST_RAD**-2)
+    result = np.linalg.inv(information)
+    doubt = LEAST_M**2 + (share * motion.dots_m) ** 2 + motion.redrawn * KEY_FRAME_M**2
+    result.flat[::4] += (doubt, doubt, doubt / motion.radius_m**2)
+    return np.asarray(result)
+
+
+def step_m(motion: ImprintMotion) -> float:
+    """Return how far the imprint's edges have moved against the gel: slip and turn at their radius of gyration, RMS."""
+    return math.hypot(*motion.slip_m, motion.turn_rad * motion.radius_m)
+
+
+def distance(motion: ImprintMotion, share: float = GEL_SHARE) -> float:
+    """Return how far the motion is from sticking, in standard deviations (Mahalanobis 1936)."""
+    slip = np.array([*motion.slip_m, motion.turn_rad])
+    return math.sqrt(max(0.0, float(slip @ np.linalg.solve(covariance(motion, share), slip))))

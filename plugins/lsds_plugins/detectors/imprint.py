@@ -1,0 +1,70 @@
+"""Detector `imprint`: slip where the object's imprint moves against the gel by more than its errors explain.
+
+Nothing is trained. Three explanations of what the imprint did are told apart. It stuck, and the load changed: then its
+motion against the gel is an error, of the size that `lsds.tactile.imprint.uncertainty` states. It slipped: then the
+motion is larger than that, or the imprint is as strong as before but not where it could be followed to. Or the contact
+began or ended: then the imprint is not found again and has become much stronger or weaker, and the detector abstains.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.contracts import BuildContext, Detection, Observation
+from lsds.tactile.imprint.uncertainty import GEL_SHARE, distance, step_m
+from lsds.tactile.slip_residual import confidence
+
+
+class ImprintDetectorOptions(BaseModel):
+    """Options of `[detector.imprint]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    threshold: float = Field(
+        default=2.4, gt=0, le=100, description="distance from sticking, in standard deviations, above which it slips"
+    )
+    least_mm: float = Field(
+        default=0.04, ge=0, le=10, description="least motion between two frames that counts as slip"
+    )
+    least_match: float = Field(
+        default=0.5, ge=0, le=1, description="correlation with the last frame's imprint below which it abstains"
+    )
+    gel_share: float = Field(
+        default=GEL_SHARE,
+        ge=0,
+        le=1,
+        description="share of the dots' motion by which that of the gel under the object is in doubt",
+    )
+
+
+class ImprintDetector:
+    """A `Detector` that looks at two frames and keeps no state."""
+
+    def __init__(self, options: ImprintDetectorOptions, context: BuildContext) -> None:
+        self._options = options
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def update(self, observation: Observation) -> Detection:
+        """Detect slip; abstain where the imprint's motion is not known."""
+        options = self._options
+        motion = observation.imprint() if observation.imprint is not None else None
+        if motion is None:
+            return Detection(None, math.nan, options.threshold, 0.0)
+        if motion.match < options.least_match:
+            if abs(math.log(max(motion.grown, 1e-9))) > _BEGUN:
+                return Detection(None, math.nan, options.threshold, 0.0)
+            return Detection(True, 2 * options.threshold, options.threshold, _LOST_CONFIDENCE)
+        score = distance(motion, options.gel_share)
+        if options.least_mm > 0:
+            score *= min(1.0, step_m(motion) / (options.least_mm * 1e-3))
+        return Detection(score > options.threshold, score, options.threshold, confidence(score, options.threshold))
+
+
+#: A contact begins or ends where the imprint's strength changes by more than this, natural logarithm.
+_BEGUN = 0.5
+#: Confidence in a slip that was too fast to be followed.
+_LOST_CONFIDENCE = 0.5

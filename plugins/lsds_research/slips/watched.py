@@ -1,0 +1,136 @@
+"""What detectors and estimators say of a recording, frame by frame, and the signals that learners see."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from lsds_plugins.replay.reader import IMAGE_ENDINGS
+
+from lsds.clock import VirtualClock
+from lsds.contracts import BuildContext
+from lsds.errors import DataError, LsdsError
+from lsds.models.signals import SIGNALS, signals_of
+from lsds.plugins import PluginHost
+from lsds.tracking import engine_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Observation
+
+    Floats = NDArray[np.float64]
+
+_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
+_VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm")
+WIDTH_PX = 320
+"""Lengths in px are those of an image this wide."""
+WHOLE_PAD = 50
+"""A pad with at least this many dots is seen as a whole (setup "whole pad"), one with fewer is zoomed in."""
+
+
+@dataclass(slots=True, eq=False)
+class Watched:
+    """One recording of `count` frames; arrays have a row for each, NaN where there is none.
+
+    `moved_px` (n,): how far the fastest tenth of the dots has moved; `slip` and `score` (n,) by detector; `slid` (n, 3)
+    by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is how many dots the reference
+    has, `seconds` the time that each detector and estimator took per frame.
+    """
+
+    name: str
+    count: int
+    markers: int
+    moved_px: Floats
+    redrawn: NDArray[np.bool_]
+    signals: NDArray[np.float32]
+    slip: dict[str, Floats] = field(default_factory=dict)
+    score: dict[str, Floats] = field(default_factory=dict)
+    slid: dict[str, Floats] = field(default_factory=dict)
+
+    @property
+    def setup(self) -> str:
+        """Which of two setups the recording is of, by the dots in view."""
+        return "whole pad" if self.markers >= WHOLE_PAD else "zoomed pad"
+
+
+def find_recording(folder: Path, name: str) -> Path | None:
+    """Return the video or the folder of images of that name below `folder`, None where there is none."""
+    for path in sorted(folder.rglob(f"{name}*")):
+        if path.stem == name and path.suffix.lower() in _VIDEO_ENDINGS and path.is_file():
+            return path
+        if path.name == name and path.is_dir() and any(f.suffix.lower() in IMAGE_ENDINGS for f in path.iterdir()):
+            return path
+    return None
+
+
+def watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Watched | str:
+    """Return what is said of a recording, or why it cannot be watched. A detector that raises says nothing."""
+    try:
+        return _watch(path, detectors, estimators)
+    except LsdsError as error:
+        text = str(error)
+        return text if str(path) in text else f"{path}: {text}"
+
+
+def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Watched:
+    host, context = PluginHost(), BuildContext(VirtualClock(), 0)
+    told = {name: host.build("detector", name, {}, context) for name in detectors}
+    slid = {name: host.build("estimator", name, {}, context) for name in estimators}
+    engine = engine_of(path, None, _CHEAP)
+    numbers: list[int] = []
+    rows: dict[str, list[list[float]]] = {"": [], **{name: [] for name in (*detectors,)}}
+    estimates: dict[str, list[list[float]]] = {name: [] for name in estimators}
+    signals, redrawn = [], []
+    for cycle in engine:
+        observation = cycle.observation
+        metres = engine.perception.metres_per_px * observation.field.reference.image_size[0] / WIDTH_PX
+        numbers.append(cycle.frame.seq)
+        signals.append(signals_of(observation, float(cycle.frame.image[::4, ::4].mean())))
+        redrawn.append(cycle.frame.redrawn)
+        rows[""].append([_fastest(observation) / metres])
+        for name, detector in told.items():
+            said = detector.update(observation)
+            rows[name].append([math.nan if said.slip is None else float(said.slip), said.score])
+        for name, estimator in slid.items():
+            estimate = estimator.update(observation)
+            dt = observation.dt_s
+            step = [v * dt / metres for v in estimate.velocity_m_s] + [math.degrees(estimate.angular_rad_s * dt)]
+            estimates[name].append([math.nan] * 3 if estimate.abstained else step)
+    reference = engine.perception.reference
+    if reference is None or not numbers:
+        raise DataError(f"{path}: no usable frame after the reference")
+    count, where = numbers[-1] + 1, np.array(numbers)
+
+    def spread(values: list[list[float]]) -> Floats:
+        whole = np.full((count, len(values[0])), np.nan)
+        whole[where] = values
+        return whole
+
+    everything = np.full((count, len(SIGNALS)), np.nan, np.float32)
+    everything[where] = signals
+    anew = np.zeros(count, bool)
+    anew[where] = redrawn
+    said = {name: spread(rows[name]) for name in detectors}
+    return Watched(
+        path.stem,
+        count,
+        reference.count,
+        np.nan_to_num(spread(rows[""])[:, 0]),
+        anew,
+        everything,
+        {name: values[:, 0] for name, values in said.items()},
+        {name: values[:, 1] for name, values in said.items()},
+        {name: spread(values) for name, values in estimates.items()},
+    )
+
+
+def _fastest(observation: Observation) -> float:
+    """Return how far the fastest tenth of the dots has moved since the last frame, m."""
+    field = observation.field
+    moved = field.velocity_m_s[np.isfinite(field.velocity_m_s[:, 0])] * field.dt_s
+    return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0
