@@ -262,6 +262,10 @@ class Imprint(Protocol):
         any edge in the image."""
         ...
 
+    def recent(self) -> list[Any]:
+        """Return the motions of this and the last few frames, the newest first, up to where one is not known."""
+        ...
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:

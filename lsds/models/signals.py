@@ -14,7 +14,7 @@ import numpy as np
 
 from lsds.errors import DataError
 from lsds.tactile.feature_sets import FEATURE_SETS, FEATURES, NAMES
-from lsds.tactile.imprint.uncertainty import distance, step_m
+from lsds.tactile.imprint.uncertainty import distance, drift, step_m
 from lsds.tactile.slip_residual import slip_residual
 
 if TYPE_CHECKING:
@@ -39,10 +39,11 @@ EVIDENCE: dict[str, tuple[str, str]] = {
 IMPRINT: dict[str, tuple[str, str]] = {
     "imprint_distance": ("1", "the imprint's motion against the gel, in standard deviations of an imprint that sticks"),
     "imprint_step": ("m", "how far the imprint's edges have moved against the gel since the last frame, RMS"),
+    "imprint_drift": ("1", "what its motions in the last four frames have in common, in standard deviations"),
     "imprint_slip": ("m", "translation of the imprint against the gel since the last frame"),
     "imprint_rim": ("m", "its turn, at the edges' radius of gyration"),
     "imprint_mismatch": ("1", "1 - correlation with the last frame's imprint, where it was followed to"),
-    "imprint_stuck_mismatch": ("1", "the same, where it would be if it had stuck"),
+    "imprint_regained": ("1", "how much better it matches there than where it would be if it had stuck"),
     "imprint_lost": ("1", "share of its edges that went out of view"),
     "imprint_gain": ("1", "natural logarithm of the factor by which it became stronger where it was followed to"),
     "imprint_growth": ("1", "the same of all edges, wherever they are"),
@@ -174,18 +175,18 @@ class Picker:
 
 
 def _imprint(observation: Observation) -> tuple[float, ...]:
-    motion = observation.imprint() if observation.imprint is not None else None
-    if motion is None:
+    if observation.imprint is None or (motion := observation.imprint()) is None:
         return _NOT_SEEN
     x, y = motion.slip_m
     evidence = slip_residual(observation, "quadratic", _LEAST_MARKERS)
     return (
         distance(motion),
         step_m(motion),
+        drift(observation.imprint.recent())[0],
         math.hypot(x, y),
         abs(motion.turn_rad) * motion.radius_m,
         1 - motion.match,
-        1 - motion.stuck_match,
+        max(0.0, motion.match - motion.stuck_match),
         1 - motion.seen,
         math.log(max(motion.gain, _FAINT)),
         math.log(min(max(motion.grown, _FAINT), 1 / _FAINT)),

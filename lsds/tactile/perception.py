@@ -51,7 +51,7 @@ class Perception:
             threshold_m=self._options.contact_threshold_mm * 1e-3,
         )
         self._features.start(self.reference, self._field.position_m)
-        self._imprint = ImprintFollower(self.metres_per_px)
+        self._imprint = ImprintFollower(self.metres_per_px, self.reference, self.reference_frame)
         self._basis = EvidenceBasis(self.reference)
         return self.reference
 

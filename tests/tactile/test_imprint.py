@@ -17,7 +17,7 @@ STILL = Motion()
 
 
 def followed(depth: np.ndarray, body: Motion, gel: Motion, *, noise: float = 1.0) -> ImprintMotion:
-    follower = ImprintFollower(METRES_PER_PX)
+    follower = ImprintFollower(METRES_PER_PX, REFERENCE, painted(BUMPS * 0, STILL, STILL))
     follower.follow(painted(depth, STILL, STILL, noise=noise), field(STILL, REFERENCE))
     motion = follower.follow(painted(depth, body, gel, noise=noise, seq=1), field(gel, REFERENCE, 1))()
     assert motion is not None
@@ -83,14 +83,14 @@ def test_bumps_tell_every_direction() -> None:
 
 
 def test_an_imprint_that_appears_does_not_match() -> None:
-    follower = ImprintFollower(METRES_PER_PX)
+    follower = ImprintFollower(METRES_PER_PX, REFERENCE, painted(BUMPS * 0, STILL, STILL))
     follower.follow(painted(BUMPS * 0, STILL, STILL), field(STILL, REFERENCE))
     motion = follower.follow(painted(BUMPS, STILL, STILL, seq=1), field(STILL, REFERENCE, 1))()
     assert motion is None or motion.match < 0.6
 
 
 def test_the_first_frame_and_too_few_dots_have_no_answer() -> None:
-    follower = ImprintFollower(METRES_PER_PX)
+    follower = ImprintFollower(METRES_PER_PX, REFERENCE, painted(BUMPS * 0, STILL, STILL))
     own = field(STILL, REFERENCE)
     assert follower.follow(painted(BUMPS, STILL, STILL), own)() is None
     lost = field(STILL, REFERENCE, 1)
@@ -103,6 +103,6 @@ def test_the_first_frame_and_too_few_dots_have_no_answer() -> None:
 def test_an_even_image_has_no_answer_or_no_information() -> None:
     grey = painted(BUMPS * 0, STILL, STILL, noise=0.0)
     flat = type(grey)(np.full_like(grey.image, 90), 0, 0)
-    follower = ImprintFollower(METRES_PER_PX)
+    follower = ImprintFollower(METRES_PER_PX, REFERENCE, painted(BUMPS * 0, STILL, STILL))
     follower.follow(flat, field(STILL, REFERENCE))
     assert follower.follow(flat, field(STILL, REFERENCE, 1))() is None

@@ -59,6 +59,20 @@ class CarriedGel:
         #: How far the fastest tenth of the dots has moved at least, px.
         self.fastest_px = float(np.partition(length, rank)[rank])
 
+    def everywhere(self, shape: tuple[int, ...], scale: float) -> Plane:
+        """Return the motion (h, w, 2), in pixels of which each is `scale` px of the image."""
+        rows, columns = shape
+        step = scale / NODE_PX
+        # Pixel centres to nodes: an affine look-up, which resizing with its own idea of the borders is not.
+        nodes = cv2.warpAffine(
+            self._nodes,
+            np.array([[step, 0.0, 0.0], [0.0, step, 0.0]]),
+            (columns, rows),
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        return np.asarray(nodes / np.float32(scale), np.float32)
+
     def at(self, x: Plane, y: Plane) -> Plane:
         """Return the motion (n, 2) at positions (n,), all in px of the image."""
         scale = np.float32(1 / NODE_PX)

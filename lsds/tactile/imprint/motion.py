@@ -12,12 +12,13 @@ from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel
 from lsds.tactile.imprint.layers import Layer, layers_of
 from lsds.tactile.imprint.registration import register
 from lsds.tactile.imprint.relief import ReliefMaker
+from lsds.tactile.imprint.residue import DotResidue
 from lsds.tactile.imprint.search import leapt
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import DeformationField, Frame
+    from lsds.contracts import DeformationField, Frame, MarkerReference
 
 
 class ImprintMotion(NamedTuple):
@@ -53,29 +54,51 @@ class ImprintMotion(NamedTuple):
 class ImprintFollower:
     """Follows the imprint of one stream from frame to frame. Nothing is computed before somebody asks."""
 
-    def __init__(self, metres_per_px: float, maker: ReliefMaker | None = None) -> None:
+    def __init__(self, metres_per_px: float, reference: MarkerReference, image: Frame) -> None:
+        """`image` is the reference's frame; whether something touches it does not matter."""
         self._metres_per_px = metres_per_px
-        self._maker = maker or ReliefMaker()
+        self._maker = ReliefMaker()
+        self._residue = DotResidue(reference, self._maker.relief(image), metres_per_px)
         self.reset()
 
     def reset(self) -> None:
         """Forget the last frame."""
         self._last: Shown | None = None
+        self._asked: tuple[FollowedImprint, ...] = ()
 
     def follow(self, frame: Frame, field: DeformationField) -> FollowedImprint:
-        """Return the imprint of the next frame, to be asked for its motion since the last."""
-        before, self._last = self._last, Shown(frame, field, self._maker, self._metres_per_px)
-        return FollowedImprint(before, self._last)
+        """Return the imprint of the next frame, to be asked for its motion before the one after it."""
+        before, self._last = self._last, Shown(frame, field, self._maker, self._residue, self._metres_per_px)
+        for asked in self._asked:
+            asked.forget()
+        followed = FollowedImprint(before, self._last, self._asked)
+        self._asked = (followed, *self._asked)[: RECENT - 1]
+        return followed
 
 
 class FollowedImprint:
     """An `Imprint`: registers two frames when it is first asked, and remembers the answer."""
 
-    __slots__ = ("_answer", "_frames")
+    __slots__ = ("_answer", "_earlier", "_frames")
 
-    def __init__(self, before: Shown | None, now: Shown) -> None:
+    def __init__(self, before: Shown | None, now: Shown, earlier: tuple[FollowedImprint, ...] = ()) -> None:
         self._frames: tuple[Shown, Shown] | None = None if before is None else (before, now)
         self._answer: ImprintMotion | None = None
+        self._earlier = earlier
+
+    def forget(self) -> None:
+        """Let go of the frames before: they are asked for no more."""
+        self._earlier = ()
+
+    def recent(self) -> list[ImprintMotion]:
+        """Return the motions of this and the last frames, the newest first, up to where one is not known."""
+        motions: list[ImprintMotion] = []
+        for followed in (self, *self._earlier):
+            motion = followed()
+            if motion is None:
+                break
+            motions.append(motion)
+        return motions
 
     def __call__(self) -> ImprintMotion | None:
         """Return the imprint's motion since the frame before; None on the first frame and where it cannot be told."""
@@ -87,18 +110,22 @@ class FollowedImprint:
 class Shown:
     """What one frame shows of object and gel; the relief is made when it is first asked for."""
 
-    def __init__(self, frame: Frame, field: DeformationField, maker: ReliefMaker, metres_per_px: float) -> None:
-        self._frame, self._maker = frame, maker
+    def __init__(
+        self, frame: Frame, field: DeformationField, maker: ReliefMaker, residue: DotResidue, metres_per_px: float
+    ) -> None:
+        self._frame, self._maker, self._residue = frame, maker, residue
         self.field, self.metres_per_px, self.redrawn = field, metres_per_px, frame.redrawn
 
     @cached_property
     def layers(self) -> tuple[Layer, ...]:
         """The relief at several resolutions."""
-        relief = self._maker.relief(self._frame)
+        relief = self._residue.taken_off(self._maker.relief(self._frame), self.field)
         self.scale = relief.scale
         return layers_of(relief)
 
 
+#: Frames whose motions are remembered, to be added up.
+RECENT = 4
 #: A match this good as it is needs no search from coarse to fine.
 GOOD = 0.97
 #: Below this match the imprint may have leapt, and is looked for as a whole.

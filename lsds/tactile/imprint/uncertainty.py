@@ -13,7 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.tactile.imprint.motion import RECENT
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lsds.tactile.imprint.motion import ImprintMotion
@@ -52,5 +56,37 @@ def step_m(motion: ImprintMotion) -> float:
 
 def distance(motion: ImprintMotion, share: float = GEL_SHARE) -> float:
     """Return how far the motion is from sticking, in standard deviations (Mahalanobis 1936)."""
-    slip = np.array([*motion.slip_m, motion.turn_rad])
-    return math.sqrt(max(0.0, float(slip @ np.linalg.solve(covariance(motion, share), slip))))
+    return _distance(_step(motion), _spread(motion, share))
+
+
+def drift(recent: Sequence[ImprintMotion], share: float = GEL_SHARE, least_match: float = 0.5) -> tuple[float, float]:
+    """Return how far the motions of the last frames have led from sticking, in standard deviations, and in m.
+
+    What all have in common is their median, times their number. A load that comes and goes moves the gel to and fro,
+    and a slip that is over was one large step among small ones; but a slow slide goes on. Both zero where fewer than
+    `RECENT` frames are known, or the imprint was lost in one of them (a match below `least_match`).
+    """
+    if len(recent) < RECENT or min(motion.match for motion in recent) < least_match:
+        return 0.0, 0.0
+    common = np.median([_step(motion) for motion in recent], axis=0) * len(recent)
+    spread = sum((_spread(motion, share) for motion in recent), np.zeros((3, 3)))
+    return _distance(common, spread * _MEDIAN), math.sqrt(float(common @ common))
+
+
+#: Variance of a median relative to that of a mean, for normal errors.
+_MEDIAN = math.pi / 2
+
+
+def _step(motion: ImprintMotion) -> Floats:
+    """Return slip x, y and turn, all as lengths (m): a turn moves the edges at their radius."""
+    return np.array([*motion.slip_m, motion.turn_rad * motion.radius_m])
+
+
+def _spread(motion: ImprintMotion, share: float) -> Floats:
+    """Return the covariance of that."""
+    per = np.array([1.0, 1.0, motion.radius_m])
+    return np.asarray(covariance(motion, share) * np.outer(per, per))
+
+
+def _distance(moved: Floats, spread: Floats) -> float:
+    return math.sqrt(max(0.0, float(moved @ np.linalg.solve(spread, moved))))

@@ -13,7 +13,7 @@ import math
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Detection, Observation
-from lsds.tactile.imprint.uncertainty import GEL_SHARE, distance, step_m
+from lsds.tactile.imprint.uncertainty import GEL_SHARE, distance, drift, step_m
 from lsds.tactile.slip_residual import confidence
 
 
@@ -40,7 +40,7 @@ class ImprintDetectorOptions(BaseModel):
 
 
 class ImprintDetector:
-    """A `Detector` that looks at two frames and keeps no state."""
+    """A `Detector` on the imprint's motion in the last frames; it keeps no state of its own."""
 
     def __init__(self, options: ImprintDetectorOptions, context: BuildContext) -> None:
         self._options = options
@@ -51,17 +51,23 @@ class ImprintDetector:
     def update(self, observation: Observation) -> Detection:
         """Detect slip; abstain where the imprint's motion is not known."""
         options = self._options
-        motion = observation.imprint() if observation.imprint is not None else None
-        if motion is None:
+        recent = observation.imprint.recent() if observation.imprint is not None else []
+        if not recent:
             return Detection(None, math.nan, options.threshold, 0.0)
+        motion = recent[0]
         if motion.match < options.least_match:
             if abs(math.log(max(motion.grown, 1e-9))) > _BEGUN:
                 return Detection(None, math.nan, options.threshold, 0.0)
             return Detection(True, 2 * options.threshold, options.threshold, _LOST_CONFIDENCE)
-        score = distance(motion, options.gel_share)
-        if options.least_mm > 0:
-            score *= min(1.0, step_m(motion) / (options.least_mm * 1e-3))
+        score = max(
+            self._score(distance(motion, options.gel_share), step_m(motion)),
+            self._score(*drift(recent, options.gel_share, options.least_match)),
+        )
         return Detection(score > options.threshold, score, options.threshold, confidence(score, options.threshold))
+
+    def _score(self, deviations: float, moved_m: float) -> float:
+        least = self._options.least_mm * 1e-3
+        return deviations * (min(1.0, moved_m / least) if least > 0 else 1.0)
 
 
 #: A contact begins or ends where the imprint's strength changes by more than this, natural logarithm.

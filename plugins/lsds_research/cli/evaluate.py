@@ -6,6 +6,7 @@ import click
 
 from lsds.cli.study_command import study_command
 from lsds_research.incipient.options import IncipientOptions
+from lsds_research.slips.options import SlipOptions
 from lsds_research.studies.models.options import ModelsOptions
 
 MODELS = """Score finished models on held-out objects.
@@ -37,6 +38,22 @@ Examples:
 """
 
 
+SLIP = """Score detectors and estimators frame by frame on real recordings labelled by eye.
+
+PATH holds recordings, videos or folders of images, anywhere below it, and slip_labels.csv (lsds label); for the public
+incipient-slip set the labels are shipped. Every installed detector and estimator is asked. Printed are the share of
+slip frames found and of slips noticed at their onset, false alarms per 100 moving and per 100 still frames, and the
+error of travel and turn over a slip, for each setup. The learner 'fused' is also fitted without the object, and on the
+other setup. Needs the data extra; fitting needs the train extra.
+
+\b
+Examples:
+  lsds evaluate slip recordings/
+  lsds evaluate slip recordings/ --plot curves.png --csv table.csv --json result.json
+  lsds evaluate slip recordings/ --detector imprint --detector monotone --objects all
+"""
+
+
 @click.group()
 def evaluate() -> None:
     """Score models on unseen data and compare them with trivial baselines.
@@ -51,6 +68,7 @@ def evaluate() -> None:
 
 
 evaluate.add_command(study_command("models", ModelsOptions, MODELS, positional=("data",), doing="scoring"))
+evaluate.add_command(study_command("slip", SlipOptions, SLIP, positional=("path",), doing="reading"))
 evaluate.add_command(
     study_command("incipient-slip", IncipientOptions, INCIPIENT, positional=("path",), doing="reading, training")
 )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.extras import require
 from lsds.plugins.registry import did_you_mean
+
+if TYPE_CHECKING:
+    from lsds_research.datasets import Dataset
 
 
 @click.command()
@@ -18,9 +21,14 @@ from lsds.plugins.registry import did_you_mean
     "--data",
     "folders",
     type=click.Path(path_type=Path),
-    required=True,
     multiple=True,
     help="Folder of a dataset (lsds collect) to train on; repeatable.",
+)
+@click.option(
+    "--labelled",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Folder of recordings labelled frame by frame (lsds label) to train a detector on; repeatable.",
 )
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="Model file to write, .onnx."
@@ -34,6 +42,7 @@ from lsds.plugins.registry import did_you_mean
 def train(
     learner: str,
     folders: tuple[Path, ...],
+    labelled: tuple[Path, ...],
     out: Path,
     options: tuple[str, ...],
     without: tuple[str, ...],
@@ -48,6 +57,7 @@ def train(
     \b
     Examples:
       lsds train field-mlp --data detection --out slip.onnx --without book --without sponge
+      lsds train fused --labelled recordings --out slip.onnx
       lsds train random-forest --data detection --out forest.onnx --option signals=proposed
       lsds train field-gru --data severity --data catch --out speed.onnx
       lsds run --set detector.backend=onnx --set detector.onnx.model=slip.onnx
@@ -72,7 +82,12 @@ def train(
         if "=" not in option:
             raise click.UsageError(f"--option {option}: needs KEY=VALUE, such as signals=field")
     chosen = {key: parse_value(value) for key, _, value in (option.partition("=") for option in options)}
-    whole = merged([(str(folder), load(folder)) for folder in folders])
+    if not folders and not labelled:
+        raise click.UsageError("nothing to train on: give --data, --labelled, or both")
+    own = [(str(folder), load(folder)) for folder in folders] + [
+        (str(folder), _labelled(folder)) for folder in labelled
+    ]
+    whole = merged(own)
     require_part(whole["object"].tolist(), without)
     part = whole.where(~np.isin(whole["object"], without)) if without else whole
     card = run(part, Model(learner, chosen), PluginHost(), out, seed)
@@ -81,6 +96,19 @@ def train(
         write_json(told, json_file)
     if json_file != "-":
         click.echo(scores_table(dict(card.scores or {}), f"{out.name} ({card.figures_are})"))
+
+
+def _labelled(folder: Path) -> Dataset:
+    """Return the labelled frames of a folder of recordings."""
+    from lsds.cli.progress import Progress
+    from lsds.cli.threads import processes
+    from lsds_research.slips.folder import as_dataset, labels_of, read_folder
+
+    with Progress(f"reading {folder}") as progress:
+        recordings, failures = read_folder(folder, labels_of(folder), jobs=processes(), tick=progress.to)
+    for reason in failures.values():
+        click.echo(f"passed over: {reason}", err=True)
+    return as_dataset(recordings)
 
 
 def require_part(objects: list[str], without: tuple[str, ...]) -> None:

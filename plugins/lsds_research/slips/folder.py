@@ -1,0 +1,118 @@
+"""A folder of labelled recordings: where its labels, recordings and objects are, and all of it as a dataset."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.errors import DataError
+from lsds.processes import DIED, spread
+from lsds_research.datasets import Dataset, from_rows, joined
+from lsds_research.slips.labels import NAME, Interval, Labels, read_labels
+from lsds_research.slips.score import scored_frames
+from lsds_research.slips.watched import Watched, find_recording, watch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_DATA = Path(__file__).parent / "data"
+SHIPPED, SECOND = _DATA / "incipient_slip.csv", _DATA / "incipient_slip_second.csv"
+PROTOCOL = "labelled"
+EVERY = 6
+"""One still frame in so many is learnt from: they are many, and alike."""
+
+
+def scored_only() -> frozenset[str]:
+    """Return the objects of the shipped labels on which nothing is tuned."""
+    return frozenset((_DATA / "scored_only.txt").read_text(encoding="utf-8").split())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledRecording:
+    """A recording, its object, its labels, and what detectors and estimators say of it."""
+
+    object: str
+    intervals: Sequence[Interval]
+    watched: Watched
+
+
+def labels_of(folder: Path, file: Path | None = None) -> Labels:
+    """Return the labels for a folder's recordings: those of `file`, of its own file, or the shipped ones.
+
+    Raises DataError where there are none for any of them.
+    """
+    if not folder.is_dir():
+        raise DataError(f"{folder}: no such folder (give the one that holds the recordings)")
+    own = file or (folder / NAME if (folder / NAME).is_file() else SHIPPED)
+    labels = {name: told for name, told in read_labels(own).items() if find_recording(folder, name) is not None}
+    if not labels:
+        raise DataError(f"{folder}: holds none of the recordings that {own} labels (lsds label makes labels)")
+    return labels
+
+
+def read_folder(
+    folder: Path,
+    labels: Labels,
+    detectors: Sequence[str] = (),
+    estimators: Sequence[str] = (),
+    jobs: int = 1,
+    tick: Callable[[int, int], object] | None = None,
+) -> tuple[list[LabelledRecording], dict[str, str]]:
+    """Return the labelled recordings of a folder in the order of their names, and why others cannot be used."""
+    objects = _objects(folder)
+    paths = {name: found for name in sorted(labels) if (found := find_recording(folder, name)) is not None}
+    failures: dict[str, str] = {}
+    seen: dict[str, Watched] = {}
+    work = partial(watch, detectors=tuple(detectors), estimators=tuple(estimators))
+    for done, (path, result) in enumerate(spread(work, list(paths.values()), jobs), start=1):
+        if isinstance(result, Watched):
+            seen[result.name] = result
+        else:
+            failures[path.stem] = f"{path}: {DIED}" if result is None else result
+        if tick is not None:
+            tick(done, len(paths))
+    if not seen:
+        raise DataError(
+            f"{folder}: none of its labelled recordings can be used; the first: {next(iter(failures.values()))}"
+        )
+    told = [
+        LabelledRecording(objects.get(name, name.split("__")[0]), labels[name], seen[name]) for name in sorted(seen)
+    ]
+    return told, failures
+
+
+def _objects(folder: Path) -> dict[str, str]:
+    """Return the object of each recording by index.csv, where there is one."""
+    index = folder / "index.csv"
+    if not index.is_file():
+        return {}
+    try:
+        with index.open(encoding="utf-8-sig", newline="") as file:
+            return {Path(row["video"]).stem: row["object"] for row in csv.DictReader(file)}
+    except (OSError, KeyError, UnicodeDecodeError, csv.Error) as error:
+        raise DataError(f"{index}: cannot be read: {error!r} (columns video, object)") from error
+
+
+def as_dataset(recordings: Sequence[LabelledRecording]) -> Dataset:
+    """Return the frames that learners learn from: all that slip, all that move and stick, and some that are still.
+
+    The label of all others is unknown.
+    """
+    parts: list[dict[str, NDArray[Any]]] = []
+    for own in recordings:
+        watched = own.watched
+        frames = scored_frames(own.intervals, watched.moved_px)
+        slip = np.full(watched.count, -1, np.int8)
+        slip[frames.slip] = 1
+        slip[frames.moving] = 0
+        slip[np.flatnonzero(frames.still)[::EVERY]] = 0
+        t_s = (np.arange(watched.count) / 25.0).tolist()
+        parts.append(from_rows(watched.name, own.object, PROTOCOL, t_s, watched.signals, {"slip": slip}))
+    card = {"figures_are": "measured", "job": PROTOCOL, "labels": "by eye", "clock": "nominal"}
+    return joined(parts, card)

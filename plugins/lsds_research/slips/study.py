@@ -1,0 +1,256 @@
+"""Study `slip`: detectors and estimators frame by frame, on real recordings labelled by eye."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult, StudyTable
+from lsds.extras import importable
+from lsds.plugins.host import PluginHost
+from lsds_research.slips.folder import LabelledRecording, labels_of, read_folder, scored_only
+from lsds_research.slips.labels import NAME
+from lsds_research.slips.options import SlipOptions
+from lsds_research.slips.plot import draw
+from lsds_research.slips.refit import refitted
+from lsds_research.slips.score import Counts, Said, counted, onset_errors, scored_frames, scored_intervals, travels
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Kind
+
+    Floats = NDArray[np.float64]
+    Row = dict[str, Any]
+
+_COLUMNS = (
+    ("detector", "detector", ""),
+    ("setup", "setup", ""),
+    ("found", "found", ".2f"),
+    ("noticed", "noticed", ".2f"),
+    ("intervals", "of", "d"),
+    ("per_100_moving", "/100 moving", ".1f"),
+    ("per_100_still", "/100 still", ".2f"),
+    ("onset", "onset", ".0f"),
+    ("answered", "answered", ".2f"),
+    ("at_found", "found at", ".2f"),
+    ("at_noticed", "noticed at", ".2f"),
+    ("at_low", "95 %", ".2f"),
+    ("at_high", "", ".2f"),
+    ("at_still", "/100 still at", ".2f"),
+)
+_TRAVELS = (
+    ("estimator", "estimator", ""),
+    ("slips", "slips", "d"),
+    ("off_px", "off, px", ".1f"),
+    ("off_share", "off, %", ".0f"),
+    ("travel_right", "within 20 % or 2 px", ".2f"),
+    ("turns", "turns", "d"),
+    ("off_deg", "off, deg", ".1f"),
+    ("turn_off_share", "off, %", ".0f"),
+    ("turn_right", "within 15 % or 3 deg", ".2f"),
+    ("answered", "answered", ".2f"),
+)
+ALL = "both"
+_DRAWS = 300
+Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
+"""Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
+
+
+class SlipStudy:
+    """Reads the recordings once, asks all detectors and estimators, and compares them with the labels."""
+
+    def __init__(self, options: SlipOptions, context: BuildContext) -> None:
+        self._options, self._seed = options, context.seed
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Measure. Raises DataError for a folder or labels that cannot be used, PluginError for an unknown name."""
+        options, host = self._options, PluginHost()
+        folder = Path(options.path)
+        labels = labels_of(folder, Path(options.labels) if options.labels else None)
+        detectors = _chosen(host, "detector", options.detectors)
+        estimators = _chosen(host, "estimator", options.estimators)
+        recordings, failures = read_folder(folder, labels, detectors, estimators, options.jobs, tick)
+        kept = self._kept(recordings, folder)
+        notes = _notes(kept, options.alarms)
+        told = {name: [(own, own.watched.slip[name], own.watched.score[name]) for own in kept] for name in detectors}
+        for title, scores in self._refitted(recordings).items():
+            chosen = {own.watched.name for own in kept}
+            told[title] = [each for each in scores if each[0].watched.name in chosen]
+        rows, curves = [], {}
+        for name, scores in told.items():
+            curves[name] = _curve(scores)
+            rows += [_row(name, setup, part, self._options.alarms, self._seed) for setup, part in _by_setup(scores)]
+        travel = [_travel_row(name, kept) for name in estimators]
+        objects = len({own.object for own in kept})
+        title = f"real recordings labelled by eye: {len(kept)} of {objects} objects (measured)"
+        return StudyResult(
+            title,
+            _COLUMNS,
+            rows,
+            partial(draw, curves=curves, alarms=options.alarms, title=title),
+            notes,
+            {"failures": failures, "figures_are": "measured", "curves": curves, "seed": self._seed},
+            more=[StudyTable(_TRAVELS, travel)] if travel else [],
+            warnings=[f"passed over: {reason}" for reason in failures.values()],
+        )
+
+    def _kept(self, recordings: list[LabelledRecording], folder: Path) -> list[LabelledRecording]:
+        """Return the recordings that are scored: of the shipped labels only objects on which nothing is tuned."""
+        own_labels = self._options.labels or (folder / NAME).is_file()
+        if own_labels or self._options.objects == "all":
+            return recordings
+        return [own for own in recordings if own.object in scored_only()] or recordings
+
+    def _refitted(self, recordings: list[LabelledRecording]) -> dict[str, Scores]:
+        if not self._options.refit or not importable("sklearn"):
+            return {}
+        told: dict[str, Scores] = {}
+        for title, group in (
+            ("fused, without the object", lambda own: own.object),
+            ("fused, from the other setup", lambda own: own.watched.setup),
+        ):
+            scores = refitted(recordings, group)
+            if scores is not None:
+                told[title] = [
+                    (own, np.where(np.isfinite(score), score > 0.5, np.nan), score)
+                    for own, score in zip(recordings, scores, strict=True)
+                ]
+        return told
+
+
+def _chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
+    """Return the backends of a kind that were asked for; by default all but those that need a model of one's own."""
+    for name in names:
+        host.find(kind, name)
+    return list(names) or [name for name in host.names(kind) if name != "onnx"]
+
+
+def _by_setup(scores: Scores) -> list[tuple[str, Scores]]:
+    """Return the scores of all recordings, and of each setup where there are several."""
+    setups = sorted({own.watched.setup for own, _, _ in scores})
+    parts = [(setup, [each for each in scores if each[0].watched.setup == setup]) for setup in setups]
+    return [(ALL, scores), *parts] if len(parts) > 1 else [(setups[0], scores)]
+
+
+def _said(own: LabelledRecording, slip: Floats, score: Floats) -> Said:
+    nothing = np.full((own.watched.count, 3), np.nan)
+    return Said(own.intervals, slip, score, own.watched.moved_px, nothing[:, :2], nothing[:, 2])
+
+
+def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row:
+    """Return one row: as the detector decides, and at the threshold with so many false alarms per 100 moving frames."""
+    said = [_said(*each) for each in scores]
+    counts = sum((counted(each) for each in said), Counts())
+    late = np.concatenate([onset_errors(each) for each in said]) if said else np.empty(0)
+    late = late[np.isfinite(late)]
+    at = _at(scores, _threshold(scores, alarms))
+    parts = [counted(each) for each in at]
+    swept = sum(parts, Counts())
+    low, high = _interval(parts, seed)
+    return {
+        "detector": name,
+        "setup": setup,
+        "found": counts.recall,
+        "noticed": counts.noticed_share,
+        "intervals": counts.intervals,
+        "per_100_moving": counts.per_100_moving,
+        "per_100_still": counts.per_100_still,
+        "onset": float(np.median(late)) if len(late) else math.nan,
+        "answered": counts.answered / max(counts.frames, 1),
+        "at_found": swept.recall,
+        "at_noticed": swept.noticed_share,
+        "at_low": low,
+        "at_high": high,
+        "at_still": swept.per_100_still,
+    }
+
+
+def _threshold(scores: Scores, alarms: float) -> float:
+    """Return the score that so many of 100 moving, sticking frames exceed."""
+    told = [
+        np.nan_to_num(score, nan=-np.inf)[scored_frames(own.intervals, own.watched.moved_px).moving]
+        for own, _, score in scores
+    ]
+    values = np.concatenate(told) if told else np.empty(0)
+    return float(np.quantile(values, 1 - alarms / 100, method="higher")) if len(values) else math.inf
+
+
+def _at(scores: Scores, threshold: float) -> list[Said]:
+    return [
+        _said(own, np.where(np.isfinite(slip), np.nan_to_num(score, nan=-np.inf) > threshold, np.nan), score)
+        for own, slip, score in scores
+    ]
+
+
+def _interval(parts: Sequence[Counts], seed: int) -> tuple[float, float]:
+    """Return the 95 % interval of the share noticed, over recordings drawn with replacement."""
+    rng = np.random.default_rng(seed)
+    shares = []
+    for _ in range(_DRAWS):
+        drawn = sum((parts[k] for k in rng.integers(0, len(parts), len(parts))), Counts())
+        if drawn.intervals:
+            shares.append(drawn.noticed_share)
+    low, high = np.quantile(shares, (0.025, 0.975)) if shares else (math.nan, math.nan)
+    return float(low), float(high)
+
+
+def _curve(scores: Scores) -> list[tuple[float, float]]:
+    """Return (false alarms per 100 moving frames, share of intervals noticed) over thresholds."""
+    told = []
+    for alarms in (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 15, 20, 30, 50):
+        counts = sum((counted(each) for each in _at(scores, _threshold(scores, alarms))), Counts())
+        told.append((counts.per_100_moving, counts.noticed_share))
+    return told
+
+
+def _travel_row(name: str, recordings: Sequence[LabelledRecording]) -> Row:
+    errors, answered, frames = [], 0, 0
+    for own in recordings:
+        slid = own.watched.slid[name]
+        nothing = np.full(own.watched.count, np.nan)
+        errors += travels(Said(own.intervals, nothing, nothing, own.watched.moved_px, slid[:, :2], slid[:, 2]))
+        for interval in scored_intervals(own.intervals):
+            part = slid[interval.first : interval.last + 1, 0]
+            answered, frames = answered + int(np.isfinite(part).sum()), frames + len(part)
+    moved = [error for error in errors if math.isfinite(error.off_px) and error.labelled_px > 0]
+    turned = [error for error in errors if math.isfinite(error.off_deg)]
+    return {
+        "estimator": name,
+        "slips": len(moved),
+        "off_px": _median([error.off_px for error in moved]),
+        "off_share": 100 * _median([error.off_px / error.labelled_px for error in moved]),
+        "travel_right": _mean([error.off_px <= max(2.0, 0.2 * error.labelled_px) for error in moved]),
+        "turns": len(turned),
+        "off_deg": _median([abs(error.off_deg) for error in turned]),
+        "turn_off_share": 100 * _median([abs(e.off_deg / e.labelled_deg) for e in turned if abs(e.labelled_deg) > 0]),
+        "turn_right": _mean([abs(error.off_deg) <= max(3.0, 0.15 * abs(error.labelled_deg)) for error in turned]),
+        "answered": answered / max(frames, 1),
+    }
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if len(values) else math.nan
+
+
+def _mean(values: Sequence[bool]) -> float:
+    return float(np.mean(values)) if len(values) else math.nan
+
+
+def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
+    slips = sum(len(scored_intervals(own.intervals)) for own in recordings)
+    redrawn = int(sum(own.watched.redrawn.sum() for own in recordings))
+    return [
+        f"found: share of the frames that slip; noticed: share of {slips} intervals in which slip is said from a frame "
+        "before the onset to two after it; /100: false alarms per 100 frames that stick or are free",
+        f"'at': at the threshold with {alarms:g} false alarms per 100 moving frames; 95 %: over recordings drawn with "
+        "replacement; onset: frames late, median",
+        "a frame moves where the fastest tenth of the dots moves by more than half a pixel; 'unsure' and 'touch', their "
+        f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
+    ]
