@@ -79,6 +79,13 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "estimator",
+            "fused",
+            "lsds_plugins.estimators.fused:FusedEstimator",
+            "lsds_plugins.estimators.fused:FusedOptions",
+            summary="motion of the imprint, and a trained model on the dots, joined by their covariances",
+        ),
+        BackendSpec(
+            "estimator",
             "field",
             "lsds_plugins.estimators.field:FieldEstimator",
             "lsds_plugins.estimators.field:FieldOptions",

@@ -17,6 +17,7 @@ from lsds_mocks.gel.winkler import WinklerGel
 from lsds_mocks.objects.build import build_shape
 from lsds_mocks.objects.catalogue import ObjectSpec
 from lsds_mocks.objects.height_map import height_map
+from lsds_mocks.optics.grain import Grain
 from lsds_mocks.plant.friction import SurfaceFriction
 from lsds_mocks.plant.plant import Plant, PlantParameters
 from lsds_mocks.plant.texture import Chatter, Texture
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 SHARED_KEY = "lsds_mocks.cell"
+_GRAIN = 0x62A1
 
 
 def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
@@ -40,6 +42,17 @@ def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
     return build_shape(
         ObjectSpec(**figures), material.height_m, np.random.default_rng(zlib.crc32(options.object.encode()))
     )
+
+
+def build_grain(options: CellOptions) -> Grain | None:
+    """Make the fine relief of the object's surface, the object's own as well; None for one without.
+
+    A height map is the whole of a surface.
+    """
+    if not options.grain_um or options.height_map:
+        return None
+    rng = np.random.default_rng([_GRAIN, zlib.crc32(options.object.encode())])
+    return Grain(options.grain_um, options.grain_mm, rng)
 
 
 def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelModel:
@@ -76,6 +89,7 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     gel = build_gel(options, build_surface(options, material), material)
     length = options.length_mm * 1e-3
     texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
+    gel.grain = build_grain(options)
     texture = Texture(length, options.texture_amplitude, texture_rng)
     friction = SurfaceFriction(
         texture,

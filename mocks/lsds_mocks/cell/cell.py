@@ -129,17 +129,17 @@ class SimulatedCell:
     def gel_state(self) -> GelState:
         """Return the gel's state at the last step's end."""
         with self._lock:
-            return self.plant.gel.state()
+            return self.plant.gel_state()
 
     def _step(self) -> None:
         for action in self._queue.due(self._t_ns):
             action(self.plant)
         end = self._t_ns + self.step_ns
         exposing = [camera for camera in self._cameras if camera.next_exposure_ns <= end]
-        before = self.plant.gel.state() if exposing else None
+        before = self.plant.gel_state() if exposing else None
         self.plant.step(self._dt_s)
         for camera in exposing:
-            after = self.plant.gel.state()
+            after = self.plant.gel_state()
             while camera.next_exposure_ns <= end and before is not None:
                 share = seconds(camera.next_exposure_ns - self._t_ns) / self._dt_s
                 camera.expose(blend(before, after, min(max(share, 0.0), 1.0)))

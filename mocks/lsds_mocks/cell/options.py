@@ -48,6 +48,13 @@ class CellOptions(BaseModel):
     texture: TextureName = Field(default="smooth", description="relief of the surface (winkler uses the outline only)")
     texture_size_mm: float = Field(default=1.0, ge=0.3, le=24, description="size of pores, bumps or threads")
     texture_depth_mm: float = Field(default=0.0, ge=0, le=5, description="depth of the relief")
+    grain_um: float = Field(
+        default=5.0,
+        ge=0,
+        le=50,
+        description="RMS height of the surface's fine relief, which the gel shows; 0, or a height map: none",
+    )
+    grain_mm: float = Field(default=0.4, ge=0.15, le=3, description="size of its features")
     height_map: str = Field(
         default="", description="file of a height map that replaces shape and texture: .npy (m) or image"
     )

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.gel.state import GelState
+    from lsds_mocks.optics.grain import Grain
 
 
 class Reaction(NamedTuple):
@@ -33,8 +34,11 @@ class GelModel(Protocol):
     """A gel with friction and memory, driven by the object's rigid motion.
 
     Each step: `press`, `set_friction`, then any number of `trial`s, of which the last is made real by `commit`.
-    Trials never touch the history. The history is a `GelState`: a value that can be copied, kept and put back.
+    Trials never touch the history. The history is a `GelState`: a value that can be copied, kept and put back. `grain`
+    is the fine relief of the object's surface, which is seen and not felt; None where there is none.
     """
+
+    grain: Grain | None
 
     @property
     def points_m(self) -> NDArray[np.float64]:

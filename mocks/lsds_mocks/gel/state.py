@@ -16,7 +16,8 @@ class GelState:
     """Shear deflection (2, N) in metres and shear force (2, N) in newtons of each point, normal force per point (N,)
     in newtons, which points slid, indentation (m), total normal force (N) and the stretch of y (m) under the object.
     A model whose points come and go names them by `cells` (N,) of a grid `fine`, and where the object's surface is by
-    `placement` (x and y in metres, turn in radians)."""
+    `placement` (x and y in metres, turn in radians). `body` is the same of the object itself, also where a model need
+    not follow a surface that carries itself along."""
 
     deflection_m: NDArray[np.float64]
     shear_n: NDArray[np.float64]
@@ -28,6 +29,7 @@ class GelState:
     fine: int = 0
     cells: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
     placement: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    body: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def blend(early: GelState, late: GelState, share: float) -> GelState:
@@ -37,6 +39,7 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
     if early.cells is not late.cells and not np.array_equal(early.cells, late.cells):
         early = _over(late.cells, early)
     x, y, angle = (a + share * (b - a) for a, b in zip(early.placement, late.placement, strict=True))
+    body_x, body_y, turn = (a + share * (b - a) for a, b in zip(early.body, late.body, strict=True))
     # In this form what did not change comes out unchanged to the last bit, and whoever keeps work by it finds it.
     return GelState(
         early.deflection_m + share * (late.deflection_m - early.deflection_m),
@@ -49,6 +52,7 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
         late.fine,
         late.cells,
         (x, y, angle),
+        (body_x, body_y, turn),
     )
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.gel.shapes import Shape
+    from lsds_mocks.optics.grain import Grain
 
 SLIDING = 1.0 - 1e-9
 _LEAST_COVERAGE = 0.05
@@ -49,6 +50,8 @@ def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, coun
 
 class WinklerGel:
     """A `GelModel` of bristles; `design_m` is the deepest indentation that the grid of points covers."""
+
+    grain: Grain | None = None
 
     def __init__(
         self,

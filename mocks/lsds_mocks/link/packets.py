@@ -49,7 +49,7 @@ _FINGERS = struct.Struct("<Bq2d2?d")
 _LOAD = struct.Struct("<Bqd")
 _SCENE = struct.Struct("<Bq?2d")
 _TRUTH = struct.Struct("<Bq12d2?")
-_GEL = struct.Struct("<Bqi?4dB3d")
+_GEL = struct.Struct("<Bqi?4dB6d")
 _NO_GEL = -1
 """In place of the number of points, which is 0 where nothing touches."""
 
@@ -115,7 +115,7 @@ def unpack_truth(data: bytes) -> CellTruth:
 def pack_gel(t_ns: int, state: GelState | None) -> bytes:
     """Return the answer for an instant."""
     if state is None:
-        return _GEL.pack(Kind.GEL, t_ns, _NO_GEL, False, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
+        return _GEL.pack(Kind.GEL, t_ns, _NO_GEL, False, *[0.0] * 4, 0, *[0.0] * 6)
     points = state.pressure_n.shape[0]
     reach = state.reach_m
     low, high = (0.0, 0.0) if reach is None else reach
@@ -130,6 +130,7 @@ def pack_gel(t_ns: int, state: GelState | None) -> bytes:
         high,
         state.fine,
         *state.placement,
+        *state.body,
     )
     arrays = (state.deflection_m, state.shear_n, state.pressure_n)
     cells = state.cells if len(state.cells) else np.zeros(points)
@@ -147,7 +148,8 @@ def unpack_gel(data: bytes) -> tuple[int, GelState | None]:
     deflection, shear = numbers[: 2 * points].reshape(2, points), numbers[2 * points : 4 * points].reshape(2, points)
     reach = (low, high) if has_reach else None
     cells = np.frombuffer(data, "<i4", points, _GEL.size + 41 * points).copy() if fine else np.zeros(0, np.int32)
-    x, y, angle = place
+    x, y, angle, *body = place
+    pressure = numbers[4 * points :]
     return t_ns, GelState(
-        deflection, shear, numbers[4 * points :], slid, depth, force, reach, fine, cells, (x, y, angle)
+        deflection, shear, pressure, slid, depth, force, reach, fine, cells, (x, y, angle), (body[0], body[1], body[2])
     )

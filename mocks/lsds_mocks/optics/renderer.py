@@ -71,7 +71,9 @@ class Renderer:
         self._dots = self._painter(look, ink(len(self.rest_px), look.wear, wear_rng))
         light = background(look.variation, tint_rng, look.brightness)
         dust(light, look.wear, wear_rng)
-        self._shader = Shader(light, self.metres_per_px, look.tier, lift_levels=look.lift_levels)
+        self._shader = Shader(
+            light, self.metres_per_px, look.tier, lift_levels=look.lift_levels, mirror=self._to_gel[0]
+        )
         self._noise = CameraNoise(look.noise, noise_rng)
         self._light = Brightness(look.start_up, look.drift, look.swing_levels, light_rng)
 
@@ -106,8 +108,10 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
         # Gels on cells deform with shear, too; the surface of the others follows from how deep the object stands.
-        key = None if state.fine else (state.indentation_m, state.reach_m)
-        lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0)
+        key = None if state.fine else (state.indentation_m, state.reach_m, gel.grain and state.body)
+        lit = self._shader.shade(
+            key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, (gel.grain, state.body)
+        )
         gain = self._light.common(t_s)
         if self._dots is None:
             image = cv2.convertScaleAbs(lit, alpha=gain)

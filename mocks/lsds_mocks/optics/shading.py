@@ -24,9 +24,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from lsds_mocks.optics.grain import Grain, Pose
+
+    Placed = tuple[Grain | None, Pose]
+
 Tier = Literal["markers", "linear", "full"]
 REDUCTION = 4
 """Pixels between samples of the surface along either axis."""
+FINE_REDUCTION = 2
+"""The same for the fine relief of the object's surface."""
 LIFT_M = 0.1e-3
 """Depth at which a pressed gel has reached its full extra brightness."""
 
@@ -42,6 +48,7 @@ class Shader:
         *,
         lift_levels: float = 0.0,
         reduction: int = REDUCTION,
+        mirror: float = 1.0,
     ) -> None:
         self._background = background
         self._plain = np.clip(np.rint(background), 0, 255).astype(np.uint8)
@@ -56,24 +63,49 @@ class Shader:
         self._lamps = lamps(self._directed)
         self._change = np.zeros_like(self._directed)
         self._float = np.empty_like(background)
+        self.fine_x_m = _axis(WIDTH_PX, FINE_REDUCTION, metres_per_px)
+        self.fine_y_m = _axis(HEIGHT_PX, FINE_REDUCTION, metres_per_px)
+        fine = (len(self.fine_x_m), len(self.fine_y_m))
+        enlarged = (cv2.resize(plane, fine, interpolation=cv2.INTER_LINEAR) for plane in (self._lamps.x, self._lamps.y))
+        light = cv2.resize(directed, fine, interpolation=cv2.INTER_AREA)
+        #: Levels (h, w, 3) per unit slope along x and y.
+        lean_x, lean_y = (np.asarray(light * lean, np.float32) for lean in enlarged)
+        self._per_slope, self._mirror = (lean_x, lean_y), mirror
+        self._fine, self._enlarged = np.empty_like(lean_x), np.empty_like(lean_x)
         self._key: object = None
         self._image = self._plain
 
-    def shade(self, key: object, depth: Callable[..., NDArray[np.float32]], touching: bool) -> NDArray[np.uint8]:
-        """Return the lit gel (240, 320, 3); equal keys stand for the same surface, None for a new one each time."""
+    def shade(
+        self,
+        key: object,
+        depth: Callable[..., NDArray[np.float32]],
+        touching: bool,
+        grain: Placed | None = None,
+    ) -> NDArray[np.uint8]:
+        """Return the lit gel (240, 320, 3); equal keys stand for the same surface, None for a new one each time.
+
+        `grain` is the object's fine relief and where the object is.
+        """
         if not touching or self._tier == "markers":
             return self._plain
         if key is None or key != self._key:
             self._key = key
-            self._image = self.lit(depth(self.x_m, self.y_m))
+            self._image = self.lit(depth(self.x_m, self.y_m), grain)
         return self._image
 
-    def lit(self, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def lit(self, depth: NDArray[np.float32], grain: Placed | None = None) -> NDArray[np.uint8]:
         """Return the image (240, 320, 3) of a surface (h, w) in metres below the flat gel."""
         full = self._tier == "full"
         lean = self._lamps
         colour(self._change, depth, self._directed, lean.x, lean.y, 0.5 / self._spacing, full, self._lift)
-        cv2.resize(self._change, (WIDTH_PX, HEIGHT_PX), dst=self._float, interpolation=cv2.INTER_LINEAR)
+        change = self._change
+        if grain is not None and grain[0] is not None:
+            fine, places = self._fine, (self.fine_x_m, self.fine_y_m)
+            if grain[0].paint(fine, grain[1], depth, *places, self._per_slope, self._mirror):
+                size = (fine.shape[1], fine.shape[0])
+                cv2.resize(change, size, dst=self._enlarged, interpolation=cv2.INTER_LINEAR)
+                change = np.asarray(cv2.add(self._enlarged, fine, dst=fine), np.float32)
+        cv2.resize(change, (WIDTH_PX, HEIGHT_PX), dst=self._float, interpolation=cv2.INTER_LINEAR)
         return np.asarray(cv2.add(self._float, self._background, dtype=cv2.CV_8U), np.uint8)
 
 

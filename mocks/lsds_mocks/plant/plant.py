@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from lsds_mocks.plant.squeeze import Squeeze
 
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel, Reaction
+    from lsds_mocks.gel.state import GelState
     from lsds_mocks.plant.friction import SurfaceFriction
     from lsds_mocks.plant.vibration import Vibration
 
@@ -116,6 +118,12 @@ class Plant:
         self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
+
+    def gel_state(self) -> GelState:
+        """Return a copy of the gel's history, with where the object is against it."""
+        state = self.gel.state()
+        place = self.body.place if isinstance(self.body, PlanarMotion) else (0.0, self.travel_m, 0.0)
+        return dataclasses.replace(state, body=(place[0], place[1], place[2]))
 
     def _sliding_speed(self) -> float:
         """Return the mean speed (m/s) of the patch against the object, turning at its own radius of gyration."""

@@ -8,11 +8,16 @@ not found again.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
 from lsds.tactile.imprint.uncertainty import GEL_SHARE, covariance
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 class ImprintOptions(BaseModel):
@@ -46,23 +51,19 @@ class ImprintEstimator:
         dt = observation.dt_s
         if motion is None or not dt > 0 or motion.match < self._options.least_match:
             return ABSTAINED
-        spread = covariance(motion, self._options.gel_share)
-        x, y = motion.slip_m
-        std_x, std_y, std_turn = (math.sqrt(spread[k, k]) / dt for k in range(3))
-        length = math.hypot(x, y)
-        # Along the slip; for one of no length, the mean of both directions.
-        along = (
-            (x * (x * spread[0, 0] + 2 * y * spread[0, 1]) + y * y * spread[1, 1]) / length**2 if length > 0 else 0.0
-        )
-        speed_var = along if length > 0 else (spread[0, 0] + spread[1, 1]) / 2
-        return SlipEstimate(
-            velocity_m_s=(x / dt, y / dt),
-            velocity_std_m_s=(std_x, std_y),
-            angular_rad_s=motion.turn_rad / dt,
-            angular_std_rad_s=std_turn,
-            speed_m_s=length / dt,
-            speed_std_m_s=math.sqrt(speed_var) / dt,
-        )
+        spread = covariance(motion, self._options.gel_share) / dt**2
+        return estimate_of(np.array([*motion.slip_m, motion.turn_rad]) / dt, spread)
+
+
+def estimate_of(velocity: NDArray[np.float64], spread: NDArray[np.float64]) -> SlipEstimate:
+    """Return the estimate of a velocity (x, y in m/s, turn in rad/s) with its covariance (3, 3)."""
+    x, y, turn = velocity.tolist()
+    std_x, std_y, std_turn = np.sqrt(np.diag(spread)).tolist()
+    speed = math.hypot(x, y)
+    # The speed's variance is that along the motion; at rest, the mean over all directions.
+    along = velocity[:2] / speed if speed > 0 else None
+    variance = (spread[0, 0] + spread[1, 1]) / 2 if along is None else float(along @ spread[:2, :2] @ along)
+    return SlipEstimate((x, y), (std_x, std_y), turn, std_turn, speed, math.sqrt(variance))
 
 
 ABSTAINED = SlipEstimate(

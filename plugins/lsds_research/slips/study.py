@@ -251,6 +251,6 @@ def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
         "before the onset to two after it; /100: false alarms per 100 frames that stick or are free",
         f"'at': at the threshold with {alarms:g} false alarms per 100 moving frames; 95 %: over recordings drawn with "
         "replacement; onset: frames late, median",
-        "a frame moves where the fastest tenth of the dots moves by more than half a pixel; 'unsure' and 'touch', their "
+        "a frame moves where the fastest tenth of the dots moves by more than half a pixel; unsure and touch, their "
         f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
     ]

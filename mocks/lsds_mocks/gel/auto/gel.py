@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import Reaction
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.gel.state import GelState
+    from lsds_mocks.optics.grain import Grain
 
 FINES = (1, 2, 4)
 DEFAULT_TOLERANCE_M = 5e-6
@@ -73,6 +74,8 @@ _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
 class AutoGel:
     """A `GelModel` with a tolerance on the RMS error of its dots; `first` plants a grid to begin with, `settled` is how
     far its grids' tractions are solved for."""
+
+    grain: Grain | None = None
 
     def __init__(
         self,

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.gel.shapes import Shape
+    from lsds_mocks.optics.grain import Grain
 
 TOLERANCE = 0.02
 """Traction that is still let change when a solution is taken for one, as part of the greatest pressure."""
@@ -53,6 +54,8 @@ class FieldGel:
     `follows`: the object's surface moves over the gel with it, as it must; the reference solutions keep it in place.
     `solver`: see `lsds_mocks.gel.field.choice`.
     """
+
+    grain: Grain | None = None
 
     def __init__(
         self,
