@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
 from lsds.tactile.gate import FrameGate, check_image
@@ -17,18 +19,27 @@ from lsds.tactile.reference import ReferenceCollector
 
 if TYPE_CHECKING:
     from lsds.config import RigConfig
-    from lsds.contracts import Frame
+    from lsds.contracts import Frame, MarkerTracks
     from lsds.rig import Finger
+
+#: With fewer of its dots followed than this share, for more than so many frames in a row, a recording's gel has leapt.
+LEAST_FOLLOWED, PATIENCE = 0.5, 12
 
 
 class FingerLine:
-    """One finger at work. `newest` is the last frame with what was made of it, None before the first."""
+    """One finger at work. `newest` is the last frame with what was made of it, None before the first.
+
+    `taken_anew` are the frames that a recording's reference was taken from again, because the gel had leapt: its first
+    frames show another state, or it moved by more than a pitch at once. A running cell stops instead.
+    """
 
     def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
         self.finger = finger
         self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
         self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile)
         self.newest: FingerCycle | None = None
+        self.taken_anew: list[int] = []
+        self._live, self._lost = live, 0
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._seq = -1
         self._names = tuple(f"{kind} '{config.section(kind).backend}'" for kind in ("tracker", "detector", "estimator"))
@@ -73,6 +84,8 @@ class FingerLine:
                 return None
             try:
                 observation, tracks = self.perception.observe(frame)
+                if not self._live and self._has_leapt(tracks) and self._take_anew(frame):
+                    return None
                 at_work = detector
                 detection = finger.detector.update(observation)
                 at_work = estimator
@@ -86,6 +99,23 @@ class FingerLine:
             raise raised_by(at_work, error, f"frame {frame.seq}") from error
         self.newest = FingerCycle(finger.name, frame, tracks, observation, detection, estimate, finger.opposite)
         return self.newest
+
+    def _has_leapt(self, tracks: MarkerTracks) -> bool:
+        """Tell whether most dots have been lost for so long that the reference is not of this gel any more."""
+        self._lost = self._lost + 1 if np.count_nonzero(tracks.valid) < LEAST_FOLLOWED * len(tracks.valid) else 0
+        return self._lost > PATIENCE
+
+    def _take_anew(self, frame: Frame) -> bool:
+        """Take a frame as the reference, whatever touches it; return whether it shows a grid of dots."""
+        self._lost = 0
+        try:
+            self.perception.start([frame])
+        except DataError:
+            return False
+        self.finger.detector.reset()
+        self.finger.estimator.reset()
+        self.taken_anew.append(frame.seq)
+        return True
 
     def _take_reference(self, frame: Frame, now_ns: int) -> None:
         try:

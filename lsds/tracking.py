@@ -35,7 +35,8 @@ class TrackResult:
     """The result of tracking a recording. Lists have one entry per frame after the reference, in order.
 
     `displacement_m` entries are (N, 2), NaN where lost; `features` (F,) in the order of `FEATURES`. `failures` names
-    each frame that could not be used and why; `error` is what ended the recording early, None if it was read to the
+    each frame that could not be used and why; `taken_anew` are frames from which the reference was taken again, because
+    most dots had been lost for half a second; `error` is what ended the recording early, None if it was read to the
     end, and `cause` the exception behind it, if any. `frames` counts all frames read, those of the reference and
     unusable ones included.
     """
@@ -57,7 +58,8 @@ class TrackResult:
     failures: list[tuple[int, str]] = field(default_factory=list)
     error: str | None = None
     cause: BaseException | None = None
-    worst: tuple[Frame, MarkerTracks] | None = None
+    taken_anew: list[int] = field(default_factory=list)
+    worst: tuple[Frame, MarkerTracks, MarkerReference] | None = None
     largest_m: float = -1.0
 
     def __post_init__(self) -> None:
@@ -82,6 +84,7 @@ class TrackResult:
             "flags": {flag.name.lower(): int(self.flags[flag.value]) for flag in TrackFlag},
             "largest_displacement_px": self._largest_px(),
             "slip_fraction": float(np.mean([s is True for s in self.slip])) if self.slip else None,
+            "reference_taken_anew": self.taken_anew,
             "failures": [{"frame": number, "reason": reason} for number, reason in self.failures],
         }
 
@@ -192,6 +195,7 @@ def track_recording(
                 _take(result, cycle, start_ns)
         finally:
             result.frames = engine.recorded
+            result.taken_anew = list(line.taken_anew)
             result.failures = [(refusal.seq, refusal.reason) for refusal in line.gate.refusals]
             if result.reference is None:
                 _take_reference(result, line)
@@ -233,7 +237,7 @@ def _take(result: TrackResult, cycle: Cycle, start_ns: int) -> None:
     result.speed_std_m_s.append(cycle.estimate.speed_std_m_s)
     moved = observation.features["mean_displacement"]
     if moved > result.largest_m:
-        result.largest_m, result.worst = moved, (frame, tracks)
+        result.largest_m, result.worst = moved, (frame, tracks, observation.field.reference)
 
 
 @contextmanager

@@ -17,11 +17,13 @@ class Examples:
     """Training examples: windows `x` (n, length, F) float32, and `y`, for a detector (n,) 0 or 1, for an
     estimator (n, 3): vx, vy (m/s) and angular velocity (rad/s) of the object against the gel, float32.
 
-    `group` (n,) are ids of objects or recordings that must not be split between fitting and calibration."""
+    `group` (n,) are ids of objects or recordings that must not be split between fitting and calibration; `weight` (n,)
+    how much each example counts, None where all count alike. A learner may ignore weights."""
 
     x: NDArray[np.float32]
     y: NDArray[np.float32]
     group: NDArray[np.intp]
+    weight: NDArray[np.float32] | None = None
 
 
 @runtime_checkable

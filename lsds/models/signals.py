@@ -106,10 +106,15 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     "timed-field": (*_SIGNED_FIELD, "dt"),
     "imprint": _IMPRINT,
     "imprint-and-dots": (*_IMPRINT, "residual_step"),
+    "imprint-and-field": (
+        *(*_IMPRINT, "residual_step"),
+        *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed"),
+    ),
     "nuisance": tuple(NUISANCES),
 }
 """Named sets: those of the paper; `field`: signals of slip without direction; `signed-field`: with direction;
-`timed-field`: also the frame interval; `imprint`: motion of the imprint, without direction; `imprint-and-dots`: both;
+`timed-field`: also the frame interval; `imprint`: motion of the imprint, without direction; `imprint-and-dots`: both,
+in steps; `imprint-and-field`: and rates of the field;
 and the control."""
 
 _LEAST_MARKERS = 6

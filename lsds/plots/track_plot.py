@@ -50,9 +50,9 @@ def plot_track(path: Path, result: TrackResult) -> None:
         axes.grid(alpha=0.25)
     draw_frame(figure.add_subplot(grid[:2, 2]), result.reference_frame, result.reference, None, "reference")
     if result.worst is not None:
-        frame, tracks = result.worst
+        frame, tracks, reference = result.worst
         title = f"largest displacement, frame {frame.seq}"
-        draw_frame(figure.add_subplot(grid[2:, 2]), frame, result.reference, tracks, title)
+        draw_frame(figure.add_subplot(grid[2:, 2]), frame, reference, tracks, title)
     name = Path(result.source).name
     figure.suptitle(f"{name}: {result.reference.count} dots, {len(t) + 1} frames", fontsize=11)
     figure.savefig(path, dpi=110)

@@ -15,7 +15,7 @@ from research.synthetic import examples
 from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import ConfigError, DataError
 
-DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone")
+DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone", "fused")
 ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
 #: Enough to be no constant, little enough for a test.
 QUICK = {

@@ -50,6 +50,9 @@ def refused(capsys, arguments, extra):
         ("sklearn", "study learning --data data", "train"),
         ("pyarrow", "study models --data data", "data"),
         ("pyarrow", "study incipient-slip --path data", "train"),
+        ("pyarrow", "study slip --path data", "data"),
+        ("pyarrow", "evaluate slip data", "data"),
+        ("sklearn", "train fused --labelled data --out m.onnx", "train"),
     ],
 )
 def test_it_is_one_line_with_the_remedy_before_anything_is_done(folder, monkeypatch, capsys, library, command, extra):

@@ -66,7 +66,7 @@ def test_slip_is_told_apart_from_what_the_gel_does(
 ) -> None:
     body = Motion(gel[0] + slip[0], gel[1] + slip[1], math.radians(turn))
     slid = in_px(followed(BUMPS, body, Motion(*gel)))
-    assert slid[:2] == pytest.approx(slip, abs=0.8)
+    assert slid[:2] == pytest.approx(slip, abs=1.0)
     assert slid[2] == pytest.approx(turn, abs=1.2)
 
 

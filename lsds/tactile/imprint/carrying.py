@@ -49,11 +49,12 @@ class CarriedGel:
         # A Gaussian of a distance is the product of those along x and y.
         near_x = np.exp(narrow * (node_x[:, None] - position[:, 0]) ** 2)
         near_y = np.exp(narrow * (node_y[:, None] - position[:, 1]) ** 2)
-        say = (near_y[:, None, :] * near_x[None, :, :]).reshape(rows * columns, -1)
-        deviation = (say @ rest) / (say.sum(axis=1) + _EVEN)[:, None]
-        across, down = np.meshgrid(node_x - centre[0], node_y - centre[1])
-        even = affine[0] + across.reshape(-1, 1) * affine[1] + down.reshape(-1, 1) * affine[2]
-        self._nodes = (even + deviation).reshape(rows, columns, 2).astype(np.float32)
+        nodes = np.empty((rows, columns, 2), np.float32)
+        say = near_y @ near_x.T + _EVEN
+        across, down = node_x - centre[0], (node_y - centre[1])[:, None]
+        for k, (own, (mean, by_x, by_y)) in enumerate(zip(rest.T, affine.T, strict=True)):
+            nodes[..., k] = ((near_y * own) @ near_x.T) / say + (mean + across * by_x + down * by_y)
+        self._nodes = nodes
         length = np.hypot(moved[:, 0], moved[:, 1])
         rank = int(FASTEST * (len(length) - 1))
         #: How far the fastest tenth of the dots has moved at least, px.

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: At most this many edge pixels are looked at, from the finest layer to the coarsest.
 EDGE_PIXELS = (1500, 700, 300)
+#: How many resolutions there are.
+COUNT = len(EDGE_PIXELS)
 #: A pixel with less weight than this lies on a dot.
 LEAST_WEIGHT = 0.3
 
@@ -82,9 +84,13 @@ class Edges:
         self.steepness = math.sqrt(float(told[index].sum()) / max(len(index), 1))
 
 
-def layers_of(relief: Relief) -> tuple[Layer, ...]:
-    """Return the layers of a relief, the finest first."""
-    layers = [Layer(relief.curvature, relief.weight, 1.0, EDGE_PIXELS[0])]
-    for most in EDGE_PIXELS[1:]:
-        layers.append(layers[-1].coarser(most))
-    return tuple(layers)
+class Layers:
+    """The layers of a relief by number, the finest first; each is made when it is first asked for."""
+
+    def __init__(self, relief: Relief) -> None:
+        self._made = [Layer(relief.curvature, relief.weight, 1.0, EDGE_PIXELS[0])]
+
+    def __getitem__(self, level: int) -> Layer:
+        while len(self._made) <= level:
+            self._made.append(self._made[-1].coarser(EDGE_PIXELS[len(self._made)]))
+        return self._made[level]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel
-from lsds.tactile.imprint.layers import Layer, layers_of
-from lsds.tactile.imprint.registration import register
+from lsds.tactile.imprint.layers import COUNT, Layers
+from lsds.tactile.imprint.registration import Registration
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.imprint.residue import DotResidue
 from lsds.tactile.imprint.search import leapt
@@ -117,11 +117,11 @@ class Shown:
         self.field, self.metres_per_px, self.redrawn = field, metres_per_px, frame.redrawn
 
     @cached_property
-    def layers(self) -> tuple[Layer, ...]:
+    def layers(self) -> Layers:
         """The relief at several resolutions."""
         relief = self._residue.taken_off(self._maker.relief(self._frame), self.field)
         self.scale = relief.scale
-        return layers_of(relief)
+        return Layers(relief)
 
 
 #: Frames whose motions are remembered, to be added up.
@@ -148,15 +148,16 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
     if gel is None or total <= 0:
         return None
     centre = (float(told @ edges.x) / total, float(told @ edges.y) / total)
-    rest = register(first, second, gel, centre, px=px, layers=1, steps=0)
-    found = register(first, second, gel, centre, px=px, layers=1 if rest and rest.match > GOOD else None)
+    registration = Registration(first, second, gel, centre, px)
+    rest = registration.at_rest()
+    found = rest and registration.slipped(layers=1 if rest.match > GOOD else COUNT)
     if rest is None or found is None:
         return None
     here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
     radius = math.sqrt(float(told @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
     if found.match < POOR:
         start = leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))
-        other = register(first, second, gel, centre, start, px=px, layers=2)
+        other = registration.slipped(start, layers=2)
         if other is not None and other.match > found.match + BETTER:
             found = other
     width, height = reference.image_size

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import cv2
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from lsds.tactile.imprint.layers import COUNT
 
+if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.tactile.imprint.carrying import CarriedGel
-    from lsds.tactile.imprint.layers import Layer
+    from lsds.tactile.imprint.layers import Layer, Layers
 
     Floats = NDArray[np.float64]
 
@@ -56,34 +56,45 @@ class Registered(NamedTuple):
     strength: float
 
 
-def register(
-    first: Sequence[Layer],
-    second: Sequence[Layer],
-    gel: CarriedGel,
-    centre: tuple[float, float],
-    start: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    *,
-    px: float,
-    layers: int | None = None,
-    steps: int = MOST_STEPS,
-) -> Registered | None:
-    """Return how `second` has slipped from `first`; None where there are no edges.
+class Registration:
+    """The registration of `second` on `first`, carried along by the gel; each layer is prepared once, when needed.
 
-    `centre` in relief px, `px` image px a relief px; `layers` is how many of them are used, from the finest, and
-    `steps` how many on each: with none the start is judged as it is.
+    `centre` in relief px, `px` image px a relief px.
     """
-    slip, found = start, None
-    for level in reversed(range(len(first) if layers is None else layers)):
-        layer = first[level]
-        if len(layer.edges.x) < _LEAST_EDGES:
-            continue
-        found = _Problem(layer, second[level], gel, centre, px, NOISE[level]).solve(slip, steps)
-        slip = found.slip
-        if not (math.hypot(slip[0], slip[1]) < FURTHEST and abs(slip[2]) < WIDEST_TURN):
-            break
-    return found
+
+    def __init__(self, first: Layers, second: Layers, gel: CarriedGel, centre: tuple[float, float], px: float) -> None:
+        self._given = first, second, gel, centre, px
+        self._problems: dict[int, _Problem | None] = {}
+
+    def at_rest(self) -> Registered | None:
+        """Return how well the reliefs match if nothing has slipped; None where there are no edges."""
+        problem = self._problem(0)
+        return None if problem is None else problem.solve(_NOTHING, 0)
+
+    def slipped(self, start: tuple[float, float, float] = (0.0, 0.0, 0.0), layers: int = COUNT) -> Registered | None:
+        """Return how `second` has slipped, from a start (relief px, rad), by so many of the layers, the finest last."""
+        slip, found = start, None
+        for level in reversed(range(layers)):
+            problem = self._problem(level)
+            if problem is None:
+                continue
+            found = problem.solve(slip, MOST_STEPS)
+            slip = found.slip
+            if not (math.hypot(slip[0], slip[1]) < FURTHEST and abs(slip[2]) < WIDEST_TURN):
+                break
+        return found
+
+    def _problem(self, level: int) -> _Problem | None:
+        if level not in self._problems:
+            first, second, gel, centre, px = self._given
+            enough = len(first[level].edges.x) >= _LEAST_EDGES
+            self._problems[level] = (
+                _Problem(first[level], second[level], gel, centre, px, NOISE[level]) if enough else None
+            )
+        return self._problems[level]
 
 
+_NOTHING = (0.0, 0.0, 0.0)
 _LEAST_EDGES = 20
 
 

@@ -13,6 +13,9 @@ from lsds.cli.output import json_option, require_writable, table, write_json
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from lsds_research.slips.labels import Labels
     from lsds_research.slips.marking import Marking
     from lsds_research.slips.seen import SeenRecording
@@ -83,8 +86,9 @@ def _compare(labels: Labels, other: Labels, videos: tuple[Path, ...], json_file:
     import dataclasses
 
     from lsds_research.slips.agreement import agreement
+    from lsds_research.slips.labels import name_of
 
-    names = {video.stem for video in videos}
+    names = {name_of(video.absolute()) for video in videos}
     found = agreement({k: v for k, v in labels.items() if k in names}, {k: v for k, v in other.items() if k in names})
     told = dataclasses.asdict(found)
     if json_file is not None:
@@ -102,19 +106,24 @@ def _compare(labels: Labels, other: Labels, videos: tuple[Path, ...], json_file:
 
 
 def _draw(videos: tuple[Path, ...], folder: Path) -> None:
-    import cv2
-
     from lsds_research.slips.pictures import STRIP, kymograph, strip
 
     for seen in _seen(videos):
         place = folder / seen.name
-        place.mkdir(parents=True, exist_ok=True)
-        cv2.imwrite(str(place / "kymograph.png"), kymograph(seen)[..., ::-1])
+        _write(place / "kymograph.png", kymograph(seen))
         for first, last in seen.moving():
             for begin in range(first, last + 1, STRIP):
                 end = min(begin + STRIP - 1, last)
-                cv2.imwrite(str(place / f"strip_{begin:04}-{end:04}.png"), strip(seen, begin, end)[..., ::-1])
+                _write(place / f"strip_{begin:04}-{end:04}.png", strip(seen, begin, end))
         click.echo(f"{place}: {len(seen)} frames, motion in {len(seen.moving())} ranges")
+
+
+def _write(file: Path, picture: NDArray[np.uint8]) -> None:
+    import cv2
+
+    from lsds.files import write_whole
+
+    write_whole(file, cv2.imencode(".png", picture[..., ::-1])[1].tobytes())
 
 
 def _window(videos: tuple[Path, ...], labels: Labels, file: Path, labeller: str) -> None:

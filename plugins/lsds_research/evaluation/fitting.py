@@ -13,6 +13,7 @@ from lsds.contracts import BuildContext
 from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
+from lsds_research.slips.labels import PROTOCOL as LABELLED
 from lsds_research.windows import windows
 
 if TYPE_CHECKING:
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
     from lsds.models.artefact import Card
     from lsds_research.datasets import Dataset
+
+
+REAL_WEIGHT = 8.0
+"""How much a real frame labelled by eye counts beside simulated ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +86,10 @@ class Task:
         names = self.column("object")[index]
         if len(set(names.tolist())) == 1:
             names = self.column("recording")[index]
-        return Examples(self.x[index], self.y[index], np.unique(names, return_inverse=True)[1])
+        group = np.unique(names, return_inverse=True)[1]
+        real = self.column("protocol")[index] == LABELLED
+        weight = np.where(real, REAL_WEIGHT, 1.0).astype(np.float32) if real.any() and not real.all() else None
+        return Examples(self.x[index], self.y[index], group, weight)
 
 
 def task(data: Dataset, looks: Learner | Card) -> Task:
@@ -120,7 +128,8 @@ def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitte
     """Fit, on at most `most` examples if that is not 0. Raises DataError if all labels are equal."""
     if 0 < most < len(examples.y):
         kept = np.sort(np.random.default_rng(seed).choice(len(examples.y), most, replace=False))
-        examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept])
+        weight = None if examples.weight is None else examples.weight[kept]
+        examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept], weight)
     if learner.job == "detect" and len(np.unique(examples.y)) < 2:
         raise DataError(
             "all rows to learn from have the same label; there has to be slip and rest in them, and for scores also in "

@@ -15,6 +15,7 @@ from lsds import __version__
 from lsds.models.artefact import Card, save
 from lsds.models.intervals import Factors
 from lsds_research.evaluation import detection, severity
+from lsds_research.evaluation.detection import THRESHOLD
 from lsds_research.evaluation.fitting import Model, fit, out_of_fold, task
 from lsds_research.splits import folds
 
@@ -26,8 +27,12 @@ FOLDS = 5
 _LIBRARIES = ("numpy", "onnx", "onnxruntime", "scikit-learn", "torch")
 
 
-def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int = 0) -> Card:
+def train(
+    data: Dataset, model: Model, host: PluginHost, path: Path, seed: int = 0, threshold: float = THRESHOLD
+) -> Card:
     """Write `path` (.onnx) and its card; return the card. Its scores and intervals are from held-out objects.
+
+    `threshold` is the probability above which a detector reports slip.
 
     Raises DataError if the data cannot be fitted, or if a file cannot be written.
     """
@@ -43,7 +48,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
     factors = Factors() if detects else severity.calibration(own, said)
     # The baselines are scored on the same windows, also with parameters fitted out of fold.
     if detects:
-        scores = detection.scored(own, said)
+        scores = detection.scored(own, said, threshold)
         rules = [detection.scored(own, *detection.rule_out_of_fold(own, parts)), detection.majority(own)]
         rules[0]["model"] = "one-parameter rule"
     else:
@@ -56,6 +61,7 @@ def train(data: Dataset, model: Model, host: PluginHost, path: Path, seed: int =
         signals=tuple(learner.signals),
         length=learner.length,
         figures_are=str(data.card.get("figures_are", "unknown")),
+        threshold=threshold,
         intervals=factors.rest,
         moving_intervals=factors.moving,
         trained_on=_origin(data, model, seed),

@@ -18,6 +18,7 @@ import numpy as np
 from lsds.errors import DataError
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.datasets import COLUMNS, Dataset
+from lsds_research.incipient.look import LOOKS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -114,7 +115,9 @@ def _consistent(videos: Sequence[Video], problems: list[str]) -> None:
 
 
 def joined(parts: Sequence[dict[str, NDArray[Any]]], card: dict[str, Any]) -> Dataset:
-    """Return one dataset of videos' columns: those of every dataset, and the signals of clips."""
+    """Return one dataset of videos' columns: those of every dataset, the signals of clips, and looks."""
     if not parts:
         raise DataError("none of the videos could be read: there is nothing to evaluate")
-    return Dataset({name: np.concatenate([part[name] for part in parts]) for name in (*COLUMNS, *CLIP_SIGNALS)}, card)
+    return Dataset(
+        {name: np.concatenate([part[name] for part in parts]) for name in (*COLUMNS, *CLIP_SIGNALS, *LOOKS)}, card
+    )

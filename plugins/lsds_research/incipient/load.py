@@ -16,6 +16,7 @@ from lsds_research import datasets
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.datasets import Dataset
 from lsds_research.incipient.index import Video, joined, read_index
+from lsds_research.incipient.look import LOOKS
 from lsds_research.incipient.video import VERSION, try_columns
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def load(
     if place is not None and (place / datasets.CARD).is_file():
         try:
             kept = datasets.load(place)
-            if all(name in kept.columns for name in CLIP_SIGNALS):
+            if all(name in kept.columns for name in (*CLIP_SIGNALS, *LOOKS)):
                 return kept
         except DataError:
             pass  # A cache cut short is no cache: it is made anew.
@@ -65,7 +66,10 @@ def load(
         "made_from": folder.name,
         "figures_are": "measured",
         "clock": "nominal: true frame times unknown, so no figure in it is a speed",
-        "videos": {v.name: {"recording": v.recording, "camera": v.camera, "conflict": v.conflict} for v in videos},
+        "videos": {
+            v.name: {"recording": v.recording, "camera": v.camera, "conflict": v.conflict, "bytes": size_of(v.path)}
+            for v in videos
+        },
         "failures": dict(sorted(failures.items())),
     }
     if not parts:
@@ -80,6 +84,14 @@ def load(
             # What was read is worth more than that it is kept.
             return Dataset(data.columns, {**card, "not_kept": str(error)})
     return data
+
+
+def size_of(path: Path) -> int:
+    """Return a file's size in bytes, 0 where it cannot be had."""
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
 
 
 def _key(videos: Sequence[Video]) -> str:

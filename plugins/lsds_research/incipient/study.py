@@ -13,7 +13,7 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds_research.clips import model as clips_model
-from lsds_research.clips.features import FRAMES
+from lsds_research.clips.features import CUTS, FRAMES
 from lsds_research.incipient.causal import Causal, Curve, causal, fewer
 from lsds_research.incipient.folds import (
     Fit,
@@ -56,6 +56,7 @@ _COLUMNS = (
     ("tested", "tested on", ""),
 )
 _BY_OBJECT, _ALL = "unseen objects", "all here"
+_CLIPS = sum(times for _, times in CUTS)
 FEW = 12
 _READING = 400
 """Of a thousand steps of progress, those for reading."""
@@ -82,7 +83,7 @@ class IncipientStudy:
         self._fitted_before(table, elsewhere)
         courses: Causal | None = None
         if _both(videos):
-            steps = _Steps(tick, options.repeats * (3 * fold_count(videos.object)) + 6 * fold_count(videos.object))
+            steps = _Steps(tick, options.repeats * (6 * fold_count(videos.object)) + 6 * fold_count(videos.object))
             self._cross_validate(table, steps)
             courses = causal(videos, options.trees, options.jobs, self._seed, steps)
             table.rows += courses.rows
@@ -144,7 +145,8 @@ class IncipientStudy:
 
         true = [videos.slip] * len(seeds)
         whole = said(forest, videos.clip, true, steps)
-        table.add(f"whole clips of {FRAMES} frames", whole, videos=True)
+        table.add(f"whole recording: mean of {_CLIPS} clips of {FRAMES} frames", whole, videos=True)
+        table.add(f"one clip of {FRAMES} frames at a random place", said(small, videos.window, true, steps))
         table.add("one number: two-frame maximum of v_net", said(threshold_rule, videos.v_net[:, None], true, _no))
         table.add("one number: mean speed while moving", said(threshold_rule, videos.speed[:, None], true, _no))
         table.add("majority", said(majority_rule, videos.clip, true, _no), drawn=False)
@@ -153,7 +155,21 @@ class IncipientStudy:
         dealt = [permuted(videos.slip, videos.recording, seed) for seed in seeds]
         table.add("labels shuffled by recording", said(small, videos.clip, dealt, steps), slip=np.array(dealt))
         table.add("nuisances: dots, brightness, kept", said(small, videos.nuisance, true, steps))
+        table.add("first frame alone: nothing has moved", said(small, videos.first, true, steps))
+        table.add("last frame alone", said(small, videos.last, true, steps))
         table.add("length alone (no model here sees it)", said(small, videos.frames[:, None], true, _no))
+        table.add("file alone: frames, bytes, number", said(small, videos.file, true, _no))
+        self._across(table, forest)
+
+    def _across(self, table: _Table, fit: Fit) -> None:
+        """Add what a model of one setup says of the other."""
+        videos = table.videos
+        for whole, words in ((False, "whole pad, trained on zoomed"), (True, "zoomed pad, trained on whole")):
+            own = videos.whole_pad == whole
+            known = np.unique(videos.slip[own])
+            if len(known) == 2 and len(np.unique(videos.slip[~own])) == 2:
+                said = fit(videos.clip[own], videos.slip[own], self._seed)(videos.clip)
+                table.add("across setups, whole recording", said, keep=~own, tested=words)
 
 
 class _Steps:

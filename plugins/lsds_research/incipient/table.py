@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from lsds.errors import DataError
 from lsds_research.clips.features import FRAMES, clip_features, mean_of, placements, quantiles
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.incipient.index import physical
+from lsds_research.incipient.look import LOOKS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+WHOLE_PAD = 50
+"""A pad with at least this many dots in view is seen as a whole; one with fewer is zoomed in."""
+_WINDOW = 0x3D
 NUISANCES = ("markers", "brightness", "kept")
 _PLACES = 16
 
@@ -36,7 +41,9 @@ class Videos:
 
     `slip` (n,) 0 or 1; `clip` (n, F) as `lsds_research.clips.features.FEATURES`; `nuisance` (n, 3); `v_net` (n,)
     largest two-frame maximum of v_net in a clip (m/s of the nominal clock); `speed` (n,) quantile of the mean speed
-    over the frames that moved; `frames` (n,).
+    over the frames that moved; `frames` (n,). Further controls: `first` and `last` (n, 16) as `LOOKS`, `file` (n, 3)
+    frames, bytes and number of the experiment; `window` (n, F) of one clip at a random place; `whole_pad` (n,) which of
+    two setups.
     """
 
     data: Dataset
@@ -50,6 +57,11 @@ class Videos:
     v_net: Floats
     speed: Floats
     frames: Floats
+    first: Floats
+    last: Floats
+    file: Floats
+    window: Floats
+    whole_pad: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.slip)
@@ -69,19 +81,42 @@ def videos_of(data: Dataset) -> Videos:
     v_net = np.asarray(data["v_net"], np.float64)
     speed, moved = np.asarray(data["mean_speed"], np.float64), moving(data)
     clips = [clip_features(signals[span]) for span in spans]
+    looks = data.signals(LOOKS).astype(np.float64)
+    counts = np.diff(starts).astype(np.float64)
+    told = data.card.get("videos", {})
+    sizes = [float(told.get(name, {}).get("bytes", 0)) for name in names]
+    recordings = np.array([physical(name) for name in names], object)
+    nuisance = np.array([_mean(nuisances[s]) for s in spans])
     return Videos(
         data,
         starts,
         names,
-        np.array([physical(name) for name in names], object),
+        recordings,
         data["object"][firsts],
         data["slip"][firsts].astype(np.intp),
         np.array(clips),
-        np.array([_mean(nuisances[s]) for s in spans]),
+        nuisance,
         np.array([pooled(two_frame(v_net[s]), 1.0) for s in spans]),
         np.array([while_moving(speed[s], moved[s], MOVING_SHARE) for s in spans]),
-        np.diff(starts).astype(np.float64),
+        counts,
+        np.nan_to_num(looks[firsts]),
+        np.nan_to_num(looks[starts[1:] - 1]),
+        np.column_stack([counts, sizes, [_experiment(name) for name in recordings]]),
+        np.array([clip_features(_window(signals[s], number)) for number, s in enumerate(spans)]),
+        nuisance[:, NUISANCES.index("markers")] >= WHOLE_PAD,
     )
+
+
+def _window(signals: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
+    """Return one clip at a random place."""
+    begin = int(np.random.default_rng([_WINDOW, seed]).integers(0, max(len(signals) - FRAMES, 0) + 1))
+    return signals[begin : begin + FRAMES]
+
+
+def _experiment(recording: str) -> float:
+    """Return the number at the end of a recording's name, 0 where there is none."""
+    found = re.search(r"(\d+)$", recording)
+    return float(found.group(1)) if found else 0.0
 
 
 def two_frame(v_net: Floats) -> Floats:

@@ -14,11 +14,12 @@ from lsds.tracking import engine_of
 from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
 from lsds_research.datasets import from_rows
 from lsds_research.incipient.index import PROTOCOL, Video
+from lsds_research.incipient.look import LOOKS, look_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-VERSION = 2
+VERSION = 3
 """Goes up whenever the same video would give other columns, so that no older cache is believed."""
 
 _LEAST_FRAMES = 12
@@ -28,12 +29,13 @@ _PIXELS = slice(None, None, 4)
 
 
 def columns_of(video: Video) -> dict[str, NDArray[Any]]:
-    """Return the columns of one video: those of a dataset, and `CLIP_SIGNALS`.
+    """Return the columns of one video: those of a dataset, `CLIP_SIGNALS` and `LOOKS`.
 
     The first frame is the reference. Unusable frames are passed over, and a video that breaks off is taken as far as
     it goes. Raises DataError where it cannot be opened, shows no dots at the start, or too little can be used.
     """
     t_s, rows, moved, position = [], [], [], None
+    last = None
     try:
         engine = engine_of(video.path, None, _CHEAP)
         cycles = iter(engine)
@@ -53,13 +55,16 @@ def columns_of(video: Video) -> dict[str, NDArray[Any]]:
             t_s.append((cycle.frame.t_ns - start.t_ns) * 1e-9)
             rows.append(signals_of(observation, float(image[_PIXELS, _PIXELS].mean())))
             moved.append(observation.field.displacement_m)
-            position = observation.field.position_m
-    if len(rows) < _LEAST_FRAMES or position is None:
+            position, last = observation.field.position_m, image
+    if len(rows) < _LEAST_FRAMES or position is None or last is None:
         raise DataError(f"{video.path}: {len(rows)} usable frames after the first, at least {_LEAST_FRAMES} are needed")
     labels = {"slip": np.full(len(rows), -1 if video.conflict else video.slip)}
     columns = from_rows(video.name, video.object, PROTOCOL, t_s, np.array(rows), labels)
     pitch_m = float(np.mean(reference.pitch_px)) * engine.perception.metres_per_px
     found = clip_signals(np.array(moved) / pitch_m, position / pitch_m)
+    looks = np.full((len(rows), len(LOOKS)), np.nan, np.float32)
+    looks[0], looks[-1] = look_of(start.image), look_of(last)
+    columns |= {name: looks[:, index] for index, name in enumerate(LOOKS)}
     return columns | {name: found[:, index] for index, name in enumerate(CLIP_SIGNALS)}
 
 

@@ -66,7 +66,7 @@ class RandomForest(LearnerBase):
             bootstrap=True,
             random_state=seed,
             n_jobs=1,
-        ).fit(examples.x.reshape(-1, width), examples.y > 0.5)
+        ).fit(examples.x.reshape(-1, width), examples.y > 0.5, sample_weight=examples.weight)
         return FittedTrees(model, self.length, len(self.signals), boosted=False)
 
 
@@ -89,7 +89,7 @@ class GradientBoosting(LearnerBase):
             min_samples_split=own.min_samples_split,
             learning_rate=own.learning_rate,
             random_state=seed,
-        ).fit(examples.x.reshape(len(examples.x), -1), examples.y > 0.5)
+        ).fit(examples.x.reshape(len(examples.x), -1), examples.y > 0.5, sample_weight=examples.weight)
         return FittedTrees(model, self.length, len(self.signals), boosted=True)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from lsds.errors import DataError
 from lsds.processes import DIED, spread
 from lsds_research.datasets import Dataset, from_rows, joined
-from lsds_research.slips.labels import NAME, Interval, Labels, read_labels
+from lsds_research.slips.labels import NAME, PROTOCOL, Interval, Labels, name_of, read_labels
 from lsds_research.slips.score import scored_frames
 from lsds_research.slips.watched import Watched, find_recording, watch
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
 _DATA = Path(__file__).parent / "data"
 SHIPPED, SECOND = _DATA / "incipient_slip.csv", _DATA / "incipient_slip_second.csv"
-PROTOCOL = "labelled"
-EVERY = 6
+EVERY = 2
 """One still frame in so many is learnt from: they are many, and alike."""
 
 
@@ -74,7 +73,7 @@ def read_folder(
         if isinstance(result, Watched):
             seen[result.name] = result
         else:
-            failures[path.stem] = f"{path}: {DIED}" if result is None else result
+            failures[name_of(path)] = f"{path}: {DIED}" if result is None else result
         if tick is not None:
             tick(done, len(paths))
     if not seen:
@@ -94,7 +93,7 @@ def _objects(folder: Path) -> dict[str, str]:
         return {}
     try:
         with index.open(encoding="utf-8-sig", newline="") as file:
-            return {Path(row["video"]).stem: row["object"] for row in csv.DictReader(file)}
+            return {name_of(Path(row["video"])): row["object"] for row in csv.DictReader(file)}
     except (OSError, KeyError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{index}: cannot be read: {error!r} (columns video, object)") from error
 

@@ -24,6 +24,9 @@ from lsds.files import write_whole
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm")
+PROTOCOL = "labelled"
+"""What the column `protocol` of a dataset says of frames labelled by eye."""
 NAME = "slip_labels.csv"
 """What the file is called in a folder of recordings."""
 COLUMNS = ("video", "first", "last", "state", "tx_px", "ty_px", "turn_deg", "confidence", "labeller", "note")
@@ -65,6 +68,11 @@ Labels = dict[str, list[Interval]]
 """The intervals of each video, by the name of its file without the ending."""
 
 
+def name_of(recording: Path) -> str:
+    """Return the name of a recording: that of a video without the ending, or that of a folder of images as it is."""
+    return recording.stem if recording.suffix.lower() in VIDEO_ENDINGS else recording.name
+
+
 def read_labels(path: Path) -> Labels:
     """Read a file of labels. Raises DataError that names every wrong line, several at once."""
     try:
@@ -99,7 +107,7 @@ def _take(labels: Labels, row: Mapping[str, str | None], line: int, problems: li
             value = float(cells[name]) if cells[name] else missing
         except ValueError:
             value = math.inf
-        if not (math.isnan(value) or least <= value <= most):
+        if not (least <= value <= most or (math.isnan(value) and math.isnan(missing))):
             problems.append(f"line {line}: {name} is {cells[name]!r}, not a number from {least:g} to {most:g}")
         return value
 
@@ -113,7 +121,7 @@ def _take(labels: Labels, row: Mapping[str, str | None], line: int, problems: li
     confidence = number("confidence", 0, 1, 1.0)
     if len(problems) > before:
         return
-    intervals = labels.setdefault(Path(cells["video"]).stem, [])
+    intervals = labels.setdefault(name_of(Path(cells["video"])), [])
     expected = intervals[-1].last + 1 if intervals else 0
     if first != expected or last < first or last != int(last):
         problems.append(f"line {line}: frames {first:g} to {last:g}, but {cells['video']} goes on at {expected}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -63,11 +64,21 @@ def _whole(intervals: list[Interval], count: int) -> list[Interval]:
 
 
 def _joined(intervals: list[Interval]) -> list[Interval]:
-    """Return the intervals with equal neighbours made one."""
+    """Return the intervals with neighbours that say the same made one."""
     result: list[Interval] = []
     for each in intervals:
-        if result and replace(result[-1], first=0, last=0) == replace(each, first=0, last=0):
+        if result and _alike(result[-1], each):
             result[-1] = replace(result[-1], last=each.last)
         else:
             result.append(each)
     return result
+
+
+def _alike(one: Interval, other: Interval) -> bool:
+    """Tell whether two neighbours say the same. Travels would add up, so what has one stays apart."""
+    travels = (own for each in (one, other) for own in (each.tx_px, each.ty_px, each.turn_deg))
+    return all(map(math.isnan, travels)) and _told(one) == _told(other)
+
+
+def _told(own: Interval) -> tuple[State, float, str, str]:
+    return own.state, own.confidence, own.labeller, own.note

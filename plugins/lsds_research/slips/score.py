@@ -61,7 +61,7 @@ def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
     state, confidence = states(intervals, count)
     known = (confidence >= LEAST_CONFIDENCE) & (np.arange(count) >= FIRST_FRAMES)
     eventful = np.isin(state, (State.SLIP, State.TOUCH, State.UNSURE))
-    near = np.convolve(eventful, np.ones(2 * MARGIN + 1), "same") > 0
+    near = np.convolve(eventful, np.ones(2 * MARGIN + 1))[MARGIN : MARGIN + count] > 0
     quiet = known & np.isin(state, (State.FREE, State.STICK)) & ~near
     moving = moved_px > MOVING_PX
     return Frames(known & (state == State.SLIP), quiet & moving, quiet & ~moving)

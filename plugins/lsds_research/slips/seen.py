@@ -16,6 +16,7 @@ from lsds.errors import DataError, LsdsError
 from lsds.tactile.imprint.motion import carried_gel
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tracking import engine_of
+from lsds_research.slips.labels import name_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,7 +58,7 @@ class SeenRecording:
 
     def __init__(self, path: Path, tick: Callable[[int, int], object] | None = None) -> None:
         """Read it. Raises DataError where it cannot be read, or shows no dots at the start."""
-        self.name = path.stem
+        self.name = name_of(path.absolute())
         reader = open_reader(str(path))
         self.images = np.array([picture.image for picture in reader.images()])
         count = len(self.images)

@@ -58,6 +58,7 @@ _TRAVELS = (
     ("answered", "answered", ".2f"),
 )
 ALL = "both"
+CALIBRATED = ("imprint", "fused")
 _DRAWS = 300
 Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 """Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
@@ -83,6 +84,7 @@ class SlipStudy:
         for title, scores in self._refitted(recordings).items():
             chosen = {own.watched.name for own in kept}
             told[title] = [each for each in scores if each[0].watched.name in chosen]
+        told |= self._calibrated(recordings, kept, detectors)
         rows, curves = [], {}
         for name, scores in told.items():
             curves[name] = _curve(scores)
@@ -107,6 +109,27 @@ class SlipStudy:
         if own_labels or self._options.objects == "all":
             return recordings
         return [own for own in recordings if own.object in scored_only()] or recordings
+
+    def _calibrated(
+        self, recordings: list[LabelledRecording], kept: list[LabelledRecording], detectors: Sequence[str]
+    ) -> dict[str, Scores]:
+        """Return `imprint` and `fused` at thresholds found on other objects of the same setup."""
+        scored = {own.object for own in kept}
+        others = [own for own in recordings if own.object not in scored]
+        told: dict[str, Scores] = {}
+        for name in (name for name in CALIBRATED if name in detectors and others):
+            told[f"{name}, calibrated"] = []
+            for own in kept:
+                same = [each for each in others if each.watched.setup == own.watched.setup]
+                threshold = _threshold(
+                    [(e, e.watched.slip[name], e.watched.score[name]) for e in same], self._options.alarms
+                )
+                score = own.watched.score[name]
+                slip = np.where(
+                    np.isfinite(own.watched.slip[name]), np.nan_to_num(score, nan=-np.inf) > threshold, np.nan
+                )
+                told[f"{name}, calibrated"].append((own, slip, score))
+        return told
 
     def _refitted(self, recordings: list[LabelledRecording]) -> dict[str, Scores]:
         if not self._options.refit or not importable("sklearn"):
@@ -253,4 +276,5 @@ def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
         "replacement; onset: frames late, median",
         "a frame moves where the fastest tenth of the dots moves by more than half a pixel; unsure and touch, their "
         f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
+        "calibrated: at the threshold for so many false alarms on the objects of the same setup that are not scored",
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from lsds.errors import DataError, LsdsError
 from lsds.models.signals import SIGNALS, signals_of
 from lsds.plugins import PluginHost
 from lsds.tracking import engine_of
+from lsds_research.slips.labels import VIDEO_ENDINGS, name_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _CHEAP = ("detector.backend=threshold", "estimator.backend=field")
-_VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm")
 WIDTH_PX = 320
 """Lengths in px are those of an image this wide."""
 WHOLE_PAD = 50
@@ -60,8 +61,8 @@ class Watched:
 
 def find_recording(folder: Path, name: str) -> Path | None:
     """Return the video or the folder of images of that name below `folder`, None where there is none."""
-    for path in sorted(folder.rglob(f"{name}*")):
-        if path.stem == name and path.suffix.lower() in _VIDEO_ENDINGS and path.is_file():
+    for path in sorted(folder.rglob(f"{glob.escape(name)}*")):
+        if path.stem == name and path.suffix.lower() in VIDEO_ENDINGS and path.is_file():
             return path
         if path.name == name and path.is_dir() and any(f.suffix.lower() in IMAGE_ENDINGS for f in path.iterdir()):
             return path
@@ -117,7 +118,7 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
     anew[where] = redrawn
     said = {name: spread(rows[name]) for name in detectors}
     return Watched(
-        path.stem,
+        name_of(path),
         count,
         reference.count,
         np.nan_to_num(spread(rows[""])[:, 0]),

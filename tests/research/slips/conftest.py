@@ -1,0 +1,26 @@
+"""The painted recordings, once for all tests."""
+
+from __future__ import annotations
+
+import pytest
+from lsds_research.slips.seen import SeenRecording
+from lsds_research.slips.watched import watch
+from research.slips.slid import SLIDE, STICK, TURN, paint
+
+
+@pytest.fixture(scope="session")
+def recordings(tmp_path_factory):
+    """The folder; nothing may be written to it."""
+    return paint(tmp_path_factory.mktemp("slid"))
+
+
+@pytest.fixture(scope="session")
+def watched(recordings):
+    """What detector and estimator `imprint` say of each, by name."""
+    return {name: watch(recordings / name, ["imprint"], ["imprint"]) for name in (SLIDE, STICK, TURN)}
+
+
+@pytest.fixture(scope="session")
+def seen(recordings):
+    """Two of them as a labeller sees them, by name."""
+    return {name: SeenRecording(recordings / name) for name in (SLIDE, STICK)}

@@ -1,0 +1,223 @@
+"""A folder of labelled recordings: what is found in it, what is said of each recording, and what a learner gets."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from lsds_research.slips.folder import EVERY, LabelledRecording, as_dataset, labels_of, read_folder
+from lsds_research.slips.labels import NAME, Interval, State, write_labels
+from lsds_research.slips.refit import refitted
+from lsds_research.slips.score import FIRST_FRAMES, Said, counted, travels
+from lsds_research.slips.watched import Watched, find_recording, watch
+from research.slips.slid import COUNT, FIRST, LAST, SLIDE, STICK, TRAVEL_PX, TURN, TURN_DEG, copied, truth
+from video_files import write_video
+
+from lsds.errors import DataError
+from lsds.models.signals import SIGNALS
+
+
+@pytest.fixture
+def folder(recordings, tmp_path):
+    return copied(recordings, tmp_path / "own")
+
+
+# -- what is said of a recording ---------------------------------------------------------------------------
+
+
+def test_the_slide_and_the_turn_are_noticed_and_the_stick_raises_no_alarm(watched):
+    for name in (SLIDE, TURN):
+        assert (watched[name].slip["imprint"][FIRST : LAST + 1] == 1).all()
+        assert (watched[name].slip["imprint"][2:FIRST] == 0).all()
+    said = watched[STICK].slip["imprint"]
+    assert (said[2:] == 0).all()
+    assert watched[STICK].moved_px[FIRST:].min() > 1.0, "the gel moves all the time"
+    assert np.nanmax(watched[STICK].score["imprint"]) < np.nanmin(watched[SLIDE].score["imprint"][FIRST : LAST + 1])
+
+
+def test_travel_and_turn_come_out_within_a_fifth(watched):
+    def error(name):
+        own = watched[name]
+        nothing = np.full(COUNT, np.nan)
+        slid = own.slid["imprint"]
+        (found,) = travels(Said(truth()[name], nothing, nothing, own.moved_px, slid[:, :2], slid[:, 2]))
+        return found
+
+    assert error(SLIDE).off_px < 0.2 * TRAVEL_PX
+    assert abs(error(TURN).off_deg) < 0.2 * TURN_DEG
+    stuck = np.nansum(watched[STICK].slid["imprint"], axis=0)
+    assert np.hypot(*stuck[:2]) < 2
+    assert abs(stuck[2]) < 2
+
+
+def test_every_frame_has_its_row_and_the_reference_has_none(watched):
+    own = watched[SLIDE]
+    assert (own.name, own.count, own.setup) == (SLIDE, COUNT, "whole pad")
+    assert own.signals.shape == (COUNT, len(SIGNALS))
+    assert own.slid["imprint"].shape == (COUNT, 3)
+    for said in (own.slip["imprint"], own.score["imprint"], own.slid["imprint"][:, 0]):
+        assert np.isnan(said[0])
+        assert np.isfinite(said[2:]).all()
+    assert np.isfinite(own.moved_px).all()
+    assert not own.redrawn.any(), "images have no key frames"
+
+
+def test_a_pad_with_few_dots_in_view_is_zoomed_in(watched):
+    own = watched[SLIDE]
+    few = Watched(own.name, own.count, 49, own.moved_px, own.redrawn, own.signals)
+    assert (few.setup, own.setup) == ("zoomed pad", "whole pad")
+
+
+def test_a_video_says_what_its_images_say(recordings, watched, tmp_path):
+    images = [cv2.imread(str(file))[..., ::-1] for file in sorted((recordings / SLIDE).iterdir())]
+    own = watch(write_video(tmp_path / "mug.v2.avi", images), ["imprint"], [])
+    assert own.name == "mug.v2"
+    assert np.array_equal(own.slip["imprint"], watched[SLIDE].slip["imprint"], equal_nan=True)
+
+
+def test_what_cannot_be_watched_is_one_reason_that_names_it(recordings, tmp_path):
+    (tmp_path / "000.png").hardlink_to(recordings / SLIDE / "000.png")
+    said = watch(tmp_path, [], [])
+    assert said == f"{tmp_path}: no usable frame after the reference"
+    (tmp_path / "001.png").write_bytes(b"no image")
+    said = watch(tmp_path, [], [])
+    assert str(tmp_path) in said
+    assert "frame 1 cannot be read as an image" in said
+
+
+# -- what is in a folder -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["mug", "mug.v2", "mug [1]", "mug*"])
+def test_a_recording_is_found_by_its_name_and_no_other(tmp_path, name):
+    deep = tmp_path / "a" / "b"
+    deep.mkdir(parents=True)
+    (deep / f"{name}.avi").touch()
+    for other in (f"{name}2.avi", f"{name}.txt", f"{name}.csv"):
+        (deep / other).touch()
+    (deep / name).mkdir()
+    assert find_recording(tmp_path, name) == deep / f"{name}.avi", "a folder without images is no recording"
+    (deep / f"{name}.avi").unlink()
+    assert find_recording(tmp_path, name) is None
+    (deep / name / "1.PNG").touch()
+    assert find_recording(tmp_path, name) == deep / name
+    assert find_recording(tmp_path, name[:-1]) is None
+
+
+def test_the_labels_are_the_file_given_then_the_folder_s_own_then_the_shipped_ones(folder, tmp_path):
+    assert repr(labels_of(folder)) == repr(truth())
+    write_labels(tmp_path / "few.csv", {"gone": [Interval(0, 9, State.FREE)], STICK: [Interval(0, 4, State.FREE)]})
+    assert list(labels_of(folder, tmp_path / "few.csv")) == [STICK], "and of these those that are there"
+    (folder / NAME).unlink()
+    with pytest.raises(DataError, match=r"own: holds none of the recordings that .*incipient_slip\.csv labels"):
+        labels_of(folder)
+    (folder / SLIDE).rename(folder / "baseball__e1__cam0")
+    assert list(labels_of(folder)) == ["baseball__e1__cam0"]
+
+
+def test_a_folder_that_is_none_says_so(tmp_path):
+    with pytest.raises(DataError, match="gone: no such folder"):
+        labels_of(tmp_path / "gone")
+
+
+def test_recordings_come_in_order_with_the_objects_of_the_index_or_of_their_names(folder):
+    ticks = []
+    told, failures = read_folder(folder, truth(), tick=lambda *done: ticks.append(done))
+    assert [own.watched.name for own in told] == [SLIDE, STICK, TURN]
+    assert {own.object for own in told} == {"mug"}
+    assert ticks == [(1, 3), (2, 3), (3, 3)]
+    assert failures == {}
+    (folder / "index.csv").write_text(f"video,object\nvideos/{SLIDE}.avi,cup\n")
+    told, _ = read_folder(folder, {SLIDE: truth()[SLIDE]})
+    assert told[0].object == "cup"
+    (folder / "index.csv").write_text("video\nmug.avi\n")
+    with pytest.raises(DataError, match=r"index\.csv: cannot be read: .*columns video, object"):
+        read_folder(folder, truth())
+
+
+def test_a_recording_that_is_damaged_is_passed_over_and_none_at_all_is_an_error(folder):
+    for name in (SLIDE, TURN):
+        (folder / name / "000.png").unlink()
+        (folder / name / "000.png").write_bytes(b"no image")
+    told, failures = read_folder(folder, truth())
+    assert [own.watched.name for own in told] == [STICK]
+    assert list(failures) == [SLIDE, TURN]
+    assert "000.png: frame 0 cannot be read" in failures[SLIDE]
+    with pytest.raises(DataError, match=r"none of its labelled recordings can be used; the first: .*frame 0 cannot"):
+        read_folder(folder, {SLIDE: truth()[SLIDE]})
+
+
+def test_the_name_of_a_recording_may_have_dots_and_brackets(folder):
+    (folder / SLIDE).rename(folder / "mug.v2 [1]")
+    labels = {"mug.v2 [1]": truth()[SLIDE]}
+    write_labels(folder / NAME, labels)
+    (own,), _ = read_folder(folder, labels_of(folder))
+    assert own.watched.name == "mug.v2 [1]"
+
+
+# -- what a learner gets -----------------------------------------------------------------------------------
+
+
+def test_a_dataset_has_all_that_slips_and_moves_and_some_that_is_still(watched):
+    own = [LabelledRecording("mug", truth()[name], watched[name]) for name in (SLIDE, STICK)]
+    data = as_dataset(own)
+    assert data.card["figures_are"] == "measured"
+    assert set(data["object"].tolist()) == {"mug"}
+    slide, stick = data.where(data["recording"] == SLIDE), data.where(data["recording"] == STICK)
+    assert np.flatnonzero(slide["slip"] == 1).tolist() == list(range(FIRST, LAST + 1))
+    still = [*range(LAST + 2, COUNT)]
+    assert np.flatnonzero(slide["slip"] == 0).tolist() == still[::EVERY]
+    assert np.flatnonzero(stick["slip"] == 1).size == 0
+    assert {*range(FIRST, COUNT)} <= {*np.flatnonzero(stick["slip"] == 0).tolist()}
+    assert (data["slip"][data["frame"] < FIRST_FRAMES] == -1).all()
+    step = slide["imprint_slip"][FIRST : LAST + 1]
+    assert step == pytest.approx(TRAVEL_PX / (LAST - FIRST + 1) * 6.25e-5, rel=0.2)
+
+
+def made_up(name, thing, seed, sense=1.0, count=60):
+    """A recording whose signals are large where it slips; where `sense` is negative, where it does not."""
+    intervals = [Interval(0, 29, State.STICK), Interval(30, count - 1, State.SLIP)]
+    slips = np.arange(count) >= 30
+    rng = np.random.default_rng(seed)
+    loud = np.where(slips == (sense > 0), 1e-2, 1e-4)[:, None]
+    signals = (loud * rng.lognormal(0, 0.3, (count, len(SIGNALS)))).astype(np.float32)
+    signals[0] = np.nan
+    watched = Watched(name, count, 63, np.ones(count), np.zeros(count, bool), signals)
+    return LabelledRecording(thing, intervals, watched)
+
+
+def test_a_model_is_asked_about_the_objects_that_it_has_not_seen():
+    # One object is the other way round. Who had seen it would know; who has not is wrong about it.
+    things = [made_up(f"{thing}{k}", thing, k, -1.0 if thing == "c" else 1.0) for k, thing in enumerate("aabbbc")]
+    scores = refitted(things, lambda own: own.object)
+    assert [len(score) for score in scores] == [60] * 6
+    assert all(np.isnan(score[0]) and np.isfinite(score[1:]).all() for score in scores)
+    right = [np.mean((score[1:] > 0.5) == (np.arange(1, 60) >= 30)) for score in scores]
+    assert min(right[:5]) > 0.9
+    assert right[5] < 0.1
+
+
+def test_where_the_others_do_not_tell_both_there_is_no_model():
+    assert refitted([made_up("a0", "a", 0), made_up("a1", "a", 1)], lambda own: own.object) is None
+    sticks = made_up("b0", "b", 2)
+    only = LabelledRecording("b", [Interval(0, 59, State.STICK)], sticks.watched)
+    assert refitted([made_up("a0", "a", 0), only], lambda own: own.object) is None
+
+
+def test_a_learner_of_windows_is_refused():
+    with pytest.raises(DataError, match="looks at"):
+        refitted([made_up("a0", "a", 0)], lambda own: own.object, "field-mlp")
+
+
+def test_what_the_detector_says_is_counted_as_by_hand(watched):
+    own = watched[SLIDE]
+    said = Said(
+        truth()[SLIDE], own.slip["imprint"], own.score["imprint"], own.moved_px, own.slid["imprint"], own.moved_px
+    )
+    counts = counted(said)
+    assert (counts.found, counts.slip, counts.noticed, counts.intervals) == (LAST - FIRST + 1,) * 2 + (1, 1)
+    assert (counts.moving, counts.false_moving) == (0, 0)
+    assert counts.still == COUNT - LAST - 2
+    assert math.isnan(counts.per_100_moving)
