@@ -70,12 +70,7 @@ def train(which: tuple[str, str], folder: str) -> str:
         kept = np.isin(seen["recording"], np.unique(seen["recording"])[::every])
         parts.append((name, seen.where(kept)))
     own, threshold = (Model(*FUSED_MODEL), FUSED_THRESHOLD) if learner == "fused" else (Model(learner), THRESHOLD)
-    card = fit(
-        merged(parts),
-        Model(*FUSED_MODEL) if learner == "fused" else Model(learner),
-        PluginHost(),
-        model_path(learner, ""),
-    )
+    card = fit(merged(parts), own, PluginHost(), model_path(learner, ""), threshold=threshold)
     return f"{learner}: {dict(card.scores or {})}"
 
 

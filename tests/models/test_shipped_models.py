@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from lsds_plugins.models import model_path
 from lsds_research import make_models as make
 from lsds_research.collecting.objects import SEEN
+from lsds_research.slips.folder import SHIPPED as LABELS
+from lsds_research.slips.folder import scored_only
+from lsds_research.slips.labels import read_labels
 from research.frames import CONTEXT, HOST, observations
+from tactile.imprinted import Motion, bumps, painted
 
 from lsds.models.artefact import load
 from lsds.models.intervals import NORMAL_90
 from lsds.models.signals import Picker
 from lsds.models.window import Window
+from lsds.tracking import watch
 
 SHIPPED = [
     *(("detect", name) for name in make.SHIPPED["detection"]),
@@ -24,10 +30,18 @@ SHIPPED = [
 def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job, name):
     artefact = load(model_path(name, ""), job)
     card = artefact.card
-    assert (card.name, card.figures_are) == (name, "simulated")
-    assert card.trained_on["learner"] == name
-    assert set(card.trained_on["objects"]) == set(SEEN), "never of what it is scored on"
-    of = make.DATASETS["detection" if job == "detect" else "severity"]
+    objects = set(card.trained_on["objects"])
+    if name == "fused":
+        assert (card.name, card.figures_are) == (name, "simulated and measured")
+        assert (card.trained_on["learner"], card.threshold) == (make.FUSED_MODEL[0], make.FUSED_THRESHOLD)
+        real = {video.split("__")[0] for video in read_labels(LABELS)}
+        assert objects - set(SEEN) == real - scored_only(), "never of what it is scored on"
+        of = make.FUSED
+    else:
+        assert (card.name, card.figures_are) == (name, "simulated")
+        assert card.trained_on["learner"] == name
+        assert objects == set(SEEN), "never of what it is scored on"
+        of = make.DATASETS["detection" if job == "detect" else "severity"]
     assert set(card.trained_on["datasets"]) == set(of)
     score = card.scores["accuracy"] if job == "detect" else card.scores["r2"]
     assert 0.5 < score < 1
@@ -39,7 +53,7 @@ def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job,
     assert np.ptp(said, axis=0).max() == 0
 
 
-@pytest.mark.parametrize(("job", "name"), SHIPPED)
+@pytest.mark.parametrize(("job", "name"), [each for each in SHIPPED if each[1] != "fused"])
 def test_a_shipped_model_says_in_the_cell_what_its_file_says(job, name):
     artefact = load(model_path(name, ""), job)
     running = HOST.build("detector" if job == "detect" else "estimator", name, {}, CONTEXT)
@@ -59,3 +73,21 @@ def test_a_shipped_model_says_in_the_cell_what_its_file_says(job, name):
             width = artefact.card.factors.half_widths(said[None])[0, 3]
             assert told.speed_std_m_s == pytest.approx(width / NORMAL_90, rel=1e-4)
     assert answered >= 10
+
+
+def test_fused_says_in_a_recording_what_its_file_says(tmp_path):
+    for number in range(12):
+        image = painted(bumps(), Motion(1.5 * number), Motion(0.5 * number), seq=number).image
+        cv2.imwrite(str(tmp_path / f"{number:02}.png"), image[..., ::-1])
+    artefact = load(model_path("fused", ""), "detect")
+    window, pick = Window(artefact.card.length, len(artefact.card.signals)), Picker(artefact.card.signals)
+    answered = 0
+    for cycle in watch(tmp_path, overrides=["detector.backend=fused", "tactile.reference_frames=1"]):
+        picked = pick(cycle.observation)
+        if picked is None:
+            assert cycle.detection.slip is None
+            continue
+        window.push(picked)
+        answered += 1
+        assert cycle.detection.score == pytest.approx(artefact.run(window.frames.copy()).reshape(-1)[0], abs=1e-5)
+    assert answered >= 9

@@ -2,8 +2,8 @@
 
 Two errors add up. The registration's own is the inverse of its information, times the variance of what it left
 unexplained. The gel's motion under the object is known from dots around it, so a share of it is in doubt; that share,
-and the factor by which neighbouring pixels err together, were fitted on real recordings in which nothing slipped
-(`python -m lsds_research.slips.fit_noise`).
+and the factor by which neighbouring pixels err together, were fitted on real recordings in frames in which nothing
+slipped (a Student distribution with four degrees of freedom, by maximum likelihood).
 """
 
 from __future__ import annotations

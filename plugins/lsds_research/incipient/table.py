@@ -81,7 +81,7 @@ def videos_of(data: Dataset) -> Videos:
     v_net = np.asarray(data["v_net"], np.float64)
     speed, moved = np.asarray(data["mean_speed"], np.float64), moving(data)
     clips = [clip_features(signals[span]) for span in spans]
-    looks = data.signals(LOOKS).astype(np.float64)
+    looks = data.signals(LOOKS).astype(np.float64) if LOOKS[0] in data.columns else np.zeros((len(data), len(LOOKS)))
     counts = np.diff(starts).astype(np.float64)
     told = data.card.get("videos", {})
     sizes = [float(told.get(name, {}).get("bytes", 0)) for name in names]

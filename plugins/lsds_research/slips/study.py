@@ -58,7 +58,8 @@ _TRAVELS = (
     ("answered", "answered", ".2f"),
 )
 ALL = "both"
-CALIBRATED = ("imprint", "fused")
+CALIBRATED = ("imprint",)
+"""Detectors that learnt nothing from the objects that a threshold is found on."""
 _DRAWS = 300
 Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 """Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
@@ -113,7 +114,7 @@ class SlipStudy:
     def _calibrated(
         self, recordings: list[LabelledRecording], kept: list[LabelledRecording], detectors: Sequence[str]
     ) -> dict[str, Scores]:
-        """Return `imprint` and `fused` at thresholds found on other objects of the same setup."""
+        """Return `imprint` at the threshold found on other objects of the same setup."""
         scored = {own.object for own in kept}
         others = [own for own in recordings if own.object not in scored]
         told: dict[str, Scores] = {}

@@ -40,7 +40,7 @@ class Watched:
 
     `moved_px` (n,): how far the fastest tenth of the dots has moved; `slip` and `score` (n,) by detector; `slid` (n, 3)
     by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is how many dots the reference
-    has, `seconds` the time that each detector and estimator took per frame.
+    has.
     """
 
     name: str
@@ -70,7 +70,7 @@ def find_recording(folder: Path, name: str) -> Path | None:
 
 
 def watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Watched | str:
-    """Return what is said of a recording, or why it cannot be watched. A detector that raises says nothing."""
+    """Return what is said of a recording, or why it cannot be watched."""
     try:
         return _watch(path, detectors, estimators)
     except LsdsError as error:

@@ -60,7 +60,7 @@ def test_every_model_stands_beside_what_knows_nothing(small, tmp_path):
     assert seen == sorted(seen)
     assert seen[-1] <= 1
     rows = {(r["model"], r["unit"]): r for r in result.rows}
-    whole = rows["whole clips of 48 frames", "recording"]
+    whole = rows["whole recording: mean of 32 clips of 48 frames", "recording"]
     assert whole["auc"] > 0.95
     assert whole["auc_low"] <= whole["auc"] <= whole["auc_high"]
     assert rows["majority", "recording"]["auc"] == 0.5
@@ -218,7 +218,7 @@ def test_a_few_real_recordings_are_read_scored_and_drawn(tmp_path, capsys):
     assert main([*arguments, "--plot", str(out["png"])]) == 0
     shown = capsys.readouterr()
     assert "gone.avi" in shown.err
-    assert "whole clips of 48 frames" in shown.out
+    assert "whole recording: mean of 32 clips of 48 frames" in shown.out
     told = json.loads(out["json"].read_text())
     assert len(told["failures"]) == 1
     assert len(told["rows"]) == len(out["csv"].read_text().splitlines()) - 1
@@ -231,7 +231,7 @@ def test_unseen_objects_are_told_on_all_real_recordings(tmp_path):
     target = tmp_path / "all.json"
     assert main(["evaluate", "incipient-slip", str(DATA), "--model", "none", "--json", str(target)]) == 0
     rows = {(r["model"], r["unit"]): r for r in json.loads(target.read_text())["rows"]}
-    whole = rows["whole clips of 48 frames", "recording"]
+    whole = rows["whole recording: mean of 32 clips of 48 frames", "recording"]
     assert whole["auc"] >= 0.94
     assert whole["accuracy"] >= 0.87
     assert 0.4 < rows["labels shuffled by recording", "recording"]["auc"] < 0.6

@@ -12,6 +12,7 @@ from lsds_research.incipient import load as incipient_load
 from lsds_research.incipient import video as incipient_video
 from lsds_research.incipient.index import physical, read_index
 from lsds_research.incipient.load import load
+from lsds_research.incipient.look import LOOKS
 from research.labelled import HEADER, film, row, write_index
 
 from lsds.errors import DataError
@@ -44,7 +45,7 @@ def read_once(recorded, data, monkeypatch):
 
 
 def test_videos_become_a_dataset_of_one_row_a_frame(data):
-    assert set(COLUMNS) | set(CLIP_SIGNALS) == set(data.columns)
+    assert set(COLUMNS) | set(CLIP_SIGNALS) | set(LOOKS) == set(data.columns)
     assert list(dict.fromkeys(data["recording"])) == ["thing1__e1__cam0", "thing1__e1__cam2", "thing2__e2__cam0"]
     assert [physical(name) for name in dict.fromkeys(data["recording"])] == ["thing1__e1", "thing1__e1", "thing2__e2"]
     assert set(data["object"]) == {"thing1", "thing2"}
