@@ -48,8 +48,8 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
             PoseSource, "Measures poses of bodies (ground truth)", default="none", optional=True, device=True
         ),
         "tracker": KindSpec(Tracker, "Tracks the markers of the gel from frame to frame", default="lk"),
-        "detector": KindSpec(Detector, "Decides whether the object slips", default="field-mlp"),
-        "estimator": KindSpec(Estimator, "Estimates the slip velocity", default="field-gru"),
+        "detector": KindSpec(Detector, "Decides whether the object slips", default="fused"),
+        "estimator": KindSpec(Estimator, "Estimates the slip velocity", default="fused"),
         "controller": KindSpec(Controller, "Computes an aperture from slip", default="pd"),
         "job": KindSpec(Job, "The task of a run: commands wanted of arm and gripper", default="lift", late=True),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
