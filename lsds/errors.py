@@ -158,3 +158,9 @@ class SafetyStop(LsdsError):
     """The cell was stopped on purpose: watchdog, limit, stale data or a person's request."""
 
     exit_code = 7
+
+
+def naming(source: object, error: BaseException) -> str:
+    """Return the error's text, with the source in front where it does not name it."""
+    text = str(error)
+    return text if str(source) in text else f"{source}: {text}"

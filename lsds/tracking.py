@@ -14,7 +14,7 @@ from lsds.config import BackendSection, RigConfig, load_config
 from lsds.config.toml import value_text
 from lsds.contracts import TrackFlag
 from lsds.engine import Engine
-from lsds.errors import DataError, LsdsError
+from lsds.errors import DataError, LsdsError, naming
 from lsds.plugins import PluginHost
 from lsds.plugins.registry import NO_DEVICE
 from lsds.rig import Rig
@@ -205,8 +205,7 @@ def track_recording(
                 "equally bright ones in a row (lower tactile.reference_frames)"
             )
     except LsdsError as error:
-        message = str(error)
-        result.error = message if result.source in message else f"{result.source}: {message}"
+        result.error = naming(result.source, error)
         result.cause = error.__cause__
     return result
 

@@ -17,6 +17,7 @@ from lsds.contracts.job import Grip, Job, Setting, Situation, Wanted
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, OPTIONAL_KINDS, Kind, KindSpec
 from lsds.contracts.study import Study, StudyResult, StudyTable
 from lsds.contracts.values import (
+    ABSTAINED,
     ArmCommand,
     ArmSpec,
     ArmState,
@@ -47,6 +48,7 @@ from lsds.contracts.values import (
 from lsds.contracts.wire import WireMock
 
 __all__ = [
+    "ABSTAINED",
     "CONFIG_KINDS",
     "DEVICE_KINDS",
     "KINDS",

@@ -6,6 +6,7 @@ arrival. `seq` counts from zero at the source, so a gap means a lost sample.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -315,6 +316,10 @@ class SlipEstimate:
     speed_m_s: float
     speed_std_m_s: float
     abstained: bool = False
+
+
+ABSTAINED = SlipEstimate((math.nan, math.nan), (math.nan, math.nan), math.nan, math.nan, math.nan, math.nan, True)
+"""The estimate of an estimator that abstains."""
 
 
 @dataclass(frozen=True, slots=True)

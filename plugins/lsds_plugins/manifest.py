@@ -12,7 +12,7 @@ _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
         ("gradient-boosting", "trained: the paper's boosted trees"),
         ("logistic", "trained: linear in a window of the field's evidence; the cheapest"),
         ("field-mlp", "trained: a small net on a window of the field's evidence"),
-        ("fused", "trained on labelled real frames: motion of the imprint, and tremble of the dots"),
+        ("fused", "trained on labelled real and simulated frames: motion of the imprint, and tremble of the dots"),
         ("monotone", "trained: logistic in the logarithms of rates"),
         ("onnx", "a trained model of your own (option model)"),
     ),

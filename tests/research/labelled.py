@@ -8,6 +8,7 @@ import numpy as np
 from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
 from lsds_research.datasets import from_rows
 from lsds_research.incipient.index import joined
+from lsds_research.incipient.look import LOOKS
 from tactile.render import pad_positions, render
 from video_files import write_video
 
@@ -60,6 +61,7 @@ def columns(name, object_name, slip, seed, frames=90):
     t = 0.04 * np.arange(frames)
     made = from_rows(name, object_name, "real", t, signals, {"slip": np.full(frames, slip)})
     found = clip_signals(moved, grid)
+    made |= dict.fromkeys(LOOKS, np.zeros(frames, np.float32))
     return made | {signal: found[:, k] for k, signal in enumerate(CLIP_SIGNALS)}
 
 

@@ -184,14 +184,18 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
 
 def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: float) -> CarriedGel | None:
     """Return how the gel has moved between two fields of one reference; None where they share too few dots."""
-    both = before.valid & now.valid
-    if np.count_nonzero(both) < LEAST_DOTS:
+    position, moved = moved_dots(before, now, metres_per_px)
+    if len(position) < LEAST_DOTS:
         return None
     reference = now.reference
+    return CarriedGel(position, moved, float(np.mean(reference.pitch_px)), reference.image_size)
+
+
+def moved_dots(
+    before: DeformationField, now: DeformationField, metres_per_px: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where the dots that both fields show were in the first, and how far they have moved, (n, 2) each in px."""
+    both = before.valid & now.valid
     shown = before.displacement_m[both]
-    return CarriedGel(
-        reference.xy_px[both] + shown / metres_per_px,
-        (now.displacement_m[both] - shown) / metres_per_px,
-        float(np.mean(reference.pitch_px)),
-        reference.image_size,
-    )
+    position = now.reference.xy_px[both] + shown / metres_per_px
+    return position, (now.displacement_m[both] - shown) / metres_per_px

@@ -87,9 +87,9 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         correction=options.pad_correction or None,
     )
     gel = build_gel(options, build_surface(options, material), material)
+    gel.grain = build_grain(options)
     length = options.length_mm * 1e-3
     texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
-    gel.grain = build_grain(options)
     texture = Texture(length, options.texture_amplitude, texture_rng)
     friction = SurfaceFriction(
         texture,

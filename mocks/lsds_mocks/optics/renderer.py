@@ -108,10 +108,9 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
         # Gels on cells deform with shear, too; the surface of the others follows from how deep the object stands.
-        key = None if state.fine else (state.indentation_m, state.reach_m, gel.grain and state.body)
-        lit = self._shader.shade(
-            key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, (gel.grain, state.body)
-        )
+        grain = None if gel.grain is None else (gel.grain, state.body)
+        key = None if state.fine else (state.indentation_m, state.reach_m, grain)
+        lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, grain)
         gain = self._light.common(t_s)
         if self._dots is None:
             image = cv2.convertScaleAbs(lit, alpha=gain)

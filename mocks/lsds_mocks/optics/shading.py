@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from lsds_mocks.optics.grain import Grain, Pose
 
-    Placed = tuple[Grain | None, Pose]
+    Placed = tuple[Grain, Pose]
 
 Tier = Literal["markers", "linear", "full"]
 REDUCTION = 4
@@ -99,9 +99,10 @@ class Shader:
         lean = self._lamps
         colour(self._change, depth, self._directed, lean.x, lean.y, 0.5 / self._spacing, full, self._lift)
         change = self._change
-        if grain is not None and grain[0] is not None:
+        if grain is not None:
+            relief, pose = grain
             fine, places = self._fine, (self.fine_x_m, self.fine_y_m)
-            if grain[0].paint(fine, grain[1], depth, *places, self._per_slope, self._mirror):
+            if relief.paint(fine, pose, depth, *places, self._per_slope, self._mirror):
                 size = (fine.shape[1], fine.shape[0])
                 cv2.resize(change, size, dst=self._enlarged, interpolation=cv2.INTER_LINEAR)
                 change = np.asarray(cv2.add(self._enlarged, fine, dst=fine), np.float32)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lsds.contracts import BuildContext, Observation, SlipEstimate
+from lsds.contracts import ABSTAINED, BuildContext, Observation, SlipEstimate
 from lsds.tactile.slip_residual import Motion, SlipResidual, slip_residual
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class FieldEstimator:
         evidence = slip_residual(observation, self._options.motion, self._options.least_markers)
         if evidence is None:
             self._window.clear()
-            return _ABSTAINED
+            return ABSTAINED
         window = self._window
         window.append(evidence)
         gain, count = self._options.gain, len(window)
@@ -96,7 +96,3 @@ def speed_of(windows: NDArray[np.float32], gain: float) -> NDArray[np.float64]:
     share = rim / (rigid + rim).clip(1e-300)
     speed: NDArray[np.float64] = total * (1 - share) ** 0.5
     return speed
-
-
-_NAN = math.nan
-_ABSTAINED = SlipEstimate((_NAN, _NAN), (_NAN, _NAN), _NAN, _NAN, _NAN, _NAN, abstained=True)

@@ -9,18 +9,15 @@ found again, the dots speak alone.
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
-from lsds.tactile.imprint.uncertainty import GEL_SHARE, covariance
-from lsds_plugins.estimators.imprint import estimate_of
+from lsds_plugins.estimators.imprint import ImprintOptions, estimate_of, measured
 from lsds_plugins.estimators.learned import LearnedEstimator, LearnedOptions
 
 
-class FusedOptions(BaseModel):
+class FusedOptions(ImprintOptions):
     """Options of `[estimator.fused]`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     model: str = Field(default="", description="model file (.onnx) for the dots; empty: the shipped field-gru")
     doubt: float = Field(
@@ -31,12 +28,6 @@ class FusedOptions(BaseModel):
         ge=0,
         le=1,
         description="correlation with the last frame's imprint below which the dots speak alone",
-    )
-    gel_share: float = Field(
-        default=GEL_SHARE,
-        ge=0,
-        le=1,
-        description="share of the dots' motion by which that of the gel under the object is in doubt",
     )
 
 
@@ -54,17 +45,13 @@ class FusedEstimator:
 
     def update(self, observation: Observation) -> SlipEstimate:
         """Estimate; abstain where neither imprint nor dots tell anything. Angles turn clockwise on the image."""
-        options = self._options
-        dots = self._dots.update(observation)
-        motion = observation.imprint() if observation.imprint is not None else None
-        dt = observation.dt_s
-        if motion is None or not dt > 0 or motion.match < options.least_match:
+        dots, found = self._dots.update(observation), measured(observation, self._options)
+        if found is None:
             return dots
-        spread = covariance(motion, options.gel_share) / dt**2
-        moved = np.array([*motion.slip_m, motion.turn_rad]) / dt
+        moved, spread = found
         if dots.abstained:
             return estimate_of(moved, spread)
-        std = np.array([*dots.velocity_std_m_s, dots.angular_std_rad_s]) * options.doubt
+        std = np.array([*dots.velocity_std_m_s, dots.angular_std_rad_s]) * self._options.doubt
         told = np.array([*dots.velocity_m_s, dots.angular_rad_s])
         if not (np.isfinite(std).all() and np.isfinite(told).all()):
             return estimate_of(moved, spread)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from lsds.contracts import BuildContext, Observation, SlipEstimate
+from lsds.contracts import ABSTAINED, BuildContext, Observation, SlipEstimate
 from lsds.tactile.imprint.uncertainty import GEL_SHARE, covariance
 
 if TYPE_CHECKING:
@@ -47,12 +47,23 @@ class ImprintEstimator:
 
     def update(self, observation: Observation) -> SlipEstimate:
         """Estimate; abstain where the imprint's motion is not known. Angles turn clockwise on the image (x to y)."""
-        motion = observation.imprint() if observation.imprint is not None else None
-        dt = observation.dt_s
-        if motion is None or not dt > 0 or motion.match < self._options.least_match:
-            return ABSTAINED
-        spread = covariance(motion, self._options.gel_share) / dt**2
-        return estimate_of(np.array([*motion.slip_m, motion.turn_rad]) / dt, spread)
+        found = measured(observation, self._options)
+        return ABSTAINED if found is None else estimate_of(*found)
+
+
+def measured(
+    observation: Observation, options: ImprintOptions
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the velocity (x, y in m/s, turn in rad/s) of the imprint against the gel and its covariance (3, 3).
+
+    None where the imprint's motion is not known.
+    """
+    motion = None if observation.imprint is None else observation.imprint()
+    dt = observation.dt_s
+    if motion is None or not dt > 0 or motion.match < options.least_match:
+        return None
+    velocity = np.array([*motion.slip_m, motion.turn_rad]) / dt
+    return velocity, covariance(motion, options.gel_share) / dt**2
 
 
 def estimate_of(velocity: NDArray[np.float64], spread: NDArray[np.float64]) -> SlipEstimate:
@@ -64,8 +75,3 @@ def estimate_of(velocity: NDArray[np.float64], spread: NDArray[np.float64]) -> S
     along = velocity[:2] / speed if speed > 0 else None
     variance = (spread[0, 0] + spread[1, 1]) / 2 if along is None else float(along @ spread[:2, :2] @ along)
     return SlipEstimate((x, y), (std_x, std_y), turn, std_turn, speed, math.sqrt(variance))
-
-
-ABSTAINED = SlipEstimate(
-    (math.nan, math.nan), (math.nan, math.nan), math.nan, math.nan, math.nan, math.nan, abstained=True
-)

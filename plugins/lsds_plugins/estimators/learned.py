@@ -7,7 +7,7 @@ from functools import partial
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lsds.contracts import BuildContext, Observation, SlipEstimate
+from lsds.contracts import ABSTAINED, BuildContext, Observation, SlipEstimate
 from lsds.models.intervals import MOVES_M_S, NORMAL_90, TURNS_RAD_S
 from lsds.models.running import RunningModel
 from lsds_plugins.models import model_path
@@ -49,7 +49,7 @@ class LearnedEstimator:
         option."""
         numbers = self._model.update(observation)
         if numbers is None or not math.isfinite(sum(numbers)):
-            return _ABSTAINED
+            return ABSTAINED
         x, y, turn, speed, x_std, y_std, turn_std, speed_std = numbers
         by_x, by_y, _, by_speed = self._moving if speed > MOVES_M_S else self._rest
         by_turn = (self._moving if abs(turn) > TURNS_RAD_S else self._rest)[2]
@@ -64,6 +64,3 @@ mlp = partial(LearnedEstimator, name="mlp")
 linear_window = partial(LearnedEstimator, name="linear-window")
 field_gru = partial(LearnedEstimator, name="field-gru")
 onnx = partial(LearnedEstimator, name="onnx")
-
-_NAN = math.nan
-_ABSTAINED = SlipEstimate((_NAN, _NAN), (_NAN, _NAN), _NAN, _NAN, _NAN, _NAN, abstained=True)

@@ -118,5 +118,5 @@ def joined(parts: Sequence[dict[str, NDArray[Any]]], card: dict[str, Any]) -> Da
     """Return one dataset of videos' columns: those of every dataset, the signals of clips, and looks."""
     if not parts:
         raise DataError("none of the videos could be read: there is nothing to evaluate")
-    names = [name for name in (*COLUMNS, *CLIP_SIGNALS, *LOOKS) if name not in LOOKS or all(name in p for p in parts)]
+    names = (*COLUMNS, *CLIP_SIGNALS, *LOOKS)
     return Dataset({name: np.concatenate([part[name] for part in parts]) for name in names}, card)

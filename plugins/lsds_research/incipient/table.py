@@ -14,6 +14,7 @@ from lsds_research.clips.features import FRAMES, clip_features, mean_of, placeme
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.incipient.index import physical
 from lsds_research.incipient.look import LOOKS
+from lsds_research.perceived import WHOLE_PAD
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-WHOLE_PAD = 50
-"""A pad with at least this many dots in view is seen as a whole; one with fewer is zoomed in."""
 _WINDOW = 0x3D
 NUISANCES = ("markers", "brightness", "kept")
 _PLACES = 16
@@ -81,7 +80,7 @@ def videos_of(data: Dataset) -> Videos:
     v_net = np.asarray(data["v_net"], np.float64)
     speed, moved = np.asarray(data["mean_speed"], np.float64), moving(data)
     clips = [clip_features(signals[span]) for span in spans]
-    looks = data.signals(LOOKS).astype(np.float64) if LOOKS[0] in data.columns else np.zeros((len(data), len(LOOKS)))
+    looks = data.signals(LOOKS).astype(np.float64)
     counts = np.diff(starts).astype(np.float64)
     told = data.card.get("videos", {})
     sizes = [float(told.get(name, {}).get("bytes", 0)) for name in names]

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.errors import DataError, LsdsError
+from lsds.errors import DataError, LsdsError, naming
 from lsds.models.signals import signals_of
-from lsds.tracking import engine_of
 from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
 from lsds_research.datasets import from_rows
 from lsds_research.incipient.index import PROTOCOL, Video
 from lsds_research.incipient.look import LOOKS, look_of
+from lsds_research.perceived import perceived
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,8 +23,6 @@ VERSION = 3
 """Goes up whenever the same video would give other columns, so that no older cache is believed."""
 
 _LEAST_FRAMES = 12
-_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
-"""What they say is not looked at."""
 _PIXELS = slice(None, None, 4)
 
 
@@ -34,15 +32,13 @@ def columns_of(video: Video) -> dict[str, NDArray[Any]]:
     The first frame is the reference. Unusable frames are passed over, and a video that breaks off is taken as far as
     it goes. Raises DataError where it cannot be opened, shows no dots at the start, or too little can be used.
     """
-    t_s, rows, moved, position = [], [], [], None
-    last = None
+    t_s, rows, moved, position, last = [], [], [], None, None
     try:
-        engine = engine_of(video.path, None, _CHEAP)
+        engine = perceived(video.path)
         cycles = iter(engine)
         first = next(cycles, None)
     except LsdsError as error:
-        text = str(error)
-        raise DataError(text if str(video.path) in text else f"{video.path}: {text}") from error
+        raise DataError(naming(video.path, error)) from error
     except Exception as error:
         raise DataError(f"{video.path}: {type(error).__name__}: {error}") from error
     reference, start = engine.perception.reference, engine.perception.reference_frame

@@ -15,7 +15,7 @@ from pydantic import Field
 from lsds.contracts import BuildContext
 from lsds.models.signals import UNITS
 from lsds_research.learners.common import LearnerBase, LearnerOptions
-from lsds_research.learners.graph import Graph
+from lsds_research.learners.logarithms import FittedLogarithms, logarithms
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,40 +42,16 @@ class Fused(LearnerBase):
         super().__init__("detect", options)
         self._options = options
 
-    def fit(self, examples: Examples, seed: int) -> FittedFused:
+    def fit(self, examples: Examples, seed: int) -> FittedLogarithms:
         """Fit; the seed has no effect. Raises DataError for examples that cannot be fitted."""
         self.check(examples)
         from sklearn.linear_model import LogisticRegression
 
         floor = np.tile([FLOORS.get(UNITS[name], FLOORS["1"]) for name in self.signals], self.length)
-        shaped = _shaped(examples.x, floor)
+        shaped = logarithms(examples.x, floor)
         centre, spread = shaped.mean(axis=0), shaped.std(axis=0) + 1e-9
         model = LogisticRegression(C=self._options.penalty, max_iter=5000)
         model.fit((shaped - centre) / spread, examples.y > 0.5)
         weight = model.coef_[0] / spread
         constant = float(model.intercept_[0] - centre @ weight)
-        return FittedFused(weight, constant, floor, self.length, len(self.signals))
-
-
-class FittedFused:
-    """Weights on log(|x| + floor), and a constant."""
-
-    def __init__(self, weight: Floats, constant: float, floor: Floats, length: int, width: int) -> None:
-        self.weight, self._constant, self._floor = weight, constant, floor
-        self._length, self._width = length, width
-
-    def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the probability of slip (n,)."""
-        logit = _shaped(x, self._floor) @ self.weight + self._constant
-        return np.asarray(1 / (1 + np.exp(-logit)), np.float32)
-
-    def export(self) -> bytes:
-        """Return the ONNX model."""
-        graph = Graph(self._length, self._width)
-        flat = graph.add("Flatten", graph.add("Abs", "x"))
-        shaped = graph.add("Log", graph.add("Add", flat, graph.constant(self._floor)))
-        return graph.finish(graph.add("Sigmoid", graph.dense(shaped, self.weight[:, None], np.array([self._constant]))))
-
-
-def _shaped(x: NDArray[np.float32], floor: Floats) -> Floats:
-    return np.log(np.abs(x.reshape(len(x), -1).astype(np.float64)) + floor)
+        return FittedLogarithms(weight, constant, floor, self.length, len(self.signals))

@@ -28,18 +28,22 @@ EARLY, LATE = 1, 2
 """An interval is noticed where slip is said from so many frames before its first frame to so many after it."""
 
 
+def fastest(moved: Floats) -> float:
+    """Return how far the fastest tenth of dots that moved by (n, 2) has moved at least, 0 without dots."""
+    return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Said:
     """One recording: labels, and what a detector and an estimator say of each frame (n,).
 
-    `slip` is 1, 0, or NaN where the detector abstains; `score` its statistic; `moved_px` how far the dots have moved
-    since the frame before (90th percentile); `slid_px` (n, 2) and `turned_deg` (n,) the estimated slip in the frame's
-    interval, NaN where there is none.
+    `slip` is 1, 0, or NaN where the detector abstains; `moved_px` how far the dots have moved since the frame before
+    (90th percentile); `slid_px` (n, 2) and `turned_deg` (n,) the estimated slip in the frame's interval, NaN where
+    there is none.
     """
 
     intervals: Sequence[Interval]
     slip: Floats
-    score: Floats
     moved_px: Floats
     slid_px: Floats
     turned_deg: Floats

@@ -12,11 +12,12 @@ import numpy as np
 from lsds_plugins.replay.reader import open_reader
 
 from lsds.contracts import Frame
-from lsds.errors import DataError, LsdsError
-from lsds.tactile.imprint.motion import carried_gel
+from lsds.errors import DataError, LsdsError, naming
+from lsds.tactile.imprint.motion import carried_gel, moved_dots
 from lsds.tactile.imprint.relief import ReliefMaker
-from lsds.tracking import engine_of
+from lsds_research.perceived import perceived
 from lsds_research.slips.labels import name_of
+from lsds_research.slips.score import fastest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Plane = NDArray[np.float32]
 
-_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
-"""What they say is not looked at."""
 MOVING_PX = 0.35
 """A frame is worth a look where the fastest tenth of the dots has moved by more than this, px."""
 CHANGED = 2.0
@@ -71,29 +70,25 @@ class SeenRecording:
         self.gel: list[CarriedGel | None] = [None] * count
         self.dots: list[tuple[Floats, Floats]] = [(np.zeros((0, 2)), np.zeros((0, 2)))] * count
         self._follow(path, tick)
-        self.moved_px = np.array([_fastest(moved) for _, moved in self.dots])
+        self.moved_px = np.array([fastest(moved) for _, moved in self.dots])
 
     def __len__(self) -> int:
         return len(self.images)
 
     def _follow(self, path: Path, tick: Callable[[int, int], object] | None) -> None:
         try:
-            engine = engine_of(path, None, _CHEAP)
+            engine = perceived(path)
             last: DeformationField | None = None
             for cycle in engine:
                 field, metres = cycle.observation.field, engine.perception.metres_per_px
                 if last is not None and cycle.frame.seq == last.seq + 1:
                     self.gel[cycle.frame.seq] = carried_gel(last, field, metres)
-                    both = last.valid & field.valid
-                    moved = (field.displacement_m - last.displacement_m)[both] / metres
-                    position = field.reference.xy_px[both] + last.displacement_m[both] / metres
-                    self.dots[cycle.frame.seq] = position, moved
+                    self.dots[cycle.frame.seq] = moved_dots(last, field, metres)
                 last = field
                 if tick is not None:
                     tick(cycle.frame.seq + 1, len(self))
         except LsdsError as error:
-            text = str(error)
-            raise DataError(text if str(path) in text else f"{path}: {text}") from error
+            raise DataError(naming(path, error)) from error
 
     def centre(self, first: int, last: int) -> tuple[float, float]:
         """Return where the relief of those frames is, (x, y) in relief px."""
@@ -144,7 +139,3 @@ class SeenRecording:
             else:
                 ranges.append([number, number])
         return [(max(0, first - _BESIDE), min(len(self) - 1, last + _BESIDE)) for first, last in ranges]
-
-
-def _fastest(moved: Floats) -> float:
-    return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0

@@ -163,14 +163,14 @@ def _by_setup(scores: Scores) -> list[tuple[str, Scores]]:
     return [(ALL, scores), *parts] if len(parts) > 1 else [(setups[0], scores)]
 
 
-def _said(own: LabelledRecording, slip: Floats, score: Floats) -> Said:
+def _said(own: LabelledRecording, slip: Floats) -> Said:
     nothing = np.full((own.watched.count, 3), np.nan)
-    return Said(own.intervals, slip, score, own.watched.moved_px, nothing[:, :2], nothing[:, 2])
+    return Said(own.intervals, slip, own.watched.moved_px, nothing[:, :2], nothing[:, 2])
 
 
 def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row:
     """Return one row: as the detector decides, and at the threshold with so many false alarms per 100 moving frames."""
-    said = [_said(*each) for each in scores]
+    said = [_said(own, slip) for own, slip, _ in scores]
     counts = sum((counted(each) for each in said), Counts())
     late = np.concatenate([onset_errors(each) for each in said]) if said else np.empty(0)
     late = late[np.isfinite(late)]
@@ -208,7 +208,7 @@ def _threshold(scores: Scores, alarms: float) -> float:
 
 def _at(scores: Scores, threshold: float) -> list[Said]:
     return [
-        _said(own, np.where(np.isfinite(slip), np.nan_to_num(score, nan=-np.inf) > threshold, np.nan), score)
+        _said(own, np.where(np.isfinite(slip), np.nan_to_num(score, nan=-np.inf) > threshold, np.nan))
         for own, slip, score in scores
     ]
 
@@ -239,7 +239,7 @@ def _travel_row(name: str, recordings: Sequence[LabelledRecording]) -> Row:
     for own in recordings:
         slid = own.watched.slid[name]
         nothing = np.full(own.watched.count, np.nan)
-        errors += travels(Said(own.intervals, nothing, nothing, own.watched.moved_px, slid[:, :2], slid[:, 2]))
+        errors += travels(Said(own.intervals, nothing, own.watched.moved_px, slid[:, :2], slid[:, 2]))
         for interval in scored_intervals(own.intervals):
             part = slid[interval.first : interval.last + 1, 0]
             answered, frames = answered + int(np.isfinite(part).sum()), frames + len(part)

@@ -14,11 +14,12 @@ from lsds_plugins.replay.reader import IMAGE_ENDINGS
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.errors import DataError, LsdsError
+from lsds.errors import DataError, LsdsError, naming
 from lsds.models.signals import SIGNALS, signals_of
 from lsds.plugins import PluginHost
-from lsds.tracking import engine_of
+from lsds_research.perceived import WHOLE_PAD, perceived
 from lsds_research.slips.labels import VIDEO_ENDINGS, name_of
+from lsds_research.slips.score import fastest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,11 +28,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
 WIDTH_PX = 320
 """Lengths in px are those of an image this wide."""
-WHOLE_PAD = 50
-"""A pad with at least this many dots is seen as a whole (setup "whole pad"), one with fewer is zoomed in."""
 
 
 @dataclass(slots=True, eq=False)
@@ -74,17 +72,17 @@ def watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Wa
     try:
         return _watch(path, detectors, estimators)
     except LsdsError as error:
-        text = str(error)
-        return text if str(path) in text else f"{path}: {text}"
+        return naming(path, error)
 
 
 def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Watched:
     host, context = PluginHost(), BuildContext(VirtualClock(), 0)
     told = {name: host.build("detector", name, {}, context) for name in detectors}
     slid = {name: host.build("estimator", name, {}, context) for name in estimators}
-    engine = engine_of(path, None, _CHEAP)
+    engine = perceived(path)
     numbers: list[int] = []
-    rows: dict[str, list[list[float]]] = {"": [], **{name: [] for name in (*detectors,)}}
+    moved: list[list[float]] = []
+    rows: dict[str, list[list[float]]] = {name: [] for name in detectors}
     estimates: dict[str, list[list[float]]] = {name: [] for name in estimators}
     signals, redrawn = [], []
     for cycle in engine:
@@ -93,7 +91,7 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
         numbers.append(cycle.frame.seq)
         signals.append(signals_of(observation, float(cycle.frame.image[::4, ::4].mean())))
         redrawn.append(cycle.frame.redrawn)
-        rows[""].append([_fastest(observation) / metres])
+        moved.append([_fastest(observation) / metres])
         for name, detector in told.items():
             said = detector.update(observation)
             rows[name].append([math.nan if said.slip is None else float(said.slip), said.score])
@@ -121,7 +119,7 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
         name_of(path),
         count,
         reference.count,
-        np.nan_to_num(spread(rows[""])[:, 0]),
+        np.nan_to_num(spread(moved)[:, 0]),
         anew,
         everything,
         {name: values[:, 0] for name, values in said.items()},
@@ -133,5 +131,4 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
 def _fastest(observation: Observation) -> float:
     """Return how far the fastest tenth of the dots has moved since the last frame, m."""
     field = observation.field
-    moved = field.velocity_m_s[np.isfinite(field.velocity_m_s[:, 0])] * field.dt_s
-    return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0
+    return fastest(field.velocity_m_s[np.isfinite(field.velocity_m_s[:, 0])] * field.dt_s)

@@ -42,7 +42,7 @@ def test_travel_and_turn_come_out_within_a_fifth(watched):
         own = watched[name]
         nothing = np.full(COUNT, np.nan)
         slid = own.slid["imprint"]
-        (found,) = travels(Said(truth()[name], nothing, nothing, own.moved_px, slid[:, :2], slid[:, 2]))
+        (found,) = travels(Said(truth()[name], nothing, own.moved_px, slid[:, :2], slid[:, 2]))
         return found
 
     assert error(SLIDE).off_px < 0.2 * TRAVEL_PX
@@ -213,9 +213,7 @@ def test_a_learner_of_windows_is_refused():
 
 def test_what_the_detector_says_is_counted_as_by_hand(watched):
     own = watched[SLIDE]
-    said = Said(
-        truth()[SLIDE], own.slip["imprint"], own.score["imprint"], own.moved_px, own.slid["imprint"], own.moved_px
-    )
+    said = Said(truth()[SLIDE], own.slip["imprint"], own.moved_px, own.slid["imprint"], own.moved_px)
     counts = counted(said)
     assert (counts.found, counts.slip, counts.noticed, counts.intervals) == (LAST - FIRST + 1,) * 2 + (1, 1)
     assert (counts.moving, counts.false_moving) == (0, 0)

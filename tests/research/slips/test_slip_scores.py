@@ -48,7 +48,7 @@ def said(intervals, alarms=(), count=None, moved=1.0, slid=None, turned=None, ab
     slip[list(abstains)] = np.nan
     nothing = np.full(count, np.nan)
     slid = np.full((count, 2), np.nan) if slid is None else slid
-    return Said(intervals, slip, slip, np.full(count, moved), slid, nothing if turned is None else turned)
+    return Said(intervals, slip, np.full(count, moved), slid, nothing if turned is None else turned)
 
 
 # -- frames ------------------------------------------------------------------------------------------------
