@@ -44,8 +44,8 @@ FUSED_MODEL = (
 )
 """Learner and options of `fused`: trees tell a fast slip from a leap of the load, which one weight a signal cannot."""
 FUSED_THRESHOLD = 0.6
-"""Its probability is none on real frames, where simulated ones were learnt from, too. With one half, of 100 real frames
-in which object and gel move together, about eight are called slip; a cell of one's own sets its own."""
+"""Its probability is none on real frames, where simulated ones were learnt from, too. `lsds evaluate slip` shows what
+the threshold costs; a cell of one's own sets its own."""
 FUSED = {"detection": 6, LABELLED: 1}
 """That of `fused`: real frames are few, and simulated ones must not outvote them."""
 
