@@ -1,4 +1,4 @@
-"""`lsds calibrate`: calibrate the devices of a rig before measuring with them."""
+"""`lsds calibrate`: calibrate cameras and the detection of slip on a cell of one's own."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lsds.cli.calibrate_slip import slip
 from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.errors import DataError
 
@@ -14,13 +15,17 @@ _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 @click.group(context_settings=_HELP)
 def calibrate() -> None:
-    """Calibrate the measuring devices of a rig.
+    """Calibrate a camera, or the detection of slip on your own gel.
 
     \b
     Examples:
+      lsds calibrate slip rig.toml --by-hand                   thresholds for this gel, two minutes
       lsds calibrate camera --board board.pdf                  print the board
       lsds calibrate camera views/ --out camera.yaml           calibrate from pictures of it
     """
+
+
+calibrate.add_command(slip)
 
 
 @calibrate.command(context_settings=_HELP)

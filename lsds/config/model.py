@@ -93,6 +93,10 @@ class _Settings(BaseModel):
     clock: Literal["auto", "virtual", "wall"] = Field(
         default="auto", description="auto: virtual if every chosen device can run on simulated time, else wall"
     )
+    calibration: tuple[str, ...] = Field(
+        default=(),
+        description="files written by lsds calibrate, relative to this file: options that count below its own",
+    )
     sensors: dict[str, FingerSection] = Field(
         default_factory=dict, description="several fingers by name, each like [sensor], which is then not allowed"
     )
@@ -144,8 +148,11 @@ class _Settings(BaseModel):
         return found
 
     def as_tables(self) -> dict[str, Any]:
-        """Return the configuration as nested tables, with either [sensor] or [sensors]."""
-        tables = self.model_dump()
+        """Return the configuration as nested tables, with either [sensor] or [sensors].
+
+        What its files of calibration say is in the tables, so that it stands without them.
+        """
+        tables = self.model_dump() | {"calibration": ()}
         del tables["sensor" if self.sensors else "sensors"]
         return tables
 

@@ -106,6 +106,13 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "job",
+            "shake",
+            "lsds_plugins.jobs.shake:ShakeJob",
+            "lsds_plugins.jobs.shake:ShakeOptions",
+            summary="grip firmly, hold still, lift, shake, set down: the load changes and nothing slips",
+        ),
+        BackendSpec(
+            "job",
             "hold",
             "lsds.jobs.hold:HoldJob",
             "lsds.jobs.hold:HoldOptions",

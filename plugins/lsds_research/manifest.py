@@ -11,7 +11,7 @@ _LEARNERS = (
     ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of field signals"),
     ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: small neural network on a window of field signals"),
     ("monotone", "monotone:Monotone", ("scipy",), "detector: logistic regression on log rates, weights of one sign"),
-    ("fused", "fused:Fused", ("sklearn",), "detector: logistic regression on what imprint and dots did in one frame"),
+    ("fused", "fused:Fused", ("sklearn",), "detector: boosted trees on what imprint and dots did in the last frames"),
     ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM with the paper's settings"),
     ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP with the paper's settings"),
     ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge regression on a window of field signals"),

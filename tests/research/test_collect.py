@@ -60,7 +60,7 @@ def test_force_and_aperture_are_each_other_s_inverse(name):
     assert plan.force_n(plan.thickness_mm * 1e-3) == 0
 
 
-@pytest.mark.parametrize("job", [*STUDY, "catch"])
+@pytest.mark.parametrize("job", [*STUDY, "catch", "loads"])
 def test_trials_are_the_same_by_seed_and_within_the_cell_s_limits(job):
     planned = trials(job, None, 3)
     assert planned == trials(job, None, 3)

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 TOGETHER = 4.3
 #: The gel's motion under the object is in doubt by this share of how far the dots have moved.
 GEL_SHARE = 0.17
+#: Degrees of freedom of the errors' distribution.
+FREEDOM = 4
 #: Least noise of the relief: what the camera adds.
 LEAST_NOISE = 0.002
 #: What is known of a slip before looking: standard deviations in m and rad.
@@ -38,15 +40,29 @@ KEY_FRAME_M = 6e-5
 LEAST_M = 1.25e-5
 
 
-def covariance(motion: ImprintMotion, share: float = GEL_SHARE) -> Floats:
-    """Return the covariance (3, 3) of slip x, y (m) and turn (rad)."""
+def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = LEAST_M) -> Floats:
+    """Return the covariance (3, 3) of slip x, y (m) and turn (rad).
+
+    `share` of the dots' motion is in doubt, and `least_m` where nothing moves.
+    """
     noise = max(motion.residual, LEAST_NOISE)
     information = motion.information / (TOGETHER * noise**2)
     information.flat[::4] += (WIDEST_M**-2, WIDEST_M**-2, WIDEST_RAD**-2)
     result = np.linalg.inv(information)
-    doubt = LEAST_M**2 + (share * motion.dots_m) ** 2 + motion.redrawn * KEY_FRAME_M**2
+    doubt = least_m**2 + (share * motion.dots_m) ** 2 + motion.redrawn * KEY_FRAME_M**2
     result.flat[::4] += (doubt, doubt, doubt / motion.radius_m**2)
     return np.asarray(result)
+
+
+def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = LEAST_M) -> float:
+    """Return the logarithm of the density of the motion where the imprint sticks, but for a constant.
+
+    Errors are Student-distributed with `FREEDOM` degrees of freedom: a normal distribution makes too much of the few
+    large ones.
+    """
+    spread = _spread(motion, share, least_m)
+    size = np.linalg.slogdet(spread)[1]
+    return float(-0.5 * size - 0.5 * (FREEDOM + 3) * math.log1p(_distance(_step(motion), spread) ** 2 / FREEDOM))
 
 
 def step_m(motion: ImprintMotion) -> float:
@@ -82,10 +98,10 @@ def _step(motion: ImprintMotion) -> Floats:
     return np.array([*motion.slip_m, motion.turn_rad * motion.radius_m])
 
 
-def _spread(motion: ImprintMotion, share: float) -> Floats:
+def _spread(motion: ImprintMotion, share: float, least_m: float = LEAST_M) -> Floats:
     """Return the covariance of that."""
     per = np.array([1.0, 1.0, motion.radius_m])
-    return np.asarray(covariance(motion, share) * np.outer(per, per))
+    return np.asarray(covariance(motion, share, least_m) * np.outer(per, per))
 
 
 def _distance(moved: Floats, spread: Floats) -> float:

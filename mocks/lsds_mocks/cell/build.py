@@ -18,6 +18,7 @@ from lsds_mocks.objects.build import build_shape
 from lsds_mocks.objects.catalogue import ObjectSpec
 from lsds_mocks.objects.height_map import height_map
 from lsds_mocks.optics.grain import Grain
+from lsds_mocks.plant.changes import Changes
 from lsds_mocks.plant.friction import SurfaceFriction
 from lsds_mocks.plant.plant import Plant, PlantParameters
 from lsds_mocks.plant.texture import Chatter, Texture
@@ -113,7 +114,15 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         clamped=options.clamped,
         theta=1.0 if options.integrator == "backward-euler" else 0.5,
     )
-    return Plant(parameters, gel, friction, Vibration(options.vibration_um * 1e-6, shake_rng))
+    changes = Changes(
+        options.changes_after_s,
+        options.pour_to,
+        options.pour_s,
+        options.shove_n,
+        options.shove_s,
+        options.wet_to,
+    )
+    return Plant(parameters, gel, friction, Vibration(options.vibration_um * 1e-6, shake_rng), changes)
 
 
 def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:

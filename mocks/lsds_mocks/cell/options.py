@@ -99,6 +99,15 @@ class CellOptions(BaseModel):
         description="relative standard deviation of the whole patch's kinetic friction along the slide",
     )
 
+    changes_after_s: float = Field(
+        default=1.0, ge=0, le=600, description="when pouring, shove and wet patch begin, after the object was lifted"
+    )
+    pour_to: float = Field(default=1.0, ge=0.1, le=10, description="factor to which pouring changes the mass; 1: none")
+    pour_s: float = Field(default=3.0, gt=0, le=600, description="duration of pouring")
+    shove_n: float = Field(default=0.0, ge=0, le=200, description="peak of a downward shove, N; 0: none")
+    shove_s: float = Field(default=0.2, gt=0, le=10, description="duration of the shove")
+    wet_to: float = Field(default=1.0, ge=0.1, le=2, description="factor of friction where it gets wet; 1: it does not")
+
     poisson: float = Field(default=0.48, ge=0.3, le=0.499, description="Poisson's ratio of the gel (layer and pad)")
     modulus_mpa: float = Field(default=0.2, ge=0.02, le=5, description="Young's modulus of the gel")
     pad_width_mm: float = Field(default=24.96, gt=1, le=200, description="size of the gel along x")

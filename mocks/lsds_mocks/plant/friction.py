@@ -38,8 +38,8 @@ class SurfaceFriction:
         chatter: Chatter,
         chatter_amplitude: float,
     ) -> None:
-        self.static = static
-        self.kinetic = kinetic
+        self._dry = (static, kinetic)
+        self.static, self.kinetic = self._dry
         self._stribeck = stribeck_m_s
         self._texture = texture
         self._chatter = chatter
@@ -48,6 +48,12 @@ class SurfaceFriction:
         self._index = np.zeros(0, np.intp)
         self._factor = self._out = np.zeros(0)
         self._crept_on: int | None = None
+
+    def scale(self, factor: float) -> None:
+        """Set both coefficients to `factor` times what they were at the start, as a wet surface does."""
+        if factor * self._dry[0] != self.static:
+            self.static, self.kinetic = factor * self._dry[0], factor * self._dry[1]
+            self._crept_on = None
 
     def changed(self, points_m: NDArray[np.float64], travel_m: float, speed_m_s: float) -> bool:
         """Return whether `at` would return anything new: not while the patch creeps over one row of the texture."""

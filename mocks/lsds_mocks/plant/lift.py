@@ -42,20 +42,22 @@ def step_object(
     fingers: int = 2,
     limit_n: float,
     theta: float = 1.0,
+    push_n: float = 0.0,
 ) -> Reaction:
     """Advance `body` and `gel` by `dt_s`; return what one finger's gel feels.
 
     `carrier_velocity_m_s` is the gel's base moving up. The gel's y points down, so the object lagging behind moves
-    along +y in it. `limit_n` bounds the friction force of one finger and brackets the solution.
+    along +y in it. `limit_n` bounds the friction force of one finger and brackets the solution. `push_n` acts
+    downwards.
     """
-    weight = mass_kg * GRAVITY_M_S2
+    weight = mass_kg * GRAVITY_M_S2 + push_n
     if body.supported:
         reaction = gel.trial(0.0, dt_s * carrier_velocity_m_s)
         if fingers * reaction.force_y_n <= weight:
             gel.commit()
             body.velocity_m_s = 0.0
             return reaction
-    velocity, reaction = _solve(body, gel, carrier_velocity_m_s, mass_kg, theta * dt_s, fingers, limit_n)
+    velocity, reaction = _solve(body, gel, carrier_velocity_m_s, mass_kg, weight, theta * dt_s, fingers, limit_n)
     body.supported = body.height_m + dt_s * velocity <= 0.0
     if body.supported:
         velocity = -body.height_m / dt_s
@@ -74,12 +76,13 @@ def _solve(
     gel: GelModel,
     carrier_m_s: float,
     mass_kg: float,
+    weight_n: float,
     dt_s: float,
     fingers: int,
     limit_n: float,
 ) -> tuple[float, Reaction]:
     """Return the velocity `dt_s` later and the reaction of the gel's last trial, which was at that velocity."""
-    free = body.velocity_m_s - dt_s * GRAVITY_M_S2
+    free = body.velocity_m_s - dt_s * weight_n / mass_kg
     gain = fingers * dt_s / mass_kg
     low, high = free - gain * limit_n - 1e-12, free + gain * limit_n + 1e-12
     slope = gain * dt_s * body.stiffness_n_m

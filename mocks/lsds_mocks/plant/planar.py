@@ -72,14 +72,15 @@ def step_planar(
     fingers: int,
     limit_n: float,
     theta: float = 1.0,
+    push_n: float = 0.0,
 ) -> Reaction:
     """Advance `motion` and `gel` by `dt_s`; return what one finger's gel feels.
 
     The carrier may turn only where the object is clamped. Its velocity and rate are those of the object against the
     gel, along the pads' own y and from its x to its y.
-    `theta` 1 is backward Euler, 1/2 the midpoint rule.
+    `theta` 1 is backward Euler, 1/2 the midpoint rule. `push_n` acts downwards at the centre of mass.
     """
-    weight = body.mass_kg * GRAVITY_M_S2
+    weight = body.mass_kg * GRAVITY_M_S2 + push_n
     if motion.supported:
         # The table's friction keeps it from turning and from going sideways.
         passed = (0.0, dt_s * carrier_velocity_m_s, dt_s * carrier_rate_rad_s)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lsds.contracts import CellTruth
 from lsds_mocks.gel.placement import ORIGIN
 from lsds_mocks.plant.axis import ArmAxis, FingerDrive
+from lsds_mocks.plant.changes import Changes
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
 from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
 from lsds_mocks.plant.squeeze import Squeeze
@@ -53,12 +54,18 @@ class Plant:
     down (+y) against the gel since the start."""
 
     def __init__(
-        self, parameters: PlantParameters, gel: GelModel, friction: SurfaceFriction, vibration: Vibration
+        self,
+        parameters: PlantParameters,
+        gel: GelModel,
+        friction: SurfaceFriction,
+        vibration: Vibration,
+        changes: Changes | None = None,
     ) -> None:
         self.parameters = parameters
         self.gel = gel
         self.friction = friction
         self.vibration = vibration
+        self._changes = changes or Changes()
         self._time_s = 0.0
         self._shake_m = 0.0
         self.arm = ArmAxis(parameters.grip_height_m)
@@ -83,6 +90,8 @@ class Plant:
     def step(self, dt_s: float) -> None:
         """Advance by one step."""
         self._time_s += dt_s
+        self._changes.step(self._time_s, self.normal_n > 0 and not self.body.supported)
+        self.friction.scale(self._changes.friction(self._time_s))
         self.arm.step(dt_s)
         self.turn.step(dt_s)
         shaken, self._shake_m = self._shake_m, self.vibration.displacement_m(self._time_s)
@@ -135,21 +144,22 @@ class Plant:
 
     def _move(self, carrier_velocity_m_s: float, dt_s: float) -> Reaction:
         """Move the object, held by the gel whose base goes up at a velocity."""
-        own = self.parameters
+        own, mass_kg, push_n = self.parameters, self.mass_kg, self._changes.push_n(self._time_s)
         limit = self.normal_n * 2 * self.friction.static
         if not isinstance(self.body, PlanarMotion):
             return step_object(
                 self.body,
                 self.gel,
                 carrier_velocity_m_s=carrier_velocity_m_s,
-                mass_kg=own.mass_kg,
+                mass_kg=mass_kg,
                 dt_s=dt_s,
                 fingers=FINGERS,
                 limit_n=limit,
                 theta=own.theta,
+                push_n=push_n,
             )
-        inertia = own.mass_kg * (own.length_m**2 + own.width_m**2) / 12
-        body = Body(own.mass_kg, inertia, (own.centre_x_m, own.grip_height_m - own.length_m / 2))
+        inertia = mass_kg * (own.length_m**2 + own.width_m**2) / 12
+        body = Body(mass_kg, inertia, (own.centre_x_m, own.grip_height_m - own.length_m / 2))
         return step_planar(
             self.body,
             self.gel,
@@ -160,6 +170,7 @@ class Plant:
             fingers=FINGERS,
             limit_n=limit,
             theta=own.theta,
+            push_n=push_n,
         )
 
     def _press(self) -> bool:
@@ -188,10 +199,15 @@ class Plant:
         return self._squeeze.deepest_m / self.parameters.pad_thickness_m
 
     @property
+    def mass_kg(self) -> float:
+        """Mass of the object with what has been poured in, kg."""
+        return self.parameters.mass_kg * self._changes.mass(self._time_s)
+
+    @property
     def required_normal_n(self) -> float:
-        """Least normal force per finger that carries the object against gravity and the arm's acceleration."""
-        pull = GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0)
-        return self.parameters.mass_kg * pull / (FINGERS * self.friction.static)
+        """Least normal force per finger that carries the object against gravity, the arm's acceleration and a push."""
+        pull_n = self.mass_kg * (GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0))
+        return (pull_n + self._changes.push_n(self._time_s)) / (FINGERS * self.friction.static)
 
     def truth(self, t_ns: int) -> CellTruth:
         """Return the truth, stamped `t_ns`."""

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import ABSTAINED, BuildContext, Observation, SlipEstimate
-from lsds.tactile.imprint.uncertainty import GEL_SHARE, covariance
+from lsds.tactile.imprint.uncertainty import GEL_SHARE, LEAST_M, covariance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +33,9 @@ class ImprintOptions(BaseModel):
         ge=0,
         le=1,
         description="share of the dots' motion by which that of the gel under the object is in doubt",
+    )
+    still_um: float = Field(
+        default=round(LEAST_M * 1e6, 3), gt=0, le=1000, description="how far the imprint trembles where nothing moves"
     )
 
 
@@ -63,7 +66,7 @@ def measured(
     if motion is None or not dt > 0 or motion.match < options.least_match:
         return None
     velocity = np.array([*motion.slip_m, motion.turn_rad]) / dt
-    return velocity, covariance(motion, options.gel_share) / dt**2
+    return velocity, covariance(motion, options.gel_share, options.still_um * 1e-6) / dt**2
 
 
 def estimate_of(velocity: NDArray[np.float64], spread: NDArray[np.float64]) -> SlipEstimate:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("job", type=click.Choice(["detection", "severity", "pipe", "catch"]))
+@click.argument("job", type=click.Choice(["detection", "severity", "pipe", "catch", "loads"]))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder of the dataset.")
 @click.option("--config", "config_file", type=click.Path(dir_okay=False), help="TOML config of the rig.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one config key; repeatable.")
@@ -44,7 +44,9 @@ def collect(
     jobs: int,
     json_file: str | None,
 ) -> None:
-    """Record a dataset by a protocol: detection, severity or pipe as in the paper, or catch (grip a slipping object).
+    """Record a dataset by a protocol: detection, severity or pipe as in the paper, catch, or loads.
+
+    catch: grip an object while it slips. loads: lift, shake, fill and shove a firmly held object that does not slip.
 
     Each recording is written to disk as soon as it is done. After an interrupt, a full disk or a failed trial, run the
     same command again to continue. Without --config it records in the simulated cell, and all figures from the dataset

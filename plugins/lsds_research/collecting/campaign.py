@@ -59,6 +59,7 @@ PRESETS: dict[Job, tuple[str, ...]] = {
     "severity": (*_GEL, *_CAMERA),
     "pipe": (*_GEL, *_CAMERA),
     "catch": _GEL,
+    "loads": _GEL,
 }
 """The default cell: the simulated one, with its gel on the coarsest grid in steps of 4 ms. For velocities the image of
 the pose camera is small, because rendering it takes most of the time."""

@@ -6,6 +6,8 @@ through the grip, in the other half it is lifted with too little force. Severity
 velocities, five repeats of each, off the object's end; in addition to the paper, the grip also rotates about the
 object. Pipe: like severity, on the demonstration's object and at its arm speed.
 Catch, not in the paper: the fingers close while the object slips, as in the closed loop.
+Loads, not in the paper: a firmly held object is lifted, shaken, filled, shoved and set down; the load changes and
+nothing slips.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from lsds.errors import DataError
 from lsds.plugins.registry import did_you_mean
 from lsds_research.collecting.objects import PIPE, PLANS, SEEN, UNSEEN
 
-Job = Literal["detection", "severity", "pipe", "catch"]
+Job = Literal["detection", "severity", "pipe", "catch", "loads"]
 STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
 """What the study's tables are of."""
 
@@ -41,6 +43,12 @@ FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
 DRAG_N = (1.0, 9.0)
 CATCHES, CLOSED_TO = 12, (0.8, 5.0)
 """Recordings of an object that is caught, and the force then over what carries it: now and then it slips on."""
+LOADS, STROKES_SHAKEN = 6, 14
+"""Recordings of changing load, and strokes up and down in each."""
+SHAKE_HZ, SHAKE_M_S = (0.7, 3.5), (0.03, 0.12)
+"""Strokes a second, and their speed."""
+HELD = (1.8, 4.0)
+"""Force over what carries the object where it is shaken; what is poured in or pushed is added to what it needs."""
 CATCH_LIFT_M_S = (0.012, 0.06)
 CHATTER = (0.25, 0.6)
 """How unevenly a simulated surface slides. The upper end comes closest to how fast dots tremble in the study's released
@@ -94,7 +102,7 @@ def trials(job: Job, objects: Sequence[str] | None, seed: int, *, quick: bool = 
     if unknown:
         hints = {did_you_mean(name, PLANS) for name in unknown} - {""}
         raise DataError(f"no plan for {', '.join(unknown)}; {' '.join(hints) or 'there are ' + ', '.join(PLANS)}")
-    make = {"detection": _detection, "severity": _severity, "pipe": _pipe, "catch": _catch}[job]
+    make = {"detection": _detection, "severity": _severity, "pipe": _pipe, "catch": _catch, "loads": _loads}[job]
     return [trial for name in names for trial in make(name, seed, quick)]
 
 
@@ -191,6 +199,36 @@ def _caught(name: str, number: int, seed: int) -> Trial:
     if clamped:
         start["simulated"]["cell.simulated.grip_height_mm"] = 0.4 * plan.length_mm
     return Trial(**start, clamped=clamped, grip_aperture_m=plan.aperture_m(loose), moves=tuple(moves))
+
+
+def _loads(name: str, seed: int, quick: bool) -> list[Trial]:
+    return [_loaded(name, k, seed) for k in range(2 if quick else LOADS)]
+
+
+def _loaded(name: str, number: int, seed: int) -> Trial:
+    """Held firmly, lifted, shaken at changing rates, set down; every third time something is poured in, or it is
+    shoved."""
+    rng, start = _start(name, "loads", number, seed)
+    plan, simulated = PLANS[name], start["simulated"]
+    share = rng.uniform(*HELD)
+    simulated["cell.simulated.changes_after_s"] = rng.uniform(0.5, 4.0)
+    if number % 3 == 1:
+        simulated["cell.simulated.pour_to"] = poured = rng.uniform(1.3, 2.0)
+        simulated["cell.simulated.pour_s"] = rng.uniform(0.5, 3.0)
+        share *= poured
+    elif number % 3 == 2:
+        # In units of what one finger needs: both carry, and friction is about a half.
+        simulated["cell.simulated.shove_n"] = pushed = rng.uniform(0.3, 1.0) * plan.needed_n
+        simulated["cell.simulated.shove_s"] = rng.uniform(0.08, 0.4)
+        share += pushed / plan.needed_n
+    lift = Move(rng.uniform(0.5, 1.0), rng.uniform(0.03, 0.06))
+    moves = [Move(rng.uniform(0.4, 0.8)), lift, Move(rng.uniform(0.1, 0.4))]
+    for _ in range(STROKES_SHAKEN):
+        half_s, speed = 0.5 / _log_uniform(rng, SHAKE_HZ), _log_uniform(rng, SHAKE_M_S)
+        moves += [Move(half_s, speed), Move(half_s, -speed)]
+    moves += [Move(rng.uniform(0.2, 0.6)), Move(lift.duration_s * 1.05, -lift.velocity_m_s), Move(0.4)]
+    aperture = plan.aperture_m(max(share * plan.needed_n, 0.5))
+    return Trial(**start, clamped=False, grip_aperture_m=aperture, moves=tuple(moves))
 
 
 def _slide(name: str, protocol: str, speed: float, repeat: int, seed: int) -> Trial:

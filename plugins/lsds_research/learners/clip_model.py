@@ -14,7 +14,7 @@ import numpy as np
 
 from lsds_research.clips.features import logged
 from lsds_research.learners.graph import Graph
-from lsds_research.learners.trees import _ensemble
+from lsds_research.learners.trees import ensemble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,7 +53,7 @@ def exported(x: Floats, slip: NDArray[np.intp], seed: int, trees: int = 300, lea
     graph = Graph(1, x.shape[1])
     flat = graph.add("Reshape", "x", graph.constant(np.array([-1, x.shape[1]])))
     straight = graph.add("Sigmoid", graph.dense(flat, weight[:, None], bias))
-    both = graph.add("Add", _ensemble(graph, flat, grown, leaves), straight)
+    both = graph.add("Add", ensemble(graph, flat, grown, leaves), straight)
     return graph.finish(graph.add("Mul", both, graph.constant(np.array([0.5])))), middle
 
 

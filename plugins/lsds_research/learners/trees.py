@@ -112,14 +112,14 @@ class FittedTrees:
         flat = graph.add("Reshape", "x", graph.constant(np.array([-1, self._length * self._width])))
         if not self._boosted:
             leaves = [tree.value[:, 0, 1] / tree.value[:, 0].sum(axis=1) / len(trees) for tree in trees]
-            return graph.finish(_ensemble(graph, flat, trees, leaves))
+            return graph.finish(ensemble(graph, flat, trees, leaves))
         leaves = [tree.value[:, 0, 0] * self._model.learning_rate for tree in trees]
         share = self._model.init_.class_prior_[1]
         start = graph.constant(np.array([np.log(share / (1 - share))]))
-        return graph.finish(graph.add("Sigmoid", graph.add("Add", _ensemble(graph, flat, trees, leaves), start)))
+        return graph.finish(graph.add("Sigmoid", graph.add("Add", ensemble(graph, flat, trees, leaves), start)))
 
 
-def _ensemble(graph: Graph, flat: str, trees: Sequence[Any], leaves: Sequence[NDArray[np.float64]]) -> str:
+def ensemble(graph: Graph, flat: str, trees: Sequence[Any], leaves: Sequence[NDArray[np.float64]]) -> str:
     """Add the sum over the trees of `leaves`, each (nodes,); return its name, (n, 1).
 
     Tables of the operator: inner nodes of all trees one after the other, and their leaves; a tree that is one leaf

@@ -1,0 +1,1 @@
+"""What is learnt on a cell of one's own, and written to a file that its config names."""

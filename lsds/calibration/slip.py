@@ -1,0 +1,164 @@
+"""Calibrate detectors and estimators of slip on recordings of one's own gel and camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.calibration.noise import ImprintNoise, imprint_noise
+from lsds.calibration.thresholds import Budget, alarms, threshold
+from lsds.calibration.watched import FIRST_FRAMES, WatchedPhase
+from lsds.errors import DataError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Mask = NDArray[np.bool_]
+
+LEAST_MOVING, LEAST_STILL = 40, 50
+"""With fewer frames of either kind, nothing can be said of false alarms."""
+ENOUGH_MOVING, ENOUGH_STILL = 100, 1000
+"""With fewer frames of either kind a threshold is only raised: that few alarms were seen may be chance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What a detector says at a threshold: false alarms per 100 moving and per 100 still frames where nothing slips;
+    of the frames that move while something slides, the share called slip; of the slides, how many were noticed at all.
+    NaN without such frames."""
+
+    threshold: float
+    per_100_moving: float
+    per_100_still: float
+    found: float
+    noticed: int
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedDetector:
+    """A detector before and after; `left_out` are its false alarms on each recording of changing load at the threshold
+    that all others give, per 100 moving and per 100 still frames, NaN where there is only one."""
+
+    name: str
+    before: Told
+    after: Told
+    left_out: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class SlipCalibration:
+    """What was learnt: each detector's threshold, and how far imprint and gel err (None where the imprint was seen too
+    rarely). `moving` and `still` frames show no slip, `slides` may."""
+
+    detectors: tuple[CalibratedDetector, ...]
+    noise: ImprintNoise | None
+    moving: int
+    still: int
+    slides: int
+    budget: Budget
+    raised_only: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        told = None if self.noise is None else self.noise._asdict()
+        return asdict(self) | {"noise": told, "noise_before": ImprintNoise()._asdict()}
+
+
+def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None) -> SlipCalibration:
+    """Calibrate every detector that has watched the phases. Raises DataError where they show too little."""
+    budget = budget or Budget()
+    quiet = [each for each in phases if each.phase != "slide" and len(each) > FIRST_FRAMES]
+    slides = [each for each in phases if each.phase == "slide" and len(each) > FIRST_FRAMES]
+    masks = [_masks(each) for each in quiet]
+    moving, still = (sum(int(pair[kind].sum()) for pair in masks) for kind in (0, 1))
+    _require(moving, still)
+    raised_only = moving < ENOUGH_MOVING or still < ENOUGH_STILL
+    motions = [motion for each in quiet for motion in each.motions[FIRST_FRAMES:]]
+    detectors = tuple(_calibrated(name, quiet, slides, budget, raised_only=raised_only) for name in quiet[0].scores)
+    return SlipCalibration(detectors, imprint_noise(motions), moving, still, len(slides), budget, raised_only)
+
+
+def _require(moving: int, still: int) -> None:
+    few = []
+    if moving < LEAST_MOVING:
+        few.append(f"{moving} of {LEAST_MOVING} frames in which the gel moves (wriggle more)")
+    if still < LEAST_STILL:
+        few.append(f"{still} of {LEAST_STILL} frames in which it rests (hold still for longer)")
+    if few:
+        raise DataError(f"recordings without slip show too little: {'; '.join(few)}")
+
+
+def _masks(each: WatchedPhase) -> tuple[Mask, Mask]:
+    """Return which frames of a recording without slip move, and which are still."""
+    counts = np.arange(len(each)) >= FIRST_FRAMES
+    # A still one that moves was bumped into; it is not what is asked about.
+    moving = each.moving & (each.phase == "load")
+    return counts & moving, counts & ~each.moving
+
+
+def _scores(name: str, quiet: Sequence[WatchedPhase]) -> tuple[Floats, Floats]:
+    masks = [(each.score(name), *_masks(each)) for each in quiet]
+    nothing = np.empty(0)
+    return (
+        np.concatenate([score[moving] for score, moving, _ in masks] or [nothing]),
+        np.concatenate([score[still] for score, _, still in masks] or [nothing]),
+    )
+
+
+def _calibrated(
+    name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], budget: Budget, *, raised_only: bool
+) -> CalibratedDetector:
+    before = quiet[0].thresholds[name]
+    found = threshold(*_scores(name, quiet), budget)
+    after = max(before, found) if raised_only or not math.isfinite(found) else found
+    return CalibratedDetector(
+        name,
+        _told(name, quiet, slides, before),
+        _told(name, quiet, slides, after),
+        _left_out(name, quiet, budget, before, raised_only=raised_only),
+    )
+
+
+def _told(name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], least: float) -> Told:
+    moving, still = _scores(name, quiet)
+    sliding = [alarms(each.score(name), least) & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
+    moved = [each.moving & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
+    frames = sum(int(mask.sum()) for mask in moved)
+    hits = sum(int((mask & alarm).sum()) for mask, alarm in zip(moved, sliding, strict=True))
+    return Told(
+        least,
+        _per_100(moving, least),
+        _per_100(still, least),
+        hits / frames if frames else math.nan,
+        sum(bool(alarm.any()) for alarm in sliding),
+    )
+
+
+def _left_out(
+    name: str, quiet: Sequence[WatchedPhase], budget: Budget, before: float, *, raised_only: bool
+) -> tuple[float, float]:
+    """Return the false alarms of each recording of changing load at the threshold that all others give."""
+    loads = [each for each in quiet if each.phase == "load"]
+    if len(loads) < 2:
+        return math.nan, math.nan
+    called: list[list[NDArray[np.float64]]] = [[], []]
+    for each in loads:
+        found = threshold(*_scores(name, [other for other in quiet if other is not each]), budget)
+        least = max(before, found) if raised_only or not math.isfinite(found) else found
+        for part, scores in zip(called, _scores(name, [each]), strict=True):
+            part.append(alarms(scores, least).astype(float))
+    moving, still = (np.concatenate(part) for part in called)
+    return 100 * _mean(moving), 100 * _mean(still)
+
+
+def _per_100(scores: Floats, least: float) -> float:
+    return 100 * _mean(alarms(scores, least).astype(float))
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean()) if len(values) else math.nan

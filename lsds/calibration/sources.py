@@ -1,0 +1,133 @@
+"""Where frames to calibrate on come from: recordings, a rig that moves by itself, or a sensor and a person's hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from lsds.calibration.watched import Phase, WatchedPhase
+from lsds.clock import VirtualClock, nanoseconds
+from lsds.contracts import BuildContext
+from lsds.engine import Engine
+from lsds.errors import DataError, LsdsError, naming
+from lsds.plugins import PluginHost
+from lsds.rig import Rig
+from lsds.tracking import engine_of, only_watching
+
+if TYPE_CHECKING:
+    from lsds.config import RigConfig
+    from lsds.contracts import Detector
+
+_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
+"""What those of the engine say is not looked at."""
+_LOADED = ("lift", "shake", "lower")
+"""Stages of the job `shake` in which the load changes."""
+
+
+def built(config: RigConfig, names: Sequence[str]) -> dict[str, Detector]:
+    """Return the detectors of those names, with the options that the config has for them. Raises PluginError."""
+    host, context = PluginHost(), BuildContext(VirtualClock(), config.seed)
+    tables = config.section("detector").tables
+    return {name: host.build("detector", name, dict(tables.get(name, {})), context) for name in names}
+
+
+def watched_recording(
+    source: str, phase: Phase, config: Path | None, overrides: Sequence[str], detectors: Mapping[str, Detector]
+) -> WatchedPhase:
+    """Watch a recording: a video, a folder of images, or a pattern. Raises DataError that names it."""
+    told = WatchedPhase(source, phase)
+    for detector in detectors.values():
+        detector.reset()
+    try:
+        engine = engine_of(source, config, (*overrides, *_CHEAP))
+        for cycle in engine:
+            told.take(cycle, detectors, engine.perception.metres_per_px)
+    except LsdsError as error:
+        raise DataError(naming(source, error)) from error
+    if not len(told):
+        raise DataError(f"{source}: no usable frame after the reference")
+    return told
+
+
+class Moves(NamedTuple):
+    """How a rig moves: `firm_mm` closer than its grip while it shakes, as gripped while it slides."""
+
+    firm_mm: float
+
+
+def watched_rig(
+    config: RigConfig, moves: Moves, detectors: Mapping[str, Detector], say: Callable[[str], object]
+) -> list[WatchedPhase]:
+    """Let a rig with gripper and arm move by itself: shake a firmly held object, then lift it as its config grips it.
+
+    The controller is off. Raises what ends a run.
+    """
+    still, load, slide = WatchedPhase("still", "still"), WatchedPhase("shaken", "load"), WatchedPhase("lifted", "slide")
+    by_stage = {"still": still, **dict.fromkeys(_LOADED, load)}
+    say(f"gripping {moves.firm_mm:g} mm closer than usual, holding still, lifting, shaking, setting down")
+    _moved(config, {"backend": "shake", "shake": {"closer_mm": moves.firm_mm}}, by_stage, detectors)
+    say("gripping as the config does, and lifting: it should slide")
+    _moved(config, {"backend": "lift"}, {"lift": slide, "hold": slide}, detectors)
+    return [each for each in (still, load, slide) if len(each)]
+
+
+def _moved(
+    config: RigConfig, job: dict[str, object], phases: Mapping[str, WatchedPhase], detectors: Mapping[str, Detector]
+) -> None:
+    sections = {"job": type(config.section("job")).model_validate(job)}
+    open_loop = {"controller": config.section("controller").model_copy(update={"enabled": False})}
+    for detector in detectors.values():
+        detector.reset()
+    with Rig(config.model_copy(update=sections | open_loop)) as rig:
+        rig.arm_devices()
+        engine = Engine(rig)
+        for cycle in engine:
+            phase = phases.get(cycle.stage)
+            if phase is not None and cycle.leads:
+                phase.take(cycle, detectors, engine.perception.metres_per_px)
+
+
+class Part(NamedTuple):
+    """A part of what a person does: what is asked for, for how long, and what it shows (None: a pause)."""
+
+    ask: str
+    duration_s: float
+    phase: Phase | None
+
+
+def by_hand(seconds: float) -> tuple[Part, ...]:
+    """Return what a person is asked to do, about `seconds` for each phase."""
+    return (
+        Part("do not touch the gel yet", 2.0, None),
+        Part("put the object into the grip and close it firmly", 15.0, None),
+        Part("hold it still", seconds, "still"),
+        Part("wriggle it: pull, push, twist, lift, without letting it slide", 2.0, None),
+        Part("wriggle it", 2 * seconds, "load"),
+        Part("now pull it slowly through the grip, several times", 3.0, None),
+        Part("pull", seconds, "slide"),
+    )
+
+
+def watched_hand(
+    config: RigConfig, parts: Sequence[Part], detectors: Mapping[str, Detector], say: Callable[[str], object]
+) -> list[WatchedPhase]:
+    """Watch the sensor while a person moves the object; no device moves. Raises what ends the run."""
+    told = {part.phase: WatchedPhase(part.ask, part.phase) for part in parts if part.phase is not None}
+    with Rig(only_watching(config)) as rig:
+        rig.arm_devices()
+        engine = Engine(rig)
+        at, ends_ns = -1, rig.clock.now()
+        for cycle in engine:
+            while cycle.t_ns >= ends_ns:
+                at += 1
+                if at == len(parts):
+                    engine.stop()
+                    break
+                say(f"{parts[at].ask} ({parts[at].duration_s:g} s)")
+                ends_ns += nanoseconds(parts[at].duration_s)
+            else:
+                phase = parts[at].phase
+                if phase is not None:
+                    told[phase].take(cycle, detectors, engine.perception.metres_per_px)
+    return [each for each in told.values() if len(each)]

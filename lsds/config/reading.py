@@ -1,0 +1,47 @@
+"""Read a TOML file; what is wrong with it is said by line."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from lsds.errors import ConfigError, ConfigIssue
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return a TOML file's tables. Raises ConfigError that says where it cannot be read."""
+    try:
+        raw = path.read_bytes()
+    except FileNotFoundError:
+        remedy = "check the path, or create a config: lsds schema --example > rig.toml"
+        raise ConfigError(str(path), [ConfigIssue("file", "does not exist", remedy)]) from None
+    except IsADirectoryError:
+        raise ConfigError(
+            str(path), [ConfigIssue("file", "is a directory", "give the name of the .toml file in it")]
+        ) from None
+    except OSError as error:
+        raise ConfigError(str(path), [ConfigIssue("file", f"cannot be read: {error.strerror}")]) from error
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        issue = ConfigIssue(f"line {line}", f"byte 0x{raw[error.start]:02x} is not UTF-8", "save the file as UTF-8")
+        raise ConfigError(str(path), [issue]) from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(str(path), [_syntax_issue(text, error)]) from None
+
+
+def _syntax_issue(text: str, error: tomllib.TOMLDecodeError) -> ConfigIssue:
+    """Return the issue for a TOML error such as "Invalid value (at line 3, column 11)", with the line it refers to."""
+    problem, _, place = str(error).partition(" (at ")
+    place = place.rstrip(")")
+    if not place.startswith("line"):
+        return ConfigIssue(place or "syntax", problem, "check for an unclosed bracket or quote")
+    line = text.splitlines()[int(place.split()[1].rstrip(",")) - 1] if place.split()[1].rstrip(",").isdigit() else ""
+    remedy = f"the line reads: {line.strip()}" if line.strip() else ""
+    if problem == "Invalid value" and "=" in line:
+        remedy += "; text needs quotes, true and false are lower case"
+    return ConfigIssue(place, problem, remedy)

@@ -1,0 +1,48 @@
+"""What happens to an object in the air: something is poured in, somebody pushes it down, its surface gets wet."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(slots=True)
+class Changes:
+    """Changes that begin `after_s` after the object was lifted off the table.
+
+    Pouring: the mass grows evenly to `mass_factor` times its own within `pour_s`. A shove: a downward force, half a
+    sine of `shove_n` at its peak, for `shove_s`. Friction is `friction_factor` times its own from then on.
+    """
+
+    after_s: float = 1.0
+    mass_factor: float = 1.0
+    pour_s: float = 3.0
+    shove_n: float = 0.0
+    shove_s: float = 0.2
+    friction_factor: float = 1.0
+    _lifted_s: float = -math.inf
+    _began: bool = False
+
+    def step(self, time_s: float, lifted: bool) -> None:
+        """Take the time at which the object first leaves the table."""
+        if lifted and not self._began:
+            self._lifted_s, self._began = time_s, True
+
+    def _since(self, time_s: float) -> float:
+        return time_s - self._lifted_s - self.after_s if self._began else -math.inf
+
+    def mass(self, time_s: float) -> float:
+        """Return the factor of the mass now."""
+        if self.mass_factor == 1.0:
+            return 1.0
+        share = min(max(self._since(time_s) / self.pour_s, 0.0), 1.0)
+        return 1.0 + (self.mass_factor - 1.0) * share
+
+    def push_n(self, time_s: float) -> float:
+        """Return the downward force now, N."""
+        since = self._since(time_s)
+        return self.shove_n * math.sin(math.pi * since / self.shove_s) if 0.0 < since < self.shove_s else 0.0
+
+    def friction(self, time_s: float) -> float:
+        """Return the factor of friction now."""
+        return self.friction_factor if self._since(time_s) >= 0.0 else 1.0
