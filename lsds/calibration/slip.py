@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.calibration.noise import ImprintNoise, imprint_noise
-from lsds.calibration.thresholds import Budget, alarms, threshold
+from lsds.calibration.thresholds import Budget, exceeds, threshold
 from lsds.calibration.watched import FIRST_FRAMES, WatchedPhase
 from lsds.errors import DataError
 
@@ -126,7 +126,7 @@ def _calibrated(
 
 def _told(name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], least: float) -> Told:
     moving, still = _scores(name, quiet)
-    sliding = [alarms(each.score(name), least) & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
+    sliding = [exceeds(each.score(name), least) & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
     moved = [each.moving & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
     frames = sum(int(mask.sum()) for mask in moved)
     hits = sum(int((mask & alarm).sum()) for mask, alarm in zip(moved, sliding, strict=True))
@@ -151,13 +151,13 @@ def _left_out(
         found = threshold(*_scores(name, [other for other in quiet if other is not each]), budget)
         least = max(before, found) if raised_only or not math.isfinite(found) else found
         for part, scores in zip(called, _scores(name, [each]), strict=True):
-            part.append(alarms(scores, least).astype(float))
+            part.append(exceeds(scores, least).astype(float))
     moving, still = (np.concatenate(part) for part in called)
     return 100 * _mean(moving), 100 * _mean(still)
 
 
 def _per_100(scores: Floats, least: float) -> float:
-    return 100 * _mean(alarms(scores, least).astype(float))
+    return 100 * _mean(exceeds(scores, least).astype(float))
 
 
 def _mean(values: Floats) -> float:

@@ -26,21 +26,22 @@ class Budget:
 def threshold(moving: Floats, still: Floats, budget: Budget) -> float:
     """Return the lowest score that no more frames exceed than the budget allows; -inf without any frame.
 
-    Of n frames the budget allows so many per 100, rounded up: a thousand still frames may hold one alarm. A frame
-    whose score is NaN, where the detector abstains, raises none.
+    Of the moving frames it allows so many per 100, rounded down; of the still ones rounded up, as a thousand frames at
+    rest, which one glimpse may spoil, are half a minute. A frame whose score is NaN, where the detector abstains,
+    raises no alarm.
     """
-    return max(_exceeded(moving, budget.moving), _exceeded(still, budget.still))
+    # Before rounding to whole frames: 5 % of 40 frames is 2, whatever floats make of it.
+    most_moving = math.floor(round(len(moving) * budget.moving / 100, 9))
+    most_still = math.ceil(round(len(still) * budget.still / 100, 9))
+    return max(_exceeded(moving, most_moving), _exceeded(still, most_still))
 
 
-def _exceeded(scores: Floats, per_100: float) -> float:
-    if not len(scores):
-        return -math.inf
+def _exceeded(scores: Floats, most: int) -> float:
+    """Return the lowest score that at most so many exceed."""
     ordered = np.sort(np.nan_to_num(scores, nan=-math.inf))
-    # Rounded, as 5 % of 40 frames is 2 and not 3, whatever floats make of it.
-    allowed = math.ceil(round(len(ordered) * per_100 / 100, 9))
-    return float(ordered[-1 - allowed]) if allowed < len(ordered) else -math.inf
+    return float(ordered[-1 - most]) if most < len(ordered) else -math.inf
 
 
-def alarms(scores: Floats, least: float) -> Mask:
+def exceeds(scores: Floats, least: float) -> Mask:
     """Return where a score exceeds the threshold."""
     return np.asarray(np.nan_to_num(scores, nan=-math.inf) > least)

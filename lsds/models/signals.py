@@ -54,9 +54,12 @@ IMPRINT: dict[str, tuple[str, str]] = {
     "imprint_slip_x": ("m", "imprint_slip along x"),
     "imprint_slip_y": ("m", "imprint_slip along y"),
     "imprint_turn": ("rad", "turn of the imprint against the gel since the last frame"),
+    "imprint_v_x": ("m/s", "imprint_slip_x over the interval since the last frame"),
+    "imprint_v_y": ("m/s", "the same along y"),
+    "imprint_rate": ("rad/s", "imprint_turn over the interval"),
 }
-"""Signals of `lsds.tactile.imprint`, by name: unit and meaning. They are steps, not rates: what noise makes of them
-does not depend on the frame rate."""
+"""Signals of `lsds.tactile.imprint`, by name: unit and meaning. Detectors get steps, not rates: what noise makes of
+them does not depend on the frame rate. Estimators get rates."""
 
 NUISANCES: dict[str, tuple[str, str]] = {
     "kept": ("1", "fraction of the markers that were tracked"),
@@ -95,9 +98,8 @@ _FIELD = (
 
 _SIGNED_FIELD = (*_FIELD, "shear_x", "shear_y", "v_x", "v_y")
 
-_IMPRINT = tuple(
-    name for name in IMPRINT if name not in ("residual_step", "imprint_slip_x", "imprint_slip_y", "imprint_turn")
-)
+_SIGNED = ("imprint_slip_x", "imprint_slip_y", "imprint_turn", "imprint_v_x", "imprint_v_y", "imprint_rate")
+_IMPRINT = tuple(name for name in IMPRINT if name not in ("residual_step", *_SIGNED))
 
 SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     **FEATURE_SETS,
@@ -110,12 +112,16 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
         *(*_IMPRINT, "residual_step"),
         *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed"),
     ),
+    "timed-field-and-imprint": (
+        *(*_SIGNED_FIELD, "dt", "imprint_v_x", "imprint_v_y", "imprint_rate"),
+        *("imprint_distance", "imprint_mismatch", "imprint_regained", "imprint_growth", "imprint_residual", "gel_step"),
+    ),
     "nuisance": tuple(NUISANCES),
 }
 """Named sets: those of the paper; `field`: signals of slip without direction; `signed-field`: with direction;
 `timed-field`: also the frame interval; `imprint`: motion of the imprint, without direction; `imprint-and-dots`: both,
-in steps; `imprint-and-field`: and rates of the field;
-and the control."""
+in steps; `imprint-and-field`: and rates of the field; `timed-field-and-imprint`: rates of both, with direction; and the
+control."""
 
 _LEAST_MARKERS = 6
 #: An imprint's change is told to this factor, its strength to this curvature.
@@ -183,6 +189,7 @@ def _imprint(observation: Observation) -> tuple[float, ...]:
     if observation.imprint is None or (motion := observation.imprint()) is None:
         return _NOT_SEEN
     x, y = motion.slip_m
+    dt_s = observation.dt_s if observation.dt_s > 0 else math.nan
     evidence = slip_residual(observation, "quadratic", _LEAST_MARKERS)
     return (
         distance(motion),
@@ -202,6 +209,9 @@ def _imprint(observation: Observation) -> tuple[float, ...]:
         x,
         y,
         motion.turn_rad,
+        x / dt_s,
+        y / dt_s,
+        motion.turn_rad / dt_s,
     )
 
 

@@ -45,6 +45,14 @@ _STUDIES = (
         "finished models on held-out objects of a dataset, compared with trivial baselines",
     ),
     (
+        "asked",
+        "studies.asked.study:AskedStudy",
+        "studies.asked.options:AskedOptions",
+        ("numba",),
+        "sim",
+        "detectors and estimators asked in every frame of simulated trials: slides, turns, changing load",
+    ),
+    (
         "learning",
         "studies.models.curve:LearningStudy",
         "studies.models.options:LearningOptions",

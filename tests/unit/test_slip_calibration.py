@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from lsds.calibration.file import as_toml
 from lsds.calibration.noise import imprint_noise
 from lsds.calibration.slip import calibrate_slip
-from lsds.calibration.thresholds import Budget, alarms, threshold
+from lsds.calibration.thresholds import Budget, exceeds, threshold
 from lsds.calibration.watched import FIRST_FRAMES, WatchedPhase
 from lsds.config import RigConfig, dump_config, load_config
 from lsds.errors import ConfigError, DataError
@@ -23,11 +23,17 @@ scores = st.lists(st.floats(-5, 5, width=32) | st.just(math.nan), max_size=200).
 budgets = st.builds(Budget, st.floats(0, 50), st.floats(0, 50))
 
 
+def allowed(moving, still, budget):
+    return [
+        (moving, math.floor(round(len(moving) * budget.moving / 100, 9))),
+        (still, math.ceil(round(len(still) * budget.still / 100, 9))),
+    ]
+
+
 @given(scores, scores, budgets)
 def test_no_more_frames_exceed_the_threshold_than_the_budget_allows(moving, still, budget):
     least = threshold(moving, still, budget)
-    for part, per_100 in ((moving, budget.moving), (still, budget.still)):
-        assert alarms(part, least).sum() <= math.ceil(len(part) * per_100 / 100 + 1e-9)
+    assert all(exceeds(part, least).sum() <= most for part, most in allowed(moving, still, budget))
 
 
 @given(scores, scores, budgets)
@@ -35,11 +41,7 @@ def test_the_threshold_is_the_lowest_such_score(moving, still, budget):
     least = threshold(moving, still, budget)
     if math.isfinite(least):
         below = np.nextafter(least, -math.inf)
-        over = [
-            alarms(part, below).sum() > math.ceil(len(part) * per_100 / 100 - 1e-9)
-            for part, per_100 in ((moving, budget.moving), (still, budget.still))
-        ]
-        assert any(over)
+        assert any(exceeds(part, below).sum() > most for part, most in allowed(moving, still, budget))
 
 
 def phase(name, kind, score, moved=1.0, threshold=0.5, motions=()):

@@ -12,15 +12,21 @@ from lsds.rig import Rig
 from lsds_research.collecting.job import TrialJob
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
+    from lsds.contracts import Cycle
     from lsds_research.collecting.trials import Trial
 
 
-def run_trial(trial: Trial, config_file: str | None, overrides: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Return the columns of one recording.
+def run_trial(
+    trial: Trial,
+    config_file: str | None,
+    overrides: Sequence[str],
+    also: Callable[[Cycle], object] | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Return the columns of one recording; `also` is called with the cycle of each of its frames.
 
     Raises what a rig and its engine raise, SafetyStop among it, and DataError where the sensor shows no settled,
     untouched gel.
@@ -30,7 +36,7 @@ def run_trial(trial: Trial, config_file: str | None, overrides: Sequence[str]) -
     config = load_config(config_file, [*own, *overrides])
     with Rig(config) as rig:
         rig.arm_devices()
-        job = TrialJob(trial, measured=rig.pose_source is not None)
+        job = TrialJob(trial, measured=rig.pose_source is not None, also=also)
         engine = Engine(rig, job)
         engine.observers.add("rows", job.keep)
         engine.run()

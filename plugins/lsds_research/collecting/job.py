@@ -18,6 +18,8 @@ from lsds_research.collecting.trials import SLOW_M_S, Job, Trial, trials
 from lsds_research.datasets import from_rows
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from lsds.contracts import Cycle, GripperState
@@ -55,11 +57,12 @@ class _Phase(NamedTuple):
 class TrialJob:
     """A `Job` that grasps, executes the moves of a trial, and records every frame. Slip is not corrected.
 
-    `measured`: labels come from a pose source; otherwise they are the simulated cell's truth.
+    `measured`: labels come from a pose source; otherwise they are the simulated cell's truth. `also` is called with the
+    cycle of each recorded frame.
     """
 
-    def __init__(self, trial: Trial, *, measured: bool) -> None:
-        self._trial = trial
+    def __init__(self, trial: Trial, *, measured: bool, also: Callable[[Cycle], object] | None = None) -> None:
+        self._trial, self._also = trial, also
         self._measured = measured
 
     def begin(self, setting: Setting) -> None:
@@ -139,6 +142,8 @@ class TrialJob:
             return
         self._rows.append(signals_of(cycle.observation, float(frame.image[::4, ::4].mean())))
         self._times_ns.append(frame.t_ns)
+        if self._also is not None:
+            self._also(cycle)
 
     def _planned(self) -> list[_Phase]:
         """Return the phases: approach fast, close slowly, then the trial's moves; poses count from the closing on."""

@@ -27,9 +27,9 @@ class FusedOptions(LearnerOptions):
 
     signals: str | list[str] = Field(default="imprint-and-field", description="named set of signals, or their names")
     length: int = Field(default=3, ge=1, le=100, description="window length, frames")
-    max_depth: int = Field(default=6, ge=1, le=16, description="maximum depth of a tree")
+    max_depth: int = Field(default=4, ge=1, le=16, description="maximum depth of a tree")
     min_samples_leaf: int = Field(default=20, ge=1, description="minimum examples in a leaf")
-    n_estimators: int = Field(default=300, ge=1, le=2000, description="number of trees")
+    n_estimators: int = Field(default=200, ge=1, le=2000, description="number of trees")
     learning_rate: float = Field(default=0.06, gt=0, le=1, description="learning rate: weight of a tree")
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-VECTORS = (("shear_x", "shear_y"), ("v_x", "v_y"))
+VECTORS = (("shear_x", "shear_y"), ("v_x", "v_y"), ("imprint_slip_x", "imprint_slip_y"), ("imprint_v_x", "imprint_v_y"))
 ODD = (
     "twist",
     "angular_velocity",
@@ -26,6 +26,8 @@ ODD = (
     "curl_affine",
     "curl_sum_rate",
     "curl_mean_rate",
+    "imprint_turn",
+    "imprint_rate",
 )
 """Signals that change their sign when mirrored."""
 DIRECTED = ("theta", "theta_delta")

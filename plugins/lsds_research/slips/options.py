@@ -46,6 +46,11 @@ class SlipOptions(BaseModel):
     refit: bool = Field(
         default=True, description="also fit the learner 'fused' without each object, and on the other setup"
     )
+    simulated: list[str] = Field(
+        default=[],
+        description="simulated dataset (lsds collect) to fit 'fused' on as well, and alone; repeatable",
+        json_schema_extra={"metavar": "FOLDER"},
+    )
     alarms: float = Field(
         default=5.0, gt=0, le=50, description="false alarms per 100 moving frames at which detectors are compared"
     )

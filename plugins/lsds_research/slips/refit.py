@@ -1,4 +1,4 @@
-"""The learner `fused` fitted without the object it is scored on, and on the other setup than it is scored on."""
+"""The learner `fused` fitted anew: without the object it is scored on, on the other setup, or on no real frame."""
 
 from __future__ import annotations
 
@@ -8,41 +8,71 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.models.signals import signal_indices
 from lsds.plugins.host import PluginHost
+from lsds_research.datasets import Dataset, merged
 from lsds_research.evaluation.fitting import Model, fit, task
 from lsds_research.slips.folder import LabelledRecording, as_dataset
+from lsds_research.windows import windows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds.contracts.learning import Fitted, Learner
+
     Floats = NDArray[np.float64]
+
+LEARNER = "fused"
 
 
 def refitted(
-    recordings: Sequence[LabelledRecording], group: Callable[[LabelledRecording], str], learner: str = "fused"
+    recordings: Sequence[LabelledRecording],
+    group: Callable[[LabelledRecording], str],
+    simulated: Dataset | None = None,
+    learner: str = LEARNER,
 ) -> list[Floats] | None:
-    """Return of each recording the score of each frame (n,) by a model fitted on the recordings of other groups.
+    """Return of each recording the score of each frame (n,) by a model fitted on the recordings of other groups, and on
+    simulated ones.
 
     None where the others do not show both slip and sticking.
     """
-    host, model = PluginHost(), Model(learner)
-    built = model.build(host)
-    if built.length != 1:
-        raise DataError(f"learner {learner}: looks at {built.length} frames, and only one is supported here")
-    columns = signal_indices(built.signals)
+    built = _built(learner)
     groups = np.array([group(own) for own in recordings])
-    scores: list[Floats] = [np.full(own.watched.count, np.nan) for own in recordings]
+    scores: list[Floats] = [np.empty(0)] * len(recordings)
     for name in np.unique(groups):
         others = [own for own, theirs in zip(recordings, groups, strict=True) if theirs != name]
         try:
-            examples = task(as_dataset(others), built)
-            fitted = fit(built, examples.examples(np.arange(len(examples.rows))), 0)
+            real = as_dataset(others)
+            fitted = _fitted(built, real if simulated is None else merged([("simulated", simulated), ("real", real)]))
         except DataError:
             return None
         for index in np.flatnonzero(groups == name).tolist():
-            signals = recordings[index].watched.signals[:, columns]
-            known = np.isfinite(signals).all(axis=1)
-            if known.any():
-                scores[index][known] = fitted.predict(signals[known][:, None, :])
+            scores[index] = _scores(recordings[index], built, fitted)
+    return scores
+
+
+def zero_shot(recordings: Sequence[LabelledRecording], simulated: Dataset, learner: str = LEARNER) -> list[Floats]:
+    """Return of each recording the score of each frame (n,) by a model fitted on simulated recordings alone.
+
+    Raises DataError for a dataset that it cannot be fitted on.
+    """
+    built = _built(learner)
+    fitted = _fitted(built, simulated)
+    return [_scores(own, built, fitted) for own in recordings]
+
+
+def _built(learner: str) -> Learner:
+    return Model(learner).build(PluginHost())
+
+
+def _fitted(built: Learner, data: Dataset) -> Fitted:
+    examples = task(data, built)
+    return fit(built, examples.examples(np.arange(len(examples.rows))), 0)
+
+
+def _scores(own: LabelledRecording, built: Learner, fitted: Fitted) -> Floats:
+    """Return the score of each frame (n,), NaN where one of its signals is not known."""
+    x, rows = windows(as_dataset([own]), built.signals, built.length)
+    scores = np.full(own.watched.count, np.nan)
+    if len(rows):
+        scores[rows] = fitted.predict(x)
     return scores

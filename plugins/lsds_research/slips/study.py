@@ -10,21 +10,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.calibration.thresholds import Budget, exceeds, threshold
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
-from lsds.extras import importable
+from lsds.extras import importable, require
 from lsds.plugins.host import PluginHost
+from lsds_research.datasets import load, merged
 from lsds_research.slips.folder import LabelledRecording, labels_of, read_folder, scored_only
 from lsds_research.slips.labels import NAME
+from lsds_research.slips.mixing import learnt_from
 from lsds_research.slips.options import SlipOptions
 from lsds_research.slips.plot import draw
-from lsds_research.slips.refit import refitted
+from lsds_research.slips.refit import refitted, zero_shot
 from lsds_research.slips.score import Counts, Said, counted, onset_errors, scored_frames, scored_intervals, travels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import Kind
+    from lsds_research.datasets import Dataset
 
     Floats = NDArray[np.float64]
     Row = dict[str, Any]
@@ -58,8 +62,10 @@ _TRAVELS = (
     ("answered", "answered", ".2f"),
 )
 ALL = "both"
-CALIBRATED = ("imprint",)
-"""Detectors that learnt nothing from the objects that a threshold is found on."""
+CALIBRATED = ("fused", "imprint")
+"""Detectors for which `lsds calibrate slip` is tried: nothing was fitted on the objects that are scored."""
+REFIT_THRESHOLD = 0.85
+"""That of a model fitted anew, the same as that of the shipped one."""
 _DRAWS = 300
 Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 """Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
@@ -85,7 +91,7 @@ class SlipStudy:
         for title, scores in self._refitted(recordings).items():
             chosen = {own.watched.name for own in kept}
             told[title] = [each for each in scores if each[0].watched.name in chosen]
-        told |= self._calibrated(recordings, kept, detectors)
+        told |= self._calibrated(kept, detectors)
         rows, curves = [], {}
         for name, scores in told.items():
             curves[name] = _curve(scores)
@@ -111,42 +117,52 @@ class SlipStudy:
             return recordings
         return [own for own in recordings if own.object in scored_only()] or recordings
 
-    def _calibrated(
-        self, recordings: list[LabelledRecording], kept: list[LabelledRecording], detectors: Sequence[str]
-    ) -> dict[str, Scores]:
-        """Return `imprint` at the threshold found on other objects of the same setup."""
-        scored = {own.object for own in kept}
-        others = [own for own in recordings if own.object not in scored]
+    def _calibrated(self, kept: list[LabelledRecording], detectors: Sequence[str]) -> dict[str, Scores]:
+        """Return what `lsds calibrate slip` makes of the detectors: the threshold found on the other objects of the
+        same setup, none of which a model was fitted on, or on all others, where that is not known."""
         told: dict[str, Scores] = {}
-        for name in (name for name in CALIBRATED if name in detectors and others):
-            told[f"{name}, calibrated"] = []
+        budget = Budget(self._options.alarms)
+        for name in (name for name in CALIBRATED if name in detectors):
+            scores: Scores = []
             for own in kept:
-                same = [each for each in others if each.watched.setup == own.watched.setup]
-                threshold = _threshold(
-                    [(e, e.watched.slip[name], e.watched.score[name]) for e in same], self._options.alarms
-                )
+                others = [
+                    each for each in kept if each.watched.setup == own.watched.setup and each.object != own.object
+                ]
+                least = threshold(*_quiet(others, name), budget)
+                if not math.isfinite(least):
+                    break
                 score = own.watched.score[name]
-                slip = np.where(
-                    np.isfinite(own.watched.slip[name]), np.nan_to_num(score, nan=-np.inf) > threshold, np.nan
-                )
-                told[f"{name}, calibrated"].append((own, slip, score))
+                known = np.isfinite(own.watched.slip[name])
+                scores.append((own, np.where(known, exceeds(score, least), np.nan), score))
+            else:
+                told[f"{name}, calibrated"] = scores
         return told
 
     def _refitted(self, recordings: list[LabelledRecording]) -> dict[str, Scores]:
         if not self._options.refit or not importable("sklearn"):
             return {}
-        told: dict[str, Scores] = {}
-        for title, group in (
-            ("fused, without the object", lambda own: own.object),
-            ("fused, from the other setup", lambda own: own.watched.setup),
-        ):
-            scores = refitted(recordings, group)
-            if scores is not None:
-                told[title] = [
-                    (own, np.where(np.isfinite(score), score > 0.5, np.nan), score)
-                    for own, score in zip(recordings, scores, strict=True)
-                ]
-        return told
+        simulated = self._simulated()
+        found = {
+            "fused, without the object": refitted(recordings, lambda own: own.object, simulated),
+            "fused, from the other setup": refitted(recordings, lambda own: own.watched.setup, simulated),
+        }
+        if simulated is not None:
+            found["fused, simulated only"] = zero_shot(recordings, simulated)
+        return {
+            title: [
+                (own, np.where(np.isfinite(score), score > REFIT_THRESHOLD, np.nan), score)
+                for own, score in zip(recordings, scores, strict=True)
+            ]
+            for title, scores in found.items()
+            if scores is not None
+        }
+
+    def _simulated(self) -> Dataset | None:
+        """Return the simulated recordings to learn from as well, thinned out. Raises DataError."""
+        if not self._options.simulated:
+            return None
+        require("pyarrow", extra="data", purpose="a dataset")
+        return merged([(folder, learnt_from(load(Path(folder)))) for folder in self._options.simulated])
 
 
 def _chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
@@ -166,6 +182,16 @@ def _by_setup(scores: Scores) -> list[tuple[str, Scores]]:
 def _said(own: LabelledRecording, slip: Floats) -> Said:
     nothing = np.full((own.watched.count, 3), np.nan)
     return Said(own.intervals, slip, own.watched.moved_px, nothing[:, :2], nothing[:, 2])
+
+
+def _quiet(recordings: Sequence[LabelledRecording], name: str) -> tuple[Floats, Floats]:
+    """Return a detector's scores in all frames in which nothing slips: those that move, and those that are still."""
+    found: list[list[Floats]] = [[np.empty(0)], [np.empty(0)]]
+    for own in recordings:
+        frames = scored_frames(own.intervals, own.watched.moved_px)
+        for part, mask in zip(found, (frames.moving, frames.still), strict=True):
+            part.append(own.watched.score[name][mask])
+    return np.concatenate(found[0]), np.concatenate(found[1])
 
 
 def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row:
@@ -203,14 +229,11 @@ def _threshold(scores: Scores, alarms: float) -> float:
         for own, _, score in scores
     ]
     values = np.concatenate(told) if told else np.empty(0)
-    return float(np.quantile(values, 1 - alarms / 100, method="higher")) if len(values) else math.inf
+    return threshold(values, np.empty(0), Budget(alarms)) if len(values) else math.inf
 
 
-def _at(scores: Scores, threshold: float) -> list[Said]:
-    return [
-        _said(own, np.where(np.isfinite(slip), np.nan_to_num(score, nan=-np.inf) > threshold, np.nan))
-        for own, slip, score in scores
-    ]
+def _at(scores: Scores, least: float) -> list[Said]:
+    return [_said(own, np.where(np.isfinite(slip), exceeds(score, least), np.nan)) for own, slip, score in scores]
 
 
 def _interval(parts: Sequence[Counts], seed: int) -> tuple[float, float]:
@@ -277,5 +300,6 @@ def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
         "replacement; onset: frames late, median",
         "a frame moves where the fastest tenth of the dots moves by more than half a pixel; unsure and touch, their "
         f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
-        "calibrated: at the threshold for so many false alarms on the objects of the same setup that are not scored",
+        f"calibrated: at the threshold that lsds calibrate slip finds on the other scored objects of the setup, for "
+        f"{alarms:g} false alarms per 100 moving and {Budget().still:g} per 100 still frames",
     ]

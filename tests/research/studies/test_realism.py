@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from lsds_research.studies.realism.camera import camera_row, camera_table
 from lsds_research.studies.realism.clips import OBJECTS, draw
 from lsds_research.studies.realism.film import film, write
+from lsds_research.studies.realism.imprint import BANDS, MOTIONS, PLACES
 from lsds_research.studies.realism.options import RealismOptions
 from lsds_research.studies.realism.quantiles import inside, overlap, quantiles
 from lsds_research.studies.realism.quantities import QUANTITIES, clip_samples
@@ -180,4 +181,6 @@ def test_chart_realism(tmp_path):
     assert len(table.read_text().splitlines()) == 1 + 2 * len(QUANTITIES)
     found = json.loads(result.read_text())
     assert [row["of"] for row in found["camera"]] == ["real", "simulated"]
+    assert {row["of"] for row in found["relief"]} == {"real", "simulated", "simulated, no grain"}
+    assert len(found["relief"]) == 3 * (len(PLACES) * len(BANDS) + len(MOTIONS))
     assert all(0 <= row["overlap"] <= 1 for row in found["rows"] if row["of"] == "simulated")
