@@ -25,6 +25,7 @@ FLOORS = (
     ("lsds_research",),
     ("lsds_plugins", "lsds_mocks", "lsds_drivers"),
     ("lsds.cli", "lsds.front", "lsds.testing"),
+    ("lsds.calibration",),
     ("lsds.session", "lsds.tracking"),
     ("lsds.engine", "lsds.jobs", "lsds.plots"),
     ("lsds.line", "lsds.actuation", "lsds.states"),
@@ -52,6 +53,7 @@ SAYS = {
     "lsds.tactile": "gate, field, contact, features, evidence",
     "lsds.models": "running trained models",
     "lsds.rig": "devices and algorithms of a cell",
+    "lsds.calibration": "what a cell learns of itself",
     "lsds.session": "a run, from config to figures",
     "lsds.contracts": "Protocols and the values that cross them",
 }

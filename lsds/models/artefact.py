@@ -38,7 +38,8 @@ class Card:
     """The card of a model. `threshold` is the probability above which a detector reports slip; `intervals` are the
     factors that turn an estimator's standard deviations into half widths of 90 % intervals, for vx, vy, angular
     velocity and speed; `moving_intervals` are those for frames in which it estimates motion (default: the same);
-    `figures_are` is "simulated", "measured" or "simulated and measured"."""
+    `figures_are` is "simulated", "measured" or "simulated and measured"; `real` says which real recordings a model was
+    fitted on, and what it is worth on others."""
 
     name: str
     job: str
@@ -51,6 +52,7 @@ class Card:
     trained_on: Mapping[str, Any] | None = None
     scores: Mapping[str, Any] | None = None
     versions: Mapping[str, str] | None = None
+    real: Mapping[str, Any] | None = None
 
     @property
     def factors(self) -> Factors:
@@ -73,7 +75,7 @@ class Card:
             "scores": dict(self.scores or {}),
             "versions": dict(self.versions or {}),
             "sha256": hashlib.sha256(onnx).hexdigest(),
-        }
+        } | ({} if self.real is None else {"real": dict(self.real)})
 
 
 def save(path: Path, onnx: bytes, card: Card) -> None:
@@ -214,6 +216,7 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
             fields.get("trained_on"),
             fields.get("scores"),
             fields.get("versions"),
+            fields.get("real"),
         )
         signal_names(card.signals)
         complete = all(len(factors) == 4 for factors in card.factors)

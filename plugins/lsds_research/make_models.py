@@ -5,6 +5,9 @@ pipe are not used for training. `fused` learns from `detection`, from `loads` an
 to one) of real recordings labelled by eye, without the objects that are only scored. Estimators are trained on
 severity, catch and detection: severity contains no held load, and an estimator trained on it alone takes a held load
 for a slow slip. A third of detection is enough, because most of it is at rest.
+
+`python -m lsds_research.make_models --real FOLDER` then measures the detectors on real recordings labelled by eye, and
+writes it on their cards: a model that is trained again has none.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from lsds.processes import DIED, spread
 if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
 
-LABELLED = "labelled"
+LABELLED, REAL = "labelled", "--real"
 SHIPPED = {
     "detection": ("gradient-boosting", "random-forest", "field-mlp", "logistic", "monotone", "fused"),
     "severity": ("lstm", "field-gru", "mlp", "linear-window"),
@@ -77,11 +80,23 @@ def _labelled(folder: Path) -> Dataset:
     return whole.where(~np.isin(whole["object"], list(scored_only())))
 
 
+def _measure(folder: Path) -> int:
+    """Fill in what the cards say of real recordings."""
+    from lsds_research.slips.on_cards import write_on_cards
+
+    one_thread()
+    for name, real in write_on_cards(folder, SHIPPED["detection"], SHIPPED["severity"], processes()).items():
+        print(f"{name}: {real.get('scores', '')} fitted on {real['fitted_on']['frames']} real frames", flush=True)
+    return 0
+
+
 def main(arguments: list[str]) -> int:
-    """Train all, or those named after DATA."""
-    if not arguments:
+    """Train all, or those named after DATA; or measure all on real recordings."""
+    if not arguments or (arguments[0] == REAL and len(arguments) != 2):
         print(__doc__, file=sys.stderr)
         return 2
+    if arguments[0] == REAL:
+        return _measure(Path(arguments[1]))
     folder, *named = arguments
     todo = [(data, name) for data, names in SHIPPED.items() for name in names]
     unknown = set(named) - {name for _, name in todo}

@@ -33,7 +33,7 @@ def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job,
     objects = set(card.trained_on["objects"])
     if name == "fused":
         assert (card.name, card.figures_are) == (name, "simulated and measured")
-        assert (card.trained_on["learner"], card.threshold) == (make.FUSED_MODEL[0], make.FUSED_THRESHOLD)
+        assert (card.trained_on["learner"], card.threshold) == ("fused", make.FUSED_THRESHOLD)
         real = {video.split("__")[0] for video in read_labels(LABELS)}
         assert objects - set(SEEN) == real - scored_only(), "never of what it is scored on"
         of = make.FUSED
@@ -73,6 +73,20 @@ def test_a_shipped_model_says_in_the_cell_what_its_file_says(job, name):
             width = artefact.card.factors.half_widths(said[None])[0, 3]
             assert told.speed_std_m_s == pytest.approx(width / NORMAL_90, rel=1e-4)
     assert answered >= 10
+
+
+@pytest.mark.parametrize(("job", "name"), SHIPPED)
+def test_a_shipped_card_says_on_what_real_frames_it_stands(job, name):
+    card = load(model_path(name, ""), job).card
+    assert card.real, f"python -m {make.__name__} --real FOLDER"
+    learnt = card.real["fitted_on"]
+    assert (learnt["frames"] > 0) == (len(learnt["recordings"]) > 0) == ("labelled" in card.trained_on["datasets"])
+    assert not {video.split("__")[0] for video in learnt["recordings"]} & scored_only(), "never of what it is scored on"
+    if job == "detect":
+        assert set(card.real["scored_on"]["objects"]) == scored_only()
+        scores = card.real["scores"]
+        assert all(0 <= scores[key] <= 1 for key in ("found", "noticed", "answered"))
+        assert all(0 <= scores[f"false_alarms_per_100_{kind}"] <= 100 for kind in ("moving", "still"))
 
 
 def test_fused_says_in_a_recording_what_its_file_says(tmp_path):

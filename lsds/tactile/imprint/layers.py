@@ -42,7 +42,9 @@ class Layer:
     def steepness(self) -> Plane:
         """Squared gradient (h, w), zero on dots: what a pixel tells about motion."""
         along_x, along_y = self.gradient
-        return np.asarray((along_x * along_x + along_y * along_y) * self.weight, np.float32)
+        told = cv2.multiply(along_x, along_x)
+        cv2.accumulateSquare(along_y, told)
+        return np.asarray(cv2.multiply(told, self.weight, dst=told), np.float32)
 
     @cached_property
     def edges(self) -> Edges:

@@ -10,6 +10,7 @@ There a weak prior, that nothing slips, decides.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
@@ -69,20 +70,23 @@ class Registration:
     def at_rest(self) -> Registered | None:
         """Return how well the reliefs match if nothing has slipped; None where there are no edges."""
         problem = self._problem(0)
-        return None if problem is None else problem.solve(_NOTHING, 0)
+        return None if problem is None else problem.registered(_NOTHING, 1.0, problem.at_rest)
 
     def slipped(self, start: tuple[float, float, float] = (0.0, 0.0, 0.0), layers: int = COUNT) -> Registered | None:
         """Return how `second` has slipped, from a start (relief px, rad), by so many of the layers, the finest last."""
-        slip, found = start, None
+        slip, last = start, None
         for level in reversed(range(layers)):
             problem = self._problem(level)
             if problem is None:
                 continue
-            found = problem.solve(slip, MOST_STEPS)
-            slip = found.slip
+            slip, gain, compared = problem.solve(slip)
+            last = problem, gain, compared
             if not (math.hypot(slip[0], slip[1]) < FURTHEST and abs(slip[2]) < WIDEST_TURN):
                 break
-        return found
+        if last is None:
+            return None
+        problem, gain, compared = last
+        return problem.registered(slip, gain, compared)
 
     def _problem(self, level: int) -> _Problem | None:
         if level not in self._problems:
@@ -96,6 +100,18 @@ class Registration:
 
 _NOTHING = (0.0, 0.0, 0.0)
 _LEAST_EDGES = 20
+
+
+class _Compared(NamedTuple):
+    """What the second relief shows where the first one's edges would have slipped to, (n,) each.
+
+    `normal` (4, 5): the normal equations, their right-hand side last.
+    """
+
+    shown: NDArray[np.float32]
+    weight: NDArray[np.float32]
+    difference: NDArray[np.float32]
+    normal: Floats
 
 
 class _Problem:
@@ -115,36 +131,36 @@ class _Problem:
         self._first, self._second, self._step = edges, second, step
         carried = gel.at(edges.x * per_px, edges.y * per_px) / per_px
         self._centre = (centre[0] / step, centre[1] / step)
-        self._x = edges.x + carried[:, 0] - np.float32(self._centre[0])
-        self._y = edges.y + carried[:, 1] - np.float32(self._centre[1])
-        self._radius = float(np.sqrt((self._x.dot(self._x) + self._y.dot(self._y)) / len(self._x))) + 1.0
-        #: Derivatives (4, n) of the difference by motion along x and y, turn and gain.
-        self._by = np.stack(
-            [edges.along_x, edges.along_y, edges.along_y * self._x - edges.along_x * self._y, edges.curvature]
-        )
+        x = edges.x + carried[:, 0] - np.float32(self._centre[0])
+        y = edges.y + carried[:, 1] - np.float32(self._centre[1])
+        self._radius = float(np.sqrt((x.dot(x) + y.dot(y)) / len(x))) + 1.0
+        #: Places (3, n) of the edges about the centre, a row of ones below: one product turns and moves them all.
+        self._places = np.ones((3, len(x)), np.float32)
+        self._places[0], self._places[1] = x, y
+        #: Derivatives (4, n) of the difference by motion along x and y, turn and gain; the last row is its own.
+        self._rows = np.empty((5, len(x)), np.float32)
+        self._rows[0], self._rows[1] = edges.along_x, edges.along_y
+        self._rows[2] = edges.along_y * x - edges.along_x * y
+        self._rows[3] = edges.curvature
         self._outlier = np.float32(1 / (3 * noise) ** 2)
         spread = np.array([PRIOR[0] / step, PRIOR[1] / step, PRIOR[2], PRIOR[3]])
         self._prior = (2 * noise / spread) ** 2
 
-    def solve(self, start: tuple[float, float, float], steps: int) -> Registered:
-        """Return the registration from a start (relief px, rad)."""
+    @cached_property
+    def at_rest(self) -> _Compared:
+        """The reliefs compared as if nothing had slipped."""
+        return self._compared(0.0, 0.0, 0.0, 1.0)
+
+    def solve(self, start: tuple[float, float, float]) -> tuple[tuple[float, float, float], float, _Compared]:
+        """Return slip (relief px, rad) and gain from a start, and the reliefs as last compared."""
         x, y, turn = start[0] / self._step, start[1] / self._step, start[2]
-        gain, by = 1.0, self._by
-        for taken in range(steps + 1):
+        gain, compared = 1.0, self.at_rest if start == _NOTHING else self._compared(x, y, turn, 1.0)
+        for _ in range(MOST_STEPS):
             cos, sin = math.cos(turn), math.sin(turn)
-            shown, weight = self._look_up(x, y, cos, sin)
-            difference = shown - np.float32(gain) * self._first.curvature
-            trust = 1 / (1 + difference * difference * self._outlier)
-            weighted = by * (weight * trust * trust)
-            moment = (weighted @ by.T).astype(np.float64)
-            if taken == steps:
-                break
-            slope = (weighted @ difference).astype(np.float64)
-            back = (cos * x + sin * y, cos * y - sin * x, turn, 1.0 - gain)
-            slope += self._prior * back
-            full = moment.copy()
-            full.flat[::5] += self._prior
-            d_x, d_y, d_turn, d_gain = np.linalg.solve(full, slope).tolist()
+            full = compared.normal.copy()
+            full[:, 4] += self._prior * (cos * x + sin * y, cos * y - sin * x, turn, 1.0 - gain)
+            full.flat[:19:6] += self._prior
+            d_x, d_y, d_turn, d_gain = np.linalg.solve(full[:, :4], full[:, 4]).tolist()
             gain = min(max(gain + d_gain, _GAINS[0]), _GAINS[1])
             d_x, d_y, d_turn = d_x / gain, d_y / gain, d_turn / gain
             length = max(abs(d_x), abs(d_y), abs(d_turn) * self._radius)
@@ -156,36 +172,35 @@ class _Problem:
             x, y = x - (cos * d_x - sin * d_y), y - (sin * d_x + cos * d_y)
             if length < SETTLED:
                 break
-        return self._registered(x, y, turn, gain, moment, shown, weight, difference)
+            compared = self._compared(x, y, turn, gain)
+        return (x * self._step, y * self._step, turn), gain, compared
 
-    def _look_up(self, x: float, y: float, cos: float, sin: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return curvature and weight (n,) of the second relief where the first one's edges would have slipped to."""
-        at_x = np.float32(cos) * self._x - np.float32(sin) * self._y
-        at_x += np.float32(self._centre[0] + x)
-        at_y = np.float32(sin) * self._x + np.float32(cos) * self._y
-        at_y += np.float32(self._centre[1] + y)
+    def _compared(self, x: float, y: float, turn: float, gain: float) -> _Compared:
+        cos, sin = math.cos(turn), math.sin(turn)
+        move = np.array([[cos, -sin, self._centre[0] + x], [sin, cos, self._centre[1] + y]], np.float32)
+        at_x, at_y = move @ self._places
         found = np.asarray(cv2.remap(self._second.planes, at_x, at_y, cv2.INTER_LINEAR), np.float32).reshape(-1, 2)
-        return found[:, 0], found[:, 1] * self._first.weight
+        shown, weight = found[:, 0], found[:, 1] * self._first.weight
+        rows = self._rows
+        difference = np.subtract(shown, np.float32(gain) * self._first.curvature, out=rows[4]).copy()
+        trust = difference * difference
+        trust *= self._outlier
+        trust += np.float32(1)
+        trust *= trust
+        normal = ((rows[:4] * (weight / trust)) @ rows.T).astype(np.float64)
+        return _Compared(shown, weight, difference, normal)
 
-    def _registered(
-        self,
-        x: float,
-        y: float,
-        turn: float,
-        gain: float,
-        moment: Floats,
-        shown: NDArray[np.float32],
-        weight: NDArray[np.float32],
-        difference: NDArray[np.float32],
-    ) -> Registered:
+    def registered(self, slip: tuple[float, float, float], gain: float, compared: _Compared) -> Registered:
+        """Return the registration that ends in a slip (relief px, rad) and a gain."""
+        shown, weight, difference, normal = compared
         step, curvature = self._step, self._first.curvature
         total = float(weight.sum())
         own, other = float(weight @ (curvature * curvature)), float(weight @ (shown * shown))
         match = float(weight @ (curvature * shown)) / math.sqrt(own * other) if own > 0 and other > 0 else 0.0
         per_px = np.array([1 / step, 1 / step, 1.0])
         return Registered(
-            (x * step, y * step, turn),
-            moment[:3, :3] * np.outer(per_px, per_px),
+            slip,
+            normal[:3, :3] * np.outer(per_px, per_px),
             match,
             total / max(float(self._first.weight.sum()), 1e-9),
             gain,

@@ -26,6 +26,9 @@ class RealismOptions(BaseModel):
     )
     videos: int = Field(default=0, ge=0, description="number of recordings to use, evenly spaced; 0: all")
     clips: int = Field(default=63, ge=1, le=10_000, description="number of simulated clips")
+    plain: int = Field(
+        default=21, ge=0, le=10_000, description="number of those that are also simulated without the fine relief"
+    )
     seed: int = Field(default=0, ge=0, description="seed of the simulated clips")
 
     fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(default="pad", description="model of the gel")

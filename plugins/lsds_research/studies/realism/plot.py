@@ -1,4 +1,4 @@
-"""The chart of the study `realism`: a panel a quantity, real and simulated cumulative distributions."""
+"""The chart of the study `realism`: a panel a quantity, real and simulated cumulative distributions; the relief."""
 
 from __future__ import annotations
 
@@ -9,26 +9,37 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.plots.figure import new_figure
+from lsds_research.studies.realism.imprint import BANDS, MOTIONS, band_name
 from lsds_research.studies.realism.quantities import QUANTITIES, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
 
+    from lsds.contracts.study import Value
+
 STYLES = {"real": {"color": "black", "lw": 2.2}, "simulated": {"color": "tab:orange", "lw": 2.2}}
+COLOURS = ("black", "tab:orange", "tab:blue")
 SIGNED = ("divergence", "curl")
 
 
-def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str, int]) -> None:
-    """Write the chart as PNG; `clips` is their number of each kind."""
-    figure = new_figure(13, 6.6)
-    for ax, quantity in zip(figure.subplots(2, 4, sharey=True).ravel(), QUANTITIES, strict=True):
+def plot(
+    path: Path,
+    curves: Mapping[str, Mapping[str, Any]],
+    clips: Mapping[str, int],
+    relief: Sequence[Mapping[str, Value]],
+) -> None:
+    """Write the chart as PNG; `clips` is their number of each kind, `relief` the rows of its table."""
+    figure = new_figure(13, 10.4)
+    above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(6.6, 3.8)).ravel()
+    panels = above.subplots(2, 4, sharey=True)
+    for ax, quantity in zip(panels.ravel(), QUANTITIES, strict=True):
         _panel(ax, quantity, curves[quantity.key])
-    for row in (0, 4):
-        figure.axes[row].set_ylabel("share of values below")
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    figure.legend(
+    for ax in panels[:, 0]:
+        ax.set_ylabel("share of values below")
+    handles, names = panels[0, 0].get_legend_handles_labels()
+    above.legend(
         handles,
         [f"{name} ({clips[name]} clips)" for name in names],
         loc="outside lower center",
@@ -36,8 +47,60 @@ def plot(path: Path, curves: Mapping[str, Mapping[str, Any]], clips: Mapping[str
         fontsize=12,
         frameon=False,
     )
+    inside, beside, lasting = below.subplots(1, 3, width_ratios=(1.3, 1.3, 1))
+    _bands(inside, relief, "contact", "Relief inside the contact")
+    _bands(beside, relief, "free", "Relief beside the contact: camera, codec, dots")
+    beside.sharey(inside)
+    inside.set_ylabel("RMS curvature (1/mm)")
+    _lasting(lasting, relief)
+    below.legend(*inside.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=11, frameon=False)
     figure.suptitle("Recordings and simulated clips through the same tracker", fontsize=13)
     figure.savefig(path, dpi=100)
+
+
+def _bands(ax: Axes, rows: Sequence[Mapping[str, Value]], place: str, title: str) -> None:
+    """Median and quartiles over the clips of each side, by band."""
+    names = [band_name(band) for band in BANDS]
+    for number, of in enumerate(dict.fromkeys(str(row["of"]) for row in rows)):
+        own = {row["cycles_per_mm"]: row for row in rows if row["relief"] == place and row["of"] == of}
+        at = [name for name in names if own[name]["p50"] is not None]
+        x = np.array([names.index(name) for name in at]) + 0.12 * (number - 1)
+        low, middle, high = (np.array([float(own[name][p] or 0.0) for name in at]) for p in ("p25", "p50", "p75"))
+        clips = max((int(own[name]["clips"] or 0) for name in at), default=0)
+        label = f"{of} ({clips} clips with a contact)"
+        ax.errorbar(x, middle, (middle - low, high - middle), marker="o", capsize=3, color=COLOURS[number], label=label)
+    ax.set_yscale("log")
+    ax.set_yticks(_CURVATURES, [f"{value:g}" for value in _CURVATURES])
+    ax.minorticks_off()
+    ax.set_xticks(range(len(names)), [name.replace(" to ", "-") for name in names])
+    ax.set_xlabel("cycles per mm")
+    ax.set_title(title, fontsize=10)
+    ax.grid(alpha=0.25)
+
+
+#: Ticks of the logarithmic scale, 1/mm.
+_CURVATURES = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
+
+
+def _lasting(ax: Axes, rows: Sequence[Mapping[str, Value]]) -> None:
+    """Median and quartiles of how the relief correlates with that of the next frame, moved along with the gel."""
+    for number, of in enumerate(dict.fromkeys(str(row["of"]) for row in rows)):
+        own = {row["relief"]: row for row in rows if row["of"] == of}
+        for at, motion in enumerate(MOTIONS):
+            low, middle, high = (own[f"kept, {motion}"][p] for p in ("p25", "p50", "p75"))
+            if low is None or middle is None or high is None:
+                continue
+            low, middle, high = float(low), float(middle), float(high)
+            x = at + 0.27 * (number - 1)
+            ax.errorbar(x, middle, [[middle - low], [high - middle]], marker="o", capsize=3, color=COLOURS[number])
+            ax.annotate(
+                f"{middle:.3f}", (x, low), xytext=(0, -4), textcoords="offset points", fontsize=8, ha="center", va="top"
+            )
+    ax.set_xticks(range(len(MOTIONS)), [f"dots {motion}" for motion in MOTIONS])
+    ax.set_xlim(-0.5, len(MOTIONS) - 0.4)
+    ax.margins(y=0.12)
+    ax.set_title("Correlation with the next frame's relief", fontsize=10)
+    ax.grid(alpha=0.25, axis="y")
 
 
 def _panel(ax: Axes, quantity: Quantity, curve: Mapping[str, Any]) -> None:

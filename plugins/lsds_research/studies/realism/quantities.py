@@ -56,12 +56,18 @@ def clip_samples(result: TrackResult, rate_hz: float = 25.0) -> Samples:
     """
     if not result.displacement_m:
         raise DataError(result.error or f"{result.source}: no frame after the first could be followed")
-    moved = np.array(result.displacement_m) / result.metres_per_px
+    moved = [displacement / result.metres_per_px for displacement in result.displacement_m]
     neighbours = np.diff(result.t_s) * rate_hz < 1.5
-    steps = np.diff(moved, axis=0)[neighbours]
+    # Against a reference that was taken again, displacements begin anew, often of other dots.
+    again = np.isin(np.rint(np.array(result.t_s[1:]) * rate_hz), result.taken_anew)
+    steps = [
+        now - before
+        for before, now, follows in zip(moved, moved[1:], neighbours & ~again, strict=False)
+        if follows and len(now) == len(before)
+    ]
     features = np.array(result.features)
     lost = 1.0 - np.array(result.kept_fraction)
-    travel, speed = _finite(np.hypot(moved[..., 0], moved[..., 1])), _finite(np.hypot(steps[..., 0], steps[..., 1]))
+    travel, speed = _lengths(moved), _lengths(steps)
     return {
         "displacement_px": travel,
         "displacement_p95_px": np.percentile(travel, [95]) if len(travel) else travel,
@@ -77,6 +83,10 @@ def clip_samples(result: TrackResult, rate_hz: float = 25.0) -> Samples:
 def pooled(samples: Sequence[Samples]) -> Samples:
     """Return the values of all clips together."""
     return {q.key: np.concatenate([clip[q.key] for clip in samples]) for q in QUANTITIES}
+
+
+def _lengths(vectors: Sequence[Floats]) -> Floats:
+    return _finite(np.concatenate([np.hypot(each[:, 0], each[:, 1]) for each in vectors])) if vectors else np.empty(0)
 
 
 def _finite(values: Floats) -> Floats:

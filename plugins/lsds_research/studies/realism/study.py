@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,13 +15,14 @@ from lsds.clock import VirtualClock
 from lsds.config import load_config
 from lsds.config.toml import value_text
 from lsds.contracts import BuildContext
-from lsds.contracts.study import StudyResult, Value
+from lsds.contracts.study import StudyResult, StudyTable, Value
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
 from lsds.tracking import TrackResult, track_recording
 from lsds_research.studies.realism.camera import camera_row, camera_table
 from lsds_research.studies.realism.clips import draw
 from lsds_research.studies.realism.film import film, write
+from lsds_research.studies.realism.imprint import QUARTILES, Row, relief_row, relief_table
 from lsds_research.studies.realism.plot import plot
 from lsds_research.studies.realism.quantiles import QUANTILES, inside, overlap, quantiles
 from lsds_research.studies.realism.quantities import QUANTITIES, Samples, clip_samples, pooled
@@ -38,6 +40,15 @@ COLUMNS = (
     ("overlap", "overlap", ".2f"),
     ("inside", "in real 5-95 %", ".2f"),
 )
+RELIEF = (
+    ("relief", "relief", ""),
+    ("cycles_per_mm", "cycles/mm", ""),
+    ("of", "of", ""),
+    ("clips", "clips", "d"),
+    *((f"p{q}", f"{q} %", ".4f") for q in QUARTILES),
+)
+#: Sides of the comparison; the last one is of the relief alone.
+REAL, SIMULATED, PLAIN = "real", "simulated", "simulated, no grain"
 
 
 class RealismStudy:
@@ -51,36 +62,53 @@ class RealismStudy:
         """Track all. Raises DataError where there are no videos, or one cannot be read."""
         options = self.options
         videos = find_videos(options.recordings, options.videos)
-        whole = len(videos) + options.clips
+        plain = min(options.plain, options.clips)
+        whole = len(videos) + options.clips + plain
         tick(0, whole)
         real, simulated = _Side(), _Side()
         for done, path in enumerate(videos, 1):
             try:
-                real.take(self._track(path), self._camera(path))
+                real.take(self._track(path), self._camera(path), relief_row(path))
             except DataError as error:
                 raise DataError(f"{error} (take it out of the folder, or record it again)") from error
             tick(done, whole)
+        without: list[Row] = []
         with tempfile.TemporaryDirectory() as folder:
             for number in range(options.clips):
+                clip = draw(options, number)
                 # Through a file and its codec, as the recordings came: a codec holds still pixels and moves dots.
                 path = Path(folder) / f"clip{number}.avi"
-                write(film(draw(options, number), options.seed), path, options.codec)
-                simulated.take(self._track(path), self._camera(path))
+                write(film(clip, options.seed), path, options.codec)
+                simulated.take(self._track(path), self._camera(path), relief_row(path))
+                if number < plain:
+                    write(film(replace(clip, cell={**clip.cell, "grain_um": 0.0}), options.seed), path, options.codec)
+                    without.append(relief_row(path))
                 path.unlink()
-                tick(len(videos) + number + 1, whole)
+                tick(len(videos) + number + 1 + len(without), whole)
         rows, curves = compare(pooled(real.samples), pooled(simulated.samples))
         notes = [
             f"real: {real.told}; simulated: {simulated.told} ({options.fidelity}, codec {options.codec})",
             "overlap: of the two histograms, 0 to 1; in real 5-95 %: share of simulated values, 0.90 at best",
             "frames of recordings are not equally spaced in time: speeds are a frame's, not a second's",
+            "relief: RMS curvature in octave bands (1/mm) inside the contact and beside it, and its correlation from "
+            "one frame to the next, moved along with the gel; of clips that do not begin with an object held",
         ]
+        relief = relief_table({REAL: real.relief, SIMULATED: simulated.relief, PLAIN: without})
         camera = [
             {"of": "real", **camera_table(real.camera)},
             {"of": "simulated", **camera_table(simulated.camera)},
         ]
         clips = {"real": len(real.samples), "simulated": len(simulated.samples)}
         title = "Recordings and simulated clips, same tracker: quantiles side by side"
-        return StudyResult(title, COLUMNS, rows, partial(plot, curves=curves, clips=clips), notes, {"camera": camera})
+        return StudyResult(
+            title,
+            COLUMNS,
+            rows,
+            partial(plot, curves=curves, clips=clips, relief=relief),
+            notes,
+            {"camera": camera, "relief": relief},
+            [StudyTable(RELIEF, relief)],
+        )
 
     def _track(self, path: Path) -> TrackResult:
         return track_recording(self._config(path), self._host)
@@ -103,12 +131,14 @@ class _Side:
     def __init__(self) -> None:
         self.samples: list[Samples] = []
         self.camera: list[dict[str, float | bool | None]] = []
+        self.relief: list[Row] = []
         self._frames = 0
         self._unusable = 0
 
-    def take(self, result: TrackResult, camera: dict[str, float | bool | None]) -> None:
+    def take(self, result: TrackResult, camera: dict[str, float | bool | None], relief: Row) -> None:
         self.samples.append(clip_samples(result))
         self.camera.append(camera)
+        self.relief.append(relief)
         self._frames += result.frames
         self._unusable += len(result.failures)
 

@@ -1,0 +1,84 @@
+"""What a model's card says of real recordings: which it was fitted on, and what a detector is worth on the others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from lsds_plugins.models import model_path
+
+from lsds.files import write_whole
+from lsds_research.slips.folder import as_dataset, labels_of, read_folder, scored_only
+from lsds_research.slips.score import Counts, Said, counted
+
+if TYPE_CHECKING:
+    from lsds_research.slips.folder import LabelledRecording
+
+LABELLED = "labelled"
+"""Name of the dataset of labelled recordings in a card's training data."""
+
+
+def write_on_cards(
+    folder: Path, detectors: Sequence[str], estimators: Sequence[str] = (), jobs: int = 1
+) -> dict[str, dict[str, Any]]:
+    """Measure the shipped detectors on a folder of labelled recordings; fill in `real` on the cards, and return it.
+
+    A model that learnt from real recordings learnt from those of the objects that are not only scored; scores are of
+    the objects that are. Raises DataError for a folder or labels that cannot be used.
+    """
+    recordings, _ = read_folder(folder, labels_of(folder), detectors, (), jobs)
+    scored = [own for own in recordings if own.object in scored_only()]
+    others = [own for own in recordings if own.object not in scored_only()]
+    told = {}
+    for name in (*detectors, *estimators):
+        path = model_path(name, "").with_suffix(".json")
+        card = json.loads(path.read_text(encoding="utf-8"))
+        learnt = others if LABELLED in card["trained_on"].get("datasets", {}) else []
+        card["real"] = {"fitted_on": fitted_on(learnt)}
+        if name in detectors:
+            card["real"] |= {"scored_on": _extent(scored), "scores": real_scores(scored, name)}
+        write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
+        told[name] = card["real"]
+    return told
+
+
+def fitted_on(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
+    """Return the recordings, and how many of their frames a learner learns from."""
+    if not recordings:
+        return {"recordings": [], "frames": 0}
+    frames = int(np.count_nonzero(as_dataset(recordings)["slip"] >= 0))
+    return {"recordings": sorted(own.watched.name for own in recordings), "frames": frames}
+
+
+def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[str, float | None]:
+    """Return what a detector finds as it decides: frames, slips noticed, false alarms; None where there are none."""
+    counts = Counts()
+    for own in recordings:
+        nothing = np.full((own.watched.count, 3), np.nan)
+        slip, moved = own.watched.slip[detector], own.watched.moved_px
+        counts += counted(Said(own.intervals, slip, moved, nothing[:, :2], nothing[:, 2]))
+    figures = {
+        "found": counts.recall,
+        "noticed": counts.noticed_share,
+        "false_alarms_per_100_moving": counts.per_100_moving,
+        "false_alarms_per_100_still": counts.per_100_still,
+        "answered": counts.answered / counts.frames if counts.frames else float("nan"),
+    }
+    return {name: round(value, 4) if np.isfinite(value) else None for name, value in figures.items()}
+
+
+def _extent(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
+    counts = Counts()
+    for own in recordings:
+        nothing = np.full((own.watched.count, 3), np.nan)
+        counts += counted(Said(own.intervals, nothing[:, 0], own.watched.moved_px, nothing[:, :2], nothing[:, 2]))
+    return {
+        "labels": "by eye",
+        "objects": sorted({own.object for own in recordings}),
+        "recordings": len(recordings),
+        "slips": counts.intervals,
+        "frames": counts.frames,
+    }
