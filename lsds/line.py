@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.clock import nanoseconds
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
 from lsds.tactile.gate import FrameGate, check_image
 from lsds.tactile.perception import Perception
-from lsds.tactile.reference import ReferenceCollector
+from lsds.tactile.reference import ReferenceCollector, brightness
 
 if TYPE_CHECKING:
     from lsds.config import RigConfig
@@ -24,13 +25,17 @@ if TYPE_CHECKING:
 
 #: With fewer of its dots followed than this share, for more than so many frames in a row, a recording's gel has leapt.
 LEAST_FOLLOWED, PATIENCE = 0.5, 12
+#: A camera that opens dim settles within this time. A frame this much brighter than a recording's reference, by then,
+#: shows that the reference is of the time before. Many public recordings open with 0.7 of their light: no harm is done.
+SETTLING_S, BRIGHTER = 1.0, 1.6
 
 
 class FingerLine:
     """One finger at work. `newest` is the last frame with what was made of it, None before the first.
 
-    `taken_anew` are the frames that a recording's reference was taken from again, because the gel had leapt: its first
-    frames show another state, or it moved by more than a pitch at once. A running cell stops instead.
+    `taken_anew` are the frames that a recording's reference was taken from again, because the gel had leapt (its first
+    frames show another state, or it moved by more than a pitch at once) or the camera had not settled. A running cell
+    stops instead, and waits for the camera.
     """
 
     def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
@@ -84,7 +89,7 @@ class FingerLine:
                 return None
             try:
                 observation, tracks = self.perception.observe(frame)
-                if not self._live and self._has_leapt(tracks) and self._take_anew(frame):
+                if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._take_anew(frame):
                     return None
                 at_work = detector
                 detection = finger.detector.update(observation)
@@ -104,6 +109,13 @@ class FingerLine:
         """Tell whether most dots have been lost for so long that the reference is not of this gel any more."""
         self._lost = self._lost + 1 if np.count_nonzero(tracks.valid) < LEAST_FOLLOWED * len(tracks.valid) else 0
         return self._lost > PATIENCE
+
+    def _was_dim(self, frame: Frame) -> bool:
+        """Tell whether the reference was taken while the camera had not settled, now that it shows more light."""
+        reference = self.perception.reference_frame
+        if reference is None or frame.t_ns - reference.t_ns > nanoseconds(SETTLING_S):
+            return False
+        return brightness(frame) > BRIGHTER * brightness(reference)
 
     def _take_anew(self, frame: Frame) -> bool:
         """Take a frame as the reference, whatever touches it; return whether it shows a grid of dots."""

@@ -1,9 +1,9 @@
 """The gate: the one place that decides whether a frame is usable, and says why not.
 
-A frame is refused where its image shows nothing (black, saturated, of the wrong shape), where its time stamp cannot be
-true, where it repeats the image before while something depends on it, and where hardly a dot of it can be followed. A
-stream without usable frames for too long stops the cell. `check_image` asks about one image, `FrameGate` keeps the book
-of a stream.
+A frame is refused where its image shows nothing (black, saturated, without a colour, of the wrong shape), where its
+time stamp cannot be true, where it repeats the image before while something depends on it, and where hardly a dot of it
+can be followed. A stream without usable frames for too long stops the cell. `check_image` asks about one image,
+`FrameGate` keeps the book of a stream.
 """
 
 from __future__ import annotations
@@ -141,7 +141,8 @@ _BRIGHTEST_BLACK = 2 * (BLACK_SHARE * _DARK + (1 - BLACK_SHARE) * 255)
 
 
 def check_image(frame: Frame, spec: SensorSpec) -> None:
-    """Raise DataError where the image is not uint8 RGB of the sensor's size, or is mostly saturated or black.
+    """Raise DataError where the image is not uint8 RGB of the sensor's size, or is mostly saturated or black, or
+    lacks a colour.
 
     The message names the frame and the remedy.
     """
@@ -159,7 +160,8 @@ def check_image(frame: Frame, spec: SensorSpec) -> None:
     # it for nearly every frame: half saturated cannot be darker, and nearly all black not brighter, than this.
     sample = np.ascontiguousarray(image[4::8, 4::8])
     red, green, blue, _ = cv2.mean(sample)
-    if max(red, green, blue) < UNUSABLE_SHARE * _BRIGHT and red + blue > _BRIGHTEST_BLACK:
+    colours = (red, green, blue)
+    if max(colours) < UNUSABLE_SHARE * _BRIGHT and red + blue > _BRIGHTEST_BLACK and min(colours) > _DARK:
         return
     sample = sample.reshape(-1, 3)
     bright = sample >= _BRIGHT
@@ -169,3 +171,7 @@ def check_image(frame: Frame, spec: SensorSpec) -> None:
     # Without red and blue there are no dots, however green the image.
     if np.count_nonzero(sample[:, ::2] <= _DARK) > BLACK_SHARE * 2 * len(sample):
         raise DataError(f"frame {frame.seq}: the image is black (is the sensor lit? was the frame torn?)")
+    missing = [name for name, level in zip(("red", "green", "blue"), colours, strict=True) if level <= _DARK]
+    if missing:
+        # Two colours still show the dots, but not which way a slope faces: an imprint's edges would come from noise.
+        raise DataError(f"frame {frame.seq}: the image has no {' and no '.join(missing)} (is a lamp out?)")

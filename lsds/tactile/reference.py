@@ -30,12 +30,17 @@ class ReferenceCollector:
 
     def add(self, frame: Frame) -> bool:
         """Take a frame; return whether there are enough."""
-        brightness = float(np.mean(frame.image[::4, ::4]))
-        if abs(brightness - self._brightness) > SETTLED * max(brightness, 1.0):
+        shown = brightness(frame)
+        if abs(shown - self._brightness) > SETTLED * max(shown, 1.0):
             self.frames.clear()
-        self._brightness = brightness
+        self._brightness = shown
         self.frames.append(frame)
         return len(self.frames) >= self._count
+
+
+def brightness(frame: Frame) -> float:
+    """Return the mean grey level."""
+    return float(np.mean(frame.image[::4, ::4]))
 
 
 def average_frames(frames: Sequence[Frame]) -> Frame:

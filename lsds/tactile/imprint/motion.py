@@ -6,14 +6,16 @@ import math
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+import cv2
 import numpy as np
 
-from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel
+from lsds.tactile.imprint.carrying import FASTEST, LEAST_DOTS, CarriedGel
 from lsds.tactile.imprint.layers import COUNT, Layers
 from lsds.tactile.imprint.registration import Registration
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.imprint.residue import DotResidue
 from lsds.tactile.imprint.search import leapt
+from lsds.tactile.views import viewed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,6 +61,7 @@ class ImprintFollower:
         self._metres_per_px = metres_per_px
         self._maker = ReliefMaker()
         self._residue = DotResidue(reference, self._maker.relief(image), metres_per_px)
+        self._sharpness = sharpness(image)
         self.reset()
 
     def reset(self) -> None:
@@ -68,7 +71,8 @@ class ImprintFollower:
 
     def follow(self, frame: Frame, field: DeformationField) -> FollowedImprint:
         """Return the imprint of the next frame, to be asked for its motion before the one after it."""
-        before, self._last = self._last, Shown(frame, field, self._maker, self._residue, self._metres_per_px)
+        now = Shown(frame, field, self._maker, self._residue, self._metres_per_px, self._sharpness)
+        before, self._last = self._last, now
         for asked in self._asked:
             asked.forget()
         followed = FollowedImprint(before, self._last, self._asked)
@@ -111,10 +115,22 @@ class Shown:
     """What one frame shows of object and gel; the relief is made when it is first asked for."""
 
     def __init__(
-        self, frame: Frame, field: DeformationField, maker: ReliefMaker, residue: DotResidue, metres_per_px: float
+        self,
+        frame: Frame,
+        field: DeformationField,
+        maker: ReliefMaker,
+        residue: DotResidue,
+        metres_per_px: float,
+        reference_sharpness: float,
     ) -> None:
         self._frame, self._maker, self._residue = frame, maker, residue
+        self._reference_sharpness = reference_sharpness
         self.field, self.metres_per_px, self.redrawn = field, metres_per_px, frame.redrawn
+
+    @cached_property
+    def sharpness(self) -> float:
+        """How sharp the image is relative to the reference, natural logarithm."""
+        return math.log(max(sharpness(self._frame), _FLAT) / max(self._reference_sharpness, _FLAT))
 
     @cached_property
     def layers(self) -> Layers:
@@ -124,6 +140,14 @@ class Shown:
         return Layers(relief)
 
 
+def sharpness(frame: Frame) -> float:
+    """Return the RMS difference of neighbouring pixels relative to their mean, nearly all of it from the dots' rims."""
+    grey = viewed(frame).half_grey
+    across, down = cv2.norm(grey[:, 1:], grey[:, :-1], cv2.NORM_L2), cv2.norm(grey[1:], grey[:-1], cv2.NORM_L2)
+    return math.hypot(across, down) / math.sqrt(grey.size) / max(cv2.mean(grey)[0], 1.0)
+
+
+_FLAT = 1e-6
 #: Frames whose motions are remembered, to be added up.
 RECENT = 4
 #: A match this good as it is needs no search from coarse to fine.
@@ -132,13 +156,28 @@ GOOD = 0.97
 POOR = 0.85
 #: Another start has to match better by this.
 BETTER = 0.01
+#: Two images that differ more in sharpness, natural logarithm, show different things of one surface. A change of
+#: defocus by 1.4 px comes to as much; of a thousand pairs of recorded frames less than one does to half of it.
+REFOCUSED = 0.25
+#: An image that much less sharp than the reference, natural logarithm, shows edges of dots and lamps alone.
+BLURRED = 0.6
+#: Less of the imprint's edges in view than this tells nothing of the rest.
+LEAST_SEEN = 0.1
+#: Camera noise alone has up to this curvature (RMS at the edges it makes); the faintest of ten thousand frames recorded
+#: in contact has 1.3 times as much.
+FAINT = 0.006
+#: Dots that are displaced by less than this, px, are at rest: noise moves them by as much.
+REST_PX = 0.15
 
 
 def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
     """Return how the imprint has moved from `before` to `now`.
 
-    None where too few dots tell how the gel did, or there are no edges.
+    None where too few dots tell how the gel did, there are no edges, the images are not of the same sharpness, or
+    nothing touches the gel: neither is there more relief than noise has, nor is a dot away from rest.
     """
+    if min(before.sharpness, now.sharpness) < -BLURRED or abs(now.sharpness - before.sharpness) > REFOCUSED:
+        return None
     metres, reference = now.metres_per_px, now.field.reference
     gel = carried_gel(before.field, now.field, metres)
     first, second = before.layers, now.layers
@@ -151,7 +190,9 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
     registration = Registration(first, second, gel, centre, px)
     rest = registration.at_rest()
     found = rest and registration.slipped(layers=1 if rest.match > GOOD else COUNT)
-    if rest is None or found is None:
+    if rest is None or found is None or found.seen < LEAST_SEEN:
+        return None
+    if found.strength < FAINT and _rests(now.field, metres):
         return None
     here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
     radius = math.sqrt(float(told @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
@@ -180,6 +221,13 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
         radius_m=radius * unit,
         redrawn=now.redrawn,
     )
+
+
+def _rests(field: DeformationField, metres_per_px: float) -> bool:
+    """Tell whether nine tenths of the dots are where the reference has them."""
+    moved = np.hypot(*field.displacement_m[field.valid].T)
+    rank = int(FASTEST * (len(moved) - 1))
+    return float(np.partition(moved, rank)[rank]) < REST_PX * metres_per_px
 
 
 def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: float) -> CarriedGel | None:

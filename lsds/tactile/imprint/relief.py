@@ -33,6 +33,9 @@ LEAST_LIGHT = 8.0
 CALIBRATED_LIGHT = 100.0
 #: Smoothing of the slopes: standard deviation and window, relief px.
 SMOOTH, WINDOW = 1.5, (7, 7)
+#: A pixel with a colour this bright (grey levels) is saturated and tells no slope. With more than this share of them
+#: the image is over-exposed: which pixels are saturated is chosen by noise, and their rims look like edges.
+SATURATED, MOST_SATURATED = 247, 0.25
 #: Pixels this close to the border have no neighbours to make a curvature of.
 BORDER = 3
 
@@ -61,6 +64,8 @@ class ReliefMaker:
         colours, dots, scale = _at_most(WIDEST, frame)
         # A dot's soft rim is darker than the gel and not yet dark.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(dots, _ROUND)), np.uint8)
+        if colours.max() >= SATURATED:
+            free = np.asarray(cv2.bitwise_and(free, _unsaturated(colours)), np.uint8)
         weight = _unit(free)
         light = _light(colours, free)
         relative = [
@@ -92,6 +97,14 @@ def _at_most(widest: int, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.u
         dots = np.asarray(cv2.resize(dots, size, interpolation=cv2.INTER_NEAREST), np.uint8)
         scale *= 2
     return colours, dots, float(scale)
+
+
+def _unsaturated(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the pixels (h, w) with no saturated colour next to them; none where that leaves too few."""
+    told = cv2.inRange(colours, (0, 0, 0), (SATURATED - 1,) * 3)
+    if cv2.countNonZero(told) < (1 - MOST_SATURATED) * told.size:
+        told[:] = 0
+    return np.asarray(cv2.erode(told, _ROUND), np.uint8)
 
 
 def _light(colours: NDArray[np.uint8], free: NDArray[np.uint8]) -> list[Plane]:

@@ -4,6 +4,7 @@ Nothing is trained. Three explanations of what the imprint did are told apart. I
 motion against the gel is an error, of the size that `lsds.tactile.imprint.uncertainty` states. It slipped: then the
 motion is larger than that, or the imprint is as strong as before but not where it could be followed to. Or the contact
 began or ended: then the imprint is not found again and has become much stronger or weaker, and the detector abstains.
+So it does where there is no imprint: noise does not match that of the last frame.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import math
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Detection, Observation
+from lsds.tactile.imprint.motion import FAINT
 from lsds.tactile.imprint.uncertainty import GEL_SHARE, distance, drift, step_m
 from lsds.tactile.slip_residual import confidence
 
@@ -30,6 +32,12 @@ class ImprintDetectorOptions(BaseModel):
     )
     least_match: float = Field(
         default=0.5, ge=0, le=1, description="correlation with the last frame's imprint below which it abstains"
+    )
+    least_strength: float = Field(
+        default=FAINT,
+        ge=0,
+        le=1,
+        description="RMS curvature of the imprint below which it abstains: noise has as much",
     )
     gel_share: float = Field(
         default=GEL_SHARE,
@@ -55,6 +63,8 @@ class ImprintDetector:
         if not recent:
             return Detection(None, math.nan, options.threshold, 0.0)
         motion = recent[0]
+        if motion.strength < options.least_strength:
+            return Detection(None, math.nan, options.threshold, 0.0)
         if motion.match < options.least_match:
             if abs(math.log(max(motion.grown, 1e-9))) > _BEGUN:
                 return Detection(None, math.nan, options.threshold, 0.0)

@@ -38,6 +38,8 @@ CALM = MOTION_WEIGHT * 0.25**2
 #: All dots within this many pitches of the reference are the gel at rest.
 HOME = 0.15
 MOST = 0.8
+#: A gel at rest may show this many dots less than the reference: worn off, hidden. A shift by a pitch hides a line.
+FEW = 2
 _EDGE_PX = 1.0
 _STAY = [(0, 0)]
 _SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row or column]
@@ -72,6 +74,9 @@ def associate(
     count = len(predicted_px)
     if not len(dots_px):
         return Association(np.full(count, -1), predicted_px, True)
+    home = _at_home(dots_px, trusted_px, lattice)
+    if home is not None:
+        return home
     extended = lattice.extend(predicted_px)
     grown = _carried(extended, dots_px, lattice)
     if grown is None:
@@ -94,6 +99,25 @@ def _explains(rival: _Hypothesis, best: _Hypothesis) -> bool:
     A torn or dazzled stretch of gel leaves something unexplained under every shift; a jump by a pitch does not.
     """
     return rival.against <= best.against - EVIDENCE and rival.against <= max(1, best.against // 5)
+
+
+def _at_home(dots: NDArray[np.float64], trusted: NDArray[np.float64], lattice: Lattice) -> Association | None:
+    """Return the gel at rest, where the dots show it whatever was predicted; None where they do not.
+
+    A marker that was led astray is expected there again, and labels grown from that expectation confirm it. Markers
+    that found no way back under a contact would be lost for good, also on a gel that was let go. A gel last seen nearer
+    to the next pitch than to rest may have moved on by a whole one, and is left to the hypotheses.
+    """
+    if np.abs(np.median(trusted - lattice.home_px, axis=0)).max() > 0.5 * lattice.pitch_px:
+        return None
+    to_dot = dots[None, :, :] - lattice.home_px[:, None, :]
+    squared = np.einsum("nmk,nmk->nm", to_dot, to_dot)
+    # No dot is this near to two places, which are a pitch apart.
+    found = squared.min(axis=1) < (HOME * lattice.pitch_px) ** 2
+    if np.count_nonzero(~found) > FEW:
+        return None
+    nearest = squared.argmin(axis=1)
+    return Association(np.where(found, nearest, -1), np.where(found[:, None], dots[nearest], lattice.home_px), False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
