@@ -21,6 +21,7 @@ _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
         ("mlp", "trained: the paper's MLP"),
         ("linear-window", "trained: linear in a window of the field's evidence; the cheapest"),
         ("field-gru", "trained: a small recurrent net on the field's evidence, which knows how sure it is"),
+        ("imprint-gru", "trained: the same on imprint and field"),
         ("onnx", "a trained model of your own (option model)"),
     ),
 }

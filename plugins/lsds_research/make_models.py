@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 LABELLED, REAL = "labelled", "--real"
 SHIPPED = {
     "detection": ("gradient-boosting", "random-forest", "field-mlp", "logistic", "monotone", "fused"),
-    "severity": ("lstm", "field-gru", "mlp", "linear-window"),
+    "severity": ("lstm", "imprint-gru", "field-gru", "mlp", "linear-window"),
 }
 """Learners by dataset, the slowest first."""
 DATASETS = {
@@ -34,10 +34,19 @@ DATASETS = {
     "severity": {"severity": 1, "catch": 1, "detection": 3},
 }
 """Training data by job; one in so many recordings of each dataset."""
+OWN = {
+    "fused": {"detection": 3, "loads": 1, LABELLED: 1},
+    "imprint-gru": {**DATASETS["severity"], "loads": 2},
+}
+"""That of learners which learn from others. For `fused` real frames are few: simulated ones must not outvote them."""
 FUSED_THRESHOLD = 0.85
 """Its probability is none on real frames, where simulated ones were learnt from, too: with the objects left out in turn
 it is where 5 of 100 moving frames are called slip. `lsds calibrate slip` finds that of one's own cell."""
-FUSED = ("detection", "loads", LABELLED)
+
+
+def learns_from(job: str, learner: str) -> dict[str, int]:
+    """Return the datasets that a shipped model learns from, with one in how many recordings of each."""
+    return OWN.get(learner, DATASETS[job])
 
 
 def train(which: tuple[str, str], folder: str) -> str:
@@ -51,19 +60,12 @@ def train(which: tuple[str, str], folder: str) -> str:
     from lsds_research.evaluation.detection import THRESHOLD
     from lsds_research.evaluation.fitting import Model
     from lsds_research.evaluation.shipping import train as fit
-    from lsds_research.slips.mixing import learnt_from
 
     dataset, learner = which
     parts = []
-    for name, every in (dict.fromkeys(FUSED, 1) if learner == "fused" else DATASETS[dataset]).items():
-        if name == LABELLED:
-            parts.append((name, _labelled(Path(folder) / name)))
-            continue
-        whole = load(Path(folder) / name)
-        if learner == "fused":
-            parts.append((name, learnt_from(whole)))
-            continue
-        seen = whole.where(np.isin(whole["object"], SEEN))
+    for name, every in learns_from(dataset, learner).items():
+        whole = _labelled(Path(folder) / name) if name == LABELLED else load(Path(folder) / name)
+        seen = whole if name == LABELLED else whole.where(np.isin(whole["object"], SEEN))
         parts.append((name, seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))))
     threshold = FUSED_THRESHOLD if learner == "fused" else THRESHOLD
     card = fit(merged(parts), Model(learner), PluginHost(), model_path(learner, ""), threshold=threshold)

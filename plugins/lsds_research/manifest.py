@@ -16,6 +16,7 @@ _LEARNERS = (
     ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP with the paper's settings"),
     ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge regression on a window of field signals"),
     ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: small recurrent net with its own standard deviations"),
+    ("imprint-gru", "field_gru:ImprintGru", ("torch",), "estimator: the same nets on imprint and field"),
 )
 
 

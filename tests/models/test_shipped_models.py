@@ -36,12 +36,11 @@ def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job,
         assert (card.trained_on["learner"], card.threshold) == ("fused", make.FUSED_THRESHOLD)
         real = {video.split("__")[0] for video in read_labels(LABELS)}
         assert objects - set(SEEN) == real - scored_only(), "never of what it is scored on"
-        of = make.FUSED
     else:
         assert (card.name, card.figures_are) == (name, "simulated")
         assert card.trained_on["learner"] == name
         assert objects == set(SEEN), "never of what it is scored on"
-        of = make.DATASETS["detection" if job == "detect" else "severity"]
+    of = make.learns_from("detection" if job == "detect" else "severity", name)
     assert set(card.trained_on["datasets"]) == set(of)
     score = card.scores["accuracy"] if job == "detect" else card.scores["r2"]
     assert 0.5 < score < 1

@@ -18,7 +18,7 @@ KINDS = {"detect": "detector", "estimate": "estimator"}
 #: For what does not ask how good a model is.
 LEAST: dict[str, dict[str, int]] = {
     **{key: {"n_estimators": 4} for key in ("random-forest", "gradient-boosting")},
-    **{key: {"epochs": 2} for key in ("field-mlp", "lstm", "mlp", "field-gru")},
+    **{key: {"epochs": 2} for key in ("field-mlp", "lstm", "mlp", "field-gru", "imprint-gru")},
 }
 MS = 1_000_000
 

@@ -16,7 +16,7 @@ from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import ConfigError, DataError
 
 DETECTORS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone", "fused")
-ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru")
+ESTIMATORS = ("lstm", "mlp", "linear-window", "field-gru", "imprint-gru")
 #: Enough to be no constant, little enough for a test.
 QUICK = {
     "gradient-boosting": {"n_estimators": 20, "min_samples_split": 200},
@@ -24,6 +24,7 @@ QUICK = {
     "mlp": {"epochs": 12},
     "lstm": {"epochs": 15, "batch": 128},
     "field-gru": {"epochs": 12},
+    "imprint-gru": {"epochs": 12},
 }
 FITTED_ON, ROWS = 2500, 10_000
 

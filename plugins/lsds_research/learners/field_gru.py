@@ -101,6 +101,21 @@ class FieldGru(LearnerBase):
         return FittedGru(nets, compression, unit.astype(np.float32), shape)
 
 
+class ImprintGruOptions(FieldGruOptions):
+    """Options of the learner `imprint-gru`."""
+
+    signals: str | list[str] = Field(
+        default="timed-field-and-imprint", description="named set of signals, or their names"
+    )
+
+
+class ImprintGru(FieldGru):
+    """A `Learner`: the same nets, which also see the motion of the imprint."""
+
+    def __init__(self, options: ImprintGruOptions, context: BuildContext) -> None:
+        super().__init__(options, context)
+
+
 def _rms_moving(values: NDArray[np.float64], least: float) -> float:
     moving = values[np.abs(values) > least]
     return math.sqrt(float((moving**2).mean())) if len(moving) else least

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_research.collecting.objects import SEEN
+from lsds_research.make_models import OWN
 
 if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
-
-EVERY = {"detection": 3}
-"""One in so many recordings of a dataset, by its job; all of others. Real frames are few, and simulated ones must not
-outvote them."""
 
 
 def learnt_from(data: Dataset) -> Dataset:
@@ -21,5 +18,5 @@ def learnt_from(data: Dataset) -> Dataset:
     seen = data.where(np.isin(data["object"], SEEN))
     if not len(seen):
         seen = data
-    every = EVERY.get(str(data.card.get("job")), 1)
+    every = OWN["fused"].get(str(data.card.get("job")), 1)
     return seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))
