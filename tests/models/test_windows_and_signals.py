@@ -93,7 +93,7 @@ def test_names_units_and_sets_hang_together():
         assert [SIGNALS[i] for i in signal_indices(name)] == list(signals)
         if name != "nuisance":
             # Rates of several frames need the time between them; what that alone tells is in the control.
-            timed = {"dt"} if name == "timed-field" else set()
+            timed = {"dt"} if name.startswith("timed-field") else set()
             assert set(signals) & set(NUISANCES) == timed, "only the control looks at nuisances"
 
 

@@ -45,7 +45,7 @@ CATCHES, CLOSED_TO = 12, (0.8, 5.0)
 """Recordings of an object that is caught, and the force then over what carries it: now and then it slips on."""
 LOADS, STROKES_SHAKEN = 6, 14
 """Recordings of changing load, and strokes up and down in each."""
-SHAKE_HZ, SHAKE_M_S = (0.7, 3.5), (0.03, 0.12)
+SHAKE_HZ, SHAKE_M_S = (0.7, 3.5), (0.03, 0.1)
 """Strokes a second, and their speed."""
 HELD = (1.8, 4.0)
 """Force over what carries the object where it is shaken; what is poured in or pushed is added to what it needs."""
@@ -226,7 +226,7 @@ def _loaded(name: str, number: int, seed: int) -> Trial:
     for _ in range(STROKES_SHAKEN):
         half_s, speed = 0.5 / _log_uniform(rng, SHAKE_HZ), _log_uniform(rng, SHAKE_M_S)
         moves += [Move(half_s, speed), Move(half_s, -speed)]
-    moves += [Move(rng.uniform(0.2, 0.6)), Move(lift.duration_s * 1.05, -lift.velocity_m_s), Move(0.4)]
+    moves += [Move(rng.uniform(0.2, 0.6)), Move(lift.duration_s, -lift.velocity_m_s), Move(0.4)]
     aperture = plan.aperture_m(max(share * plan.needed_n, 0.5))
     return Trial(**start, clamped=False, grip_aperture_m=aperture, moves=tuple(moves))
 

@@ -50,6 +50,7 @@ def test_the_shipped_models_of_a_job_are_scored_where_none_is_named(folder):
     rows = json.loads(done.stdout[done.stdout.index("{") :])["rows"]
     assert {row["model"] for row in rows} == {
         "lstm",
+        "imprint-gru",
         "field-gru",
         "mlp",
         "linear-window",
