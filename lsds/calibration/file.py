@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from lsds.config.toml import dumps
-from lsds.errors import DataError, PluginError
+from lsds.errors import PluginError
 from lsds.plugins import PluginHost
 
 if TYPE_CHECKING:
     from lsds.calibration.slip import SlipCalibration
-    from lsds.config import RigConfig
     from lsds.contracts import Kind
 
 _HEAD = """\
@@ -24,22 +23,26 @@ _HEAD = """\
 """
 
 
-def as_toml(result: SlipCalibration, config: RigConfig) -> str:
-    """Return the file's text. Raises DataError for a threshold that its detector cannot have."""
-    host = PluginHost()
+def as_toml(result: SlipCalibration) -> tuple[str, list[str]]:
+    """Return the file's text, and of each detector that cannot be calibrated why."""
+    host, problems = PluginHost(), list[str]()
     tables: dict[str, dict[str, dict[str, Any]]] = {"detector": {}, "estimator": {}}
     for each in result.detectors:
-        if each.after.threshold == each.before.threshold or "threshold" not in _options(host, "detector", each.name):
+        if "threshold" not in _options(host, "detector", each.name):
+            problems.append(f"detector '{each.name}' has no option threshold: nothing is written for it")
             continue
-        tables["detector"][each.name] = {"threshold": _above(each.after.threshold)}
-        _check(host, each.name, tables["detector"][each.name])
+        options = {"threshold": _above(each.after.threshold)}
+        if (problem := _problem(host, each.name, options)) is not None:
+            problems.append(problem)
+        else:
+            tables["detector"][each.name] = options
     if result.noise is not None:
         noise = {"gel_share": round(result.noise.gel_share, 3), "still_um": round(result.noise.still_m * 1e6, 1)}
         for name in host.names("estimator"):
             if set(noise) <= _options(host, "estimator", name):
                 tables["estimator"][name] = dict(noise)
     head = _HEAD.format(moving=result.budget.moving, still=result.budget.still, frames=result.moving + result.still)
-    return head + dumps({kind: table for kind, table in tables.items() if table})
+    return head + dumps({kind: table for kind, table in tables.items() if table}), problems
 
 
 def _above(value: float) -> float:
@@ -56,13 +59,16 @@ def _options(host: PluginHost, kind: Kind, name: str) -> set[str]:
     return set() if model is None else set(model.model_fields)
 
 
-def _check(host: PluginHost, name: str, options: dict[str, Any]) -> None:
+def _problem(host: PluginHost, name: str, options: dict[str, Any]) -> str | None:
+    """Return why a detector cannot have these options, None where it can."""
     model = host.options_model(host.find("detector", name))
     try:
         if model is not None:
             model.model_validate(options)
-    except ValidationError as error:
-        raise DataError(
-            f"detector '{name}': a threshold of {options['threshold']:g} would be needed, which it cannot have: it "
-            "calls slip with certainty where nothing slips. Allow more false alarms, or use another detector"
-        ) from error
+    except ValidationError:
+        return (
+            f"detector '{name}' would need a threshold of {options['threshold']:g}, which it cannot have: it calls "
+            "slip with certainty where nothing slips; nothing is written for it (allow more false alarms, or use "
+            "another)"
+        )
+    return None

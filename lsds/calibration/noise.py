@@ -26,6 +26,10 @@ LEAST_FRAMES, MOST_FRAMES = 50, 1500
 """Fewer do not tell; more tell nothing new, and are thinned out."""
 
 
+MOVES_M = 4 * LEAST_M
+"""Of a gel that moves by less than this the share of its motion tells nothing."""
+
+
 class ImprintNoise(NamedTuple):
     """The gel is in doubt by `gel_share` of the dots' motion, and `still_m` where nothing moves (m)."""
 
@@ -37,7 +41,10 @@ STILLS_M = LEAST_M * np.geomspace(0.25, 4, 9)
 
 
 def imprint_noise(motions: Sequence[ImprintMotion | None]) -> ImprintNoise | None:
-    """Return the likeliest noise; None where the imprint was seen in too few frames to tell."""
+    """Return the likeliest noise; None where the imprint was seen in too few frames to tell.
+
+    Where the gel moved in too few of them, its share is the usual one.
+    """
     known = [motion for motion in motions if motion is not None and motion.match >= LEAST_MATCH]
     if len(known) < LEAST_FRAMES:
         return None
@@ -48,7 +55,9 @@ def imprint_noise(motions: Sequence[ImprintMotion | None]) -> ImprintNoise | Non
 
     # One after the other, twice: the two hardly depend on each other, as one counts where nothing moves.
     noise = ImprintNoise()
+    moves = sum(motion.dots_m > MOVES_M for motion in known) >= LEAST_FRAMES
     for _ in range(2):
-        noise = max((noise._replace(gel_share=float(share)) for share in SHARES), key=told)
+        if moves:
+            noise = max((noise._replace(gel_share=float(share)) for share in SHARES), key=told)
         noise = max((noise._replace(still_m=float(still)) for still in STILLS_M), key=told)
     return noise

@@ -48,6 +48,8 @@ class CalibratedDetector:
     before: Told
     after: Told
     left_out: tuple[float, float]
+    lowers: bool
+    """Whether enough frames were answered to lower the threshold, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,6 @@ class SlipCalibration:
     still: int
     slides: int
     budget: Budget
-    raised_only: bool
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -77,10 +78,9 @@ def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None)
     masks = [_masks(each) for each in quiet]
     moving, still = (sum(int(pair[kind].sum()) for pair in masks) for kind in (0, 1))
     _require(moving, still)
-    raised_only = moving < ENOUGH_MOVING or still < ENOUGH_STILL
     motions = [motion for each in quiet for motion in each.motions[FIRST_FRAMES:]]
-    detectors = tuple(_calibrated(name, quiet, slides, budget, raised_only=raised_only) for name in quiet[0].scores)
-    return SlipCalibration(detectors, imprint_noise(motions), moving, still, len(slides), budget, raised_only)
+    detectors = tuple(_calibrated(name, quiet, slides, budget) for name in quiet[0].scores)
+    return SlipCalibration(detectors, imprint_noise(motions), moving, still, len(slides), budget)
 
 
 def _require(moving: int, still: int) -> None:
@@ -111,17 +111,29 @@ def _scores(name: str, quiet: Sequence[WatchedPhase]) -> tuple[Floats, Floats]:
 
 
 def _calibrated(
-    name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], budget: Budget, *, raised_only: bool
+    name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], budget: Budget
 ) -> CalibratedDetector:
     before = quiet[0].thresholds[name]
-    found = threshold(*_scores(name, quiet), budget)
-    after = max(before, found) if raised_only or not math.isfinite(found) else found
+    after = _threshold(_scores(name, quiet), budget, before)
     return CalibratedDetector(
         name,
         _told(name, quiet, slides, before),
         _told(name, quiet, slides, after),
-        _left_out(name, quiet, budget, before, raised_only=raised_only),
+        _left_out(name, quiet, budget, before),
+        lowers=_enough(_scores(name, quiet)),
     )
+
+
+def _enough(scores: tuple[Floats, Floats]) -> bool:
+    """Tell whether so many frames were answered that few alarms are no chance: abstaining raises none."""
+    moving, still = (int(np.isfinite(part).sum()) for part in scores)
+    return moving >= ENOUGH_MOVING and still >= ENOUGH_STILL
+
+
+def _threshold(scores: tuple[Floats, Floats], budget: Budget, before: float) -> float:
+    """Return a detector's threshold: only raised where too few frames were answered to lower it."""
+    found = threshold(*scores, budget)
+    return max(before, found) if found <= 0 or not _enough(scores) else found
 
 
 def _told(name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], least: float) -> Told:
@@ -139,17 +151,14 @@ def _told(name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhas
     )
 
 
-def _left_out(
-    name: str, quiet: Sequence[WatchedPhase], budget: Budget, before: float, *, raised_only: bool
-) -> tuple[float, float]:
+def _left_out(name: str, quiet: Sequence[WatchedPhase], budget: Budget, before: float) -> tuple[float, float]:
     """Return the false alarms of each recording of changing load at the threshold that all others give."""
     loads = [each for each in quiet if each.phase == "load"]
     if len(loads) < 2:
         return math.nan, math.nan
     called: list[list[NDArray[np.float64]]] = [[], []]
     for each in loads:
-        found = threshold(*_scores(name, [other for other in quiet if other is not each]), budget)
-        least = max(before, found) if raised_only or not math.isfinite(found) else found
+        least = _threshold(_scores(name, [other for other in quiet if other is not each]), budget, before)
         for part, scores in zip(called, _scores(name, [each]), strict=True):
             part.append(exceeds(scores, least).astype(float))
     moving, still = (np.concatenate(part) for part in called)

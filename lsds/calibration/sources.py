@@ -10,7 +10,7 @@ from lsds.calibration.watched import Phase, WatchedPhase
 from lsds.clock import VirtualClock, nanoseconds
 from lsds.contracts import BuildContext
 from lsds.engine import Engine
-from lsds.errors import DataError, LsdsError, naming
+from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, naming
 from lsds.plugins import PluginHost
 from lsds.rig import Rig
 from lsds.tracking import engine_of, only_watching
@@ -28,8 +28,9 @@ _LOADED = ("lift", "shake", "lower")
 def built(config: RigConfig, names: Sequence[str]) -> dict[str, Detector]:
     """Return the detectors of those names, with the options that the config has for them. Raises PluginError."""
     host, context = PluginHost(), BuildContext(VirtualClock(), config.seed)
-    tables = config.section("detector").tables
-    return {name: host.build("detector", name, dict(tables.get(name, {})), context) for name in names}
+    section = config.section("detector")
+    options = {name: section.model_copy(update={"backend": name}).options() for name in names}
+    return {name: host.build("detector", name, options[name], context) for name in names}
 
 
 def watched_recording(
@@ -51,7 +52,7 @@ def watched_recording(
 
 
 class Moves(NamedTuple):
-    """How a rig moves: `firm_mm` closer than its grip while it shakes, as gripped while it slides."""
+    """How a simulated rig moves: `firm_mm` closer than its grip while it shakes, as gripped while it slides."""
 
     firm_mm: float
 
@@ -59,10 +60,14 @@ class Moves(NamedTuple):
 def watched_rig(
     config: RigConfig, moves: Moves, detectors: Mapping[str, Detector], say: Callable[[str], object]
 ) -> list[WatchedPhase]:
-    """Let a rig with gripper and arm move by itself: shake a firmly held object, then lift it as its config grips it.
+    """Let a simulated rig move by itself: shake a firmly held object, then lift another as its config grips it.
 
-    The controller is off. Raises what ends a run.
+    The controller is off. A real rig is refused: between the two runs its gripper would have to open, and nobody would
+    have put the object back. Raises ConfigError, and what ends a run.
     """
+    if not Rig(config).virtual:
+        issue = ConfigIssue("gripper.backend", "only a simulated rig moves by itself here", "add --by-hand")
+        raise ConfigError("the rig", [issue])
     still, load, slide = WatchedPhase("still", "still"), WatchedPhase("shaken", "load"), WatchedPhase("lifted", "slide")
     by_stage = {"still": still, **dict.fromkeys(_LOADED, load)}
     say(f"gripping {moves.firm_mm:g} mm closer than usual, holding still, lifting, shaking, setting down")
@@ -97,9 +102,8 @@ class Part(NamedTuple):
 
 
 def by_hand(seconds: float) -> tuple[Part, ...]:
-    """Return what a person is asked to do, about `seconds` for each phase."""
+    """Return what a person is asked to do, about `seconds` for each phase, once the untouched gel was seen."""
     return (
-        Part("do not touch the gel yet", 2.0, None),
         Part("put the object into the grip and close it firmly", 15.0, None),
         Part("hold it still", seconds, "still"),
         Part("wriggle it: pull, push, twist, lift, without letting it slide", 2.0, None),
@@ -114,20 +118,22 @@ def watched_hand(
 ) -> list[WatchedPhase]:
     """Watch the sensor while a person moves the object; no device moves. Raises what ends the run."""
     told = {part.phase: WatchedPhase(part.ask, part.phase) for part in parts if part.phase is not None}
+    for detector in detectors.values():
+        detector.reset()
     with Rig(only_watching(config)) as rig:
         rig.arm_devices()
         engine = Engine(rig)
-        at, ends_ns = -1, rig.clock.now()
+        say("do not touch the gel")
+        left, ends_ns = list(parts), None
         for cycle in engine:
-            while cycle.t_ns >= ends_ns:
-                at += 1
-                if at == len(parts):
-                    engine.stop()
+            if ends_ns is None or cycle.t_ns >= ends_ns:
+                if ends_ns is not None:
+                    del left[0]
+                if not left:
                     break
-                say(f"{parts[at].ask} ({parts[at].duration_s:g} s)")
-                ends_ns += nanoseconds(parts[at].duration_s)
-            else:
-                phase = parts[at].phase
-                if phase is not None:
-                    told[phase].take(cycle, detectors, engine.perception.metres_per_px)
+                say(f"{left[0].ask} ({left[0].duration_s:g} s)")
+                ends_ns = cycle.t_ns + nanoseconds(left[0].duration_s)
+            phase = left[0].phase
+            if phase is not None:
+                told[phase].take(cycle, detectors, engine.perception.metres_per_px)
     return [each for each in told.values() if len(each)]

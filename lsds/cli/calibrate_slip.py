@@ -28,7 +28,6 @@ _ALWAYS = "imprint"
 @click.option("--load", help="Recording in which the load changes and nothing slips; repeatable.", **_RECORDING)  # type: ignore[arg-type]
 @click.option("--slide", help="Recording in which the object slides; repeatable.", **_RECORDING)  # type: ignore[arg-type]
 @click.option("--by-hand", is_flag=True, help="Move nothing: you move the object, as you are asked to.")
-@click.option("--yes", is_flag=True, help="Do not ask before gripper and arm move.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one config key; repeatable.")
 @click.option(
     "--detector", "detectors", multiple=True, metavar="NAME", help="Detector to calibrate; default: yours, and imprint."
@@ -75,7 +74,6 @@ def slip(
     load: tuple[str, ...],
     slide: tuple[str, ...],
     by_hand: bool,
-    yes: bool,
     overrides: tuple[str, ...],
     detectors: tuple[str, ...],
     moving: float,
@@ -92,13 +90,14 @@ def slip(
     It prints false alarms and slips found, before and after, and writes a file that the config names:
     calibration = ["slip.toml"].
 
-    Without recordings it runs the rig of CONFIG: the arm lifts and shakes the object, first in a firm grip, then in
-    the usual one. With --by-hand only the sensor is used, and you move the object; that takes two minutes.
+    On your cell use --by-hand: only the sensor is used, and you move the object as you are asked to; that takes two
+    minutes. Or give recordings. Without either, a simulated rig moves by itself: it lifts and shakes an object in a
+    firm grip, and lifts another in the usual one. A real rig is never moved.
 
     \b
     Examples:
       lsds calibrate slip rig.toml --by-hand --out slip.toml
-      lsds calibrate slip rig.toml --firm-mm 3                     the rig moves
+      lsds calibrate slip --firm-mm 3                              try it on the simulated cell
       lsds calibrate slip --still s.avi --load w1.avi --load w2.avi --slide p.avi
       lsds run rig.toml --set 'calibration=["slip.toml"]'
     """
@@ -106,12 +105,18 @@ def slip(
         require_writable(target)
     if out.suffix.lower() != ".toml":
         raise click.UsageError(f"--out {out}: the name must end in .toml")
+    from lsds.calibration.file import as_toml
     from lsds.calibration.slip import calibrate_slip
     from lsds.calibration.sources import built
     from lsds.calibration.thresholds import Budget
     from lsds.config import load_config
+    from lsds.config.toml import value_text
+    from lsds.files import write_whole
 
-    chosen = load_config(config, overrides)
+    if by_hand and (still or load or slide):
+        raise click.UsageError("--by-hand watches the sensor: leave the recordings out, or leave it out")
+    # What an earlier calibration found is not where this one begins.
+    chosen = load_config(config, overrides, without=("calibration",))
     named = list(dict.fromkeys(detectors or (chosen.section("detector").backend, _ALWAYS)))
     asked = built(chosen, named)
     recordings: list[tuple[Phase, str]] = [("still", name) for name in still]
@@ -119,13 +124,22 @@ def slip(
     if recordings:
         phases = _recorded(recordings, config, overrides, asked)
     else:
-        phases = _live(chosen, asked, by_hand=by_hand, yes=yes, seconds=seconds, firm_mm=firm_mm)
+        phases = _live(chosen, asked, by_hand=by_hand, seconds=seconds, firm_mm=firm_mm)
     result = calibrate_slip(phases, Budget(moving, resting))
-    _write(out, result, chosen)
-    if json_file is not None:
-        write_json({**result.as_dict(), "file": str(out)}, json_file)
     if json_file != "-":
-        _print(result, out)
+        _print(result)
+    text, problems = as_toml(result)
+    for name in named:
+        own = name.rpartition(":")[2]
+        if "threshold" in chosen.section("detector").tables.get(own, {}):
+            problems.append(f"the config sets detector.{own}.threshold itself, which counts more: take it out")
+    for problem in problems:
+        click.echo(f"warning: {problem}", err=True)
+    write_whole(out, text.encode())
+    if json_file is not None:
+        write_json({**result.as_dict(), "file": str(out), "warnings": problems}, json_file)
+    if json_file != "-":
+        click.echo(f"written to {out}; name it in the config: calibration = [{value_text(str(out.resolve()))}]")
 
 
 def _recorded(
@@ -145,7 +159,7 @@ def _recorded(
 
 
 def _live(
-    config: RigConfig, detectors: dict[str, Detector], *, by_hand: bool, yes: bool, seconds: float, firm_mm: float
+    config: RigConfig, detectors: dict[str, Detector], *, by_hand: bool, seconds: float, firm_mm: float
 ) -> list[WatchedPhase]:
     from lsds.calibration import sources
 
@@ -156,20 +170,10 @@ def _live(
         return sources.watched_hand(config, sources.by_hand(seconds), detectors, say)
     if not (config.section("gripper").chosen and config.section("arm").chosen):
         raise click.UsageError("the rig has no gripper or no arm: add --by-hand, or give recordings")
-    if not config.section("cell").chosen and not yes:
-        click.confirm("gripper and arm will grip, lift and shake the object; is nobody near the cell?", abort=True)
     return sources.watched_rig(config, sources.Moves(firm_mm), detectors, say)
 
 
-def _write(out: Path, result: SlipCalibration, config: RigConfig) -> None:
-    """Write the options that were learnt. Raises DataError."""
-    from lsds.calibration.file import as_toml
-    from lsds.files import write_whole
-
-    write_whole(out, as_toml(result, config).encode())
-
-
-def _print(result: SlipCalibration, out: Path) -> None:
+def _print(result: SlipCalibration) -> None:
     rows = [row for each in result.detectors for row in _rows(each, result.slides)]
     heads = ("detector", "threshold", "/100 moving", "/100 still", "of sliding frames", "slides noticed")
     click.echo(table(rows, heads).strip("\n"))
@@ -182,11 +186,11 @@ def _print(result: SlipCalibration, out: Path) -> None:
         click.echo(
             f"the gel under the object is in doubt by {share:.0%} of the dots' motion, and {still_m * 1e6:.1f} um"
         )
-    if result.raised_only:
-        click.echo("too few frames to lower a threshold: record for longer", err=True)
+    for each in result.detectors:
+        if not each.lowers:
+            click.echo(f"{each.name} answered in too few frames to lower its threshold: record for longer", err=True)
     if any(each.after.noticed < each.before.noticed for each in result.detectors):
         click.echo("slides are missed now that were noticed before: allow more false alarms, or record more", err=True)
-    click.echo(f'written to {out}; name it in the config: calibration = ["{out}"]')
 
 
 def _rows(each: CalibratedDetector, slides: int) -> list[tuple[str, ...]]:

@@ -51,11 +51,9 @@ def learns_from(job: str, learner: str) -> dict[str, int]:
 
 def train(which: tuple[str, str], folder: str) -> str:
     """Train one model; return the scores of its card."""
-    import numpy as np
     from lsds_plugins.models import model_path
 
     from lsds.plugins.host import PluginHost
-    from lsds_research.collecting.objects import SEEN
     from lsds_research.datasets import load, merged
     from lsds_research.evaluation.detection import THRESHOLD
     from lsds_research.evaluation.fitting import Model
@@ -65,11 +63,26 @@ def train(which: tuple[str, str], folder: str) -> str:
     parts = []
     for name, every in learns_from(dataset, learner).items():
         whole = _labelled(Path(folder) / name) if name == LABELLED else load(Path(folder) / name)
-        seen = whole if name == LABELLED else whole.where(np.isin(whole["object"], SEEN))
-        parts.append((name, seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))))
+        parts.append((name, whole if name == LABELLED else training_part(whole, every)))
     threshold = FUSED_THRESHOLD if learner == "fused" else THRESHOLD
     card = fit(merged(parts), Model(learner), PluginHost(), model_path(learner, ""), threshold=threshold)
     return f"{learner}: {dict(card.scores or {})}"
+
+
+def training_part(data: Dataset, every: int) -> Dataset:
+    """Return one in so many of a simulated dataset's recordings of the training objects.
+
+    Raises DataError where it has none.
+    """
+    import numpy as np
+
+    from lsds.errors import DataError
+    from lsds_research.collecting.objects import SEEN
+
+    seen = data.where(np.isin(data["object"], SEEN))
+    if not len(seen):
+        raise DataError(f"a dataset without any of the training objects ({', '.join(SEEN)}): nothing to learn from")
+    return seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))
 
 
 def _labelled(folder: Path) -> Dataset:

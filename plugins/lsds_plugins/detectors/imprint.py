@@ -68,7 +68,7 @@ class ImprintDetector:
         if motion.match < options.least_match:
             if abs(math.log(max(motion.grown, 1e-9))) > _BEGUN:
                 return Detection(None, math.nan, options.threshold, 0.0)
-            return Detection(True, 2 * options.threshold, options.threshold, _LOST_CONFIDENCE)
+            return Detection(options.threshold < _LOST, _LOST, options.threshold, _LOST_CONFIDENCE)
         score = max(
             self._score(distance(motion, options.gel_share), step_m(motion)),
             self._score(*drift(recent, options.gel_share, options.least_match)),
@@ -82,5 +82,7 @@ class ImprintDetector:
 
 #: A contact begins or ends where the imprint's strength changes by more than this, natural logarithm.
 _BEGUN = 0.5
+#: Score of an imprint that is as strong as before and was not found again: a constant, so that a threshold can tell.
+_LOST = 10.0
 #: Confidence in a slip that was too fast to be followed.
 _LOST_CONFIDENCE = 0.5

@@ -17,6 +17,7 @@ import numpy as np
 from pydantic import Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
+from lsds.models.intervals import MOVES_M_S
 from lsds_plugins.estimators.imprint import ImprintOptions, estimate_of, measured
 from lsds_plugins.estimators.learned import LearnedEstimator, LearnedOptions
 
@@ -61,11 +62,11 @@ class FusedEstimator:
         moved, spread = found
         if model.abstained:
             return estimate_of(moved, spread)
-        std = np.maximum([*model.velocity_std_m_s, model.angular_std_rad_s], _LEAST_STD)
+        std = np.maximum([*model.velocity_std_m_s, model.angular_std_rad_s], LEAST_STD)
         told = np.array([*model.velocity_m_s, model.angular_rad_s])
         if not (np.isfinite(std).all() and np.isfinite(told).all()):
             return estimate_of(moved, spread)
-        if float(np.linalg.norm(told[:2] / std[:2])) > SURE and _stays(observation):
+        if model.speed_m_s > MOVES_M_S and np.linalg.norm(told[:2] / std[:2]) > SURE and _stays(observation):
             # Of the imprint's translation nothing counts; a turn is not seen through an outline, but by it.
             spread[:2, :2] += np.eye(2) * _ANY_M_S**2
         weight = np.linalg.inv(spread)
@@ -85,5 +86,6 @@ SURE = 1.5
 REGAINED = 0.1
 """An imprint that truly moves matches better by more than this where it was followed to, unless it moves little."""
 _ANY_M_S = 1.0
-_LEAST_STD = 1e-6
-"""Of a trained model, m/s and rad/s: none is surer."""
+"""Standard deviation of what is not known at all, m/s."""
+LEAST_STD = (5e-4, 5e-4, 0.01)
+"""Of a trained model, m/s and rad/s: at rest it states next to none, and would hide a creep that the imprint shows."""

@@ -1,18 +1,24 @@
-"""Job `shake`: grip firmly, hold still, lift, shake, and set down again: the load changes and nothing slips.
+"""Job `shake`: grip firmly, hold still, lift, shake, and lower again: the load changes and nothing slips.
 
-It shows what a detector calls slip that is none. `lsds calibrate slip` runs it, and a run's false alarms are its
-corrections.
+It shows what a detector calls slip that is none. `lsds calibrate slip` runs it on a simulated rig; with
+`corrects = true` a run's false alarms are its corrections.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Twist, Wanted
+from lsds.errors import ConfigError, ConfigIssue
 from lsds.jobs.grasp import Grasp
+
+CLEAR_M = 1e-3
+"""The arm never goes down nearer than this to where it began, besides the way on which it comes to rest."""
+PATIENCE = 10.0
+"""Lowering takes at most so many times as long as lifting."""
 
 
 class ShakeOptions(BaseModel):
@@ -24,10 +30,12 @@ class ShakeOptions(BaseModel):
         default=2.5, ge=0, le=50, description="how far to close beyond task.grip_aperture_m, to hold firmly"
     )
     still_s: float = Field(default=4.0, ge=0, le=600, description="how long to hold still before and after")
-    lift_s: float = Field(default=1.0, gt=0, le=60, description="how long to lift, and to lower")
+    lift_s: float = Field(default=1.0, gt=0, le=60, description="how long to lift")
     shakes: int = Field(default=6, ge=1, le=1000, description="strokes up and down at each rate")
-    rates_hz: list[float] = Field(default=[1.0, 2.0, 3.0], min_length=1, description="strokes up and down per second")
-    speed_m_s: float = Field(default=0.08, gt=0, le=1, description="speed of a stroke")
+    rates_hz: list[Annotated[float, Field(ge=0.5, le=10)]] = Field(
+        default=[1.0, 2.0, 3.0], min_length=1, description="strokes up and down per second"
+    )
+    speed_m_s: float = Field(default=0.08, gt=0, le=0.2, description="speed of a stroke")
     corrects: bool = Field(default=False, description="let the controller close on slip while the object is lifted")
 
 
@@ -38,13 +46,19 @@ class _Part(NamedTuple):
 
 
 class ShakeJob:
-    """A `Job` for a gripper and an arm. The object ends where it began, on the table, in the grip."""
+    """A `Job` for a gripper and an arm. It ends a little above where it began, with the object in the grip.
+
+    Ramps make a stroke down longer or shorter than one up, so the measured height decides how far down the arm goes.
+    """
 
     def __init__(self, options: ShakeOptions | None = None, context: BuildContext | None = None) -> None:
         self._options = options or ShakeOptions()
 
     def begin(self, setting: Setting) -> None:
-        """Start with the gel without contact."""
+        """Start with the gel without contact. Raises ConfigError without a gripper or an arm."""
+        if setting.gripper is None or setting.arm is None:
+            issue = ConfigIssue("gripper.backend, arm.backend", "job 'shake' needs a gripper and an arm", "choose both")
+            raise ConfigError("the rig", [issue])
         own, task = self._options, setting.task
         firm = task.model_copy(update={"grip_aperture_m": max(0.0, task.grip_aperture_m - own.closer_mm * 1e-3)})
         self._acceleration = task.lift_acceleration_m_s2
@@ -58,11 +72,12 @@ class ShakeJob:
             _Part("still", own.still_s, 0.0),
             _Part("lift", own.lift_s, task.lift_speed_m_s),
             *strokes,
-            _Part("lower", own.lift_s, -task.lift_speed_m_s),
+            _Part("lower", PATIENCE * own.lift_s, -task.lift_speed_m_s),
             _Part("still", own.still_s, 0.0),
         )
         self._grasp: Grasp | None = Grasp(firm, setting.t_ns)
         self._at, self._since_ns = 0, setting.t_ns
+        self._floor_m: float | None = None
 
     def step(self, now: Situation) -> Wanted:
         """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
@@ -71,15 +86,38 @@ class ShakeJob:
                 grip: Grip | None = self._grasp.grip if self._grasp.stage == "grasp" else None
                 return Wanted(self._grasp.stage, grip=grip)
             self._grasp, self._since_ns = None, now.t_ns
-        while now.t_ns - self._since_ns >= nanoseconds(self._parts[self._at].duration_s):
-            self._since_ns += nanoseconds(self._parts[self._at].duration_s)
-            self._at += 1
+        height_m = None if now.arm is None else now.arm.tcp_pose.position_m[2]
+        if self._floor_m is None:
+            self._floor_m = height_m
+        while self._is_over(self._parts[self._at], height_m, now.t_ns):
+            self._at, self._since_ns = self._at + 1, now.t_ns
             if self._at == len(self._parts):
                 return Wanted("done", done=True)
         part = self._parts[self._at]
+        velocity = 0.0 if part.velocity_m_s < 0 and self._is_low(part, height_m) else part.velocity_m_s
         return Wanted(
             part.stage,
             corrects=self._options.corrects and part.stage != "still",
-            twist=Twist(linear_m_s=(0.0, 0.0, part.velocity_m_s)),
-            acceleration_m_s2=2 * self._acceleration if part.stage == "shake" else self._acceleration,
+            twist=Twist(linear_m_s=(0.0, 0.0, velocity)),
+            acceleration_m_s2=self._acceleration_of(part),
         )
+
+    def _is_over(self, part: _Part, height_m: float | None, now_ns: int) -> bool:
+        late = now_ns - self._since_ns >= nanoseconds(part.duration_s)
+        return late or (part.stage == "lower" and self._is_low(part, height_m))
+
+    def _is_low(self, part: _Part, height_m: float | None) -> bool:
+        """Tell whether the arm, going down, has to stop now so as not to get below where it began."""
+        if height_m is None or self._floor_m is None:
+            return True
+        stopping_m = part.velocity_m_s**2 / (2 * self._acceleration_of(part))
+        # What the arm moves on until it hears of it.
+        heard_m = abs(part.velocity_m_s) * HEARD_S
+        return height_m - self._floor_m <= CLEAR_M + stopping_m + heard_m
+
+    def _acceleration_of(self, part: _Part) -> float:
+        return 2 * self._acceleration if part.stage == "shake" else self._acceleration
+
+
+HEARD_S = 0.05
+"""Age of a measured height, and of a command when the arm follows it."""

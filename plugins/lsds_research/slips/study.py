@@ -16,9 +16,9 @@ from lsds.contracts.study import StudyResult, StudyTable
 from lsds.extras import importable, require
 from lsds.plugins.host import PluginHost
 from lsds_research.datasets import load, merged
+from lsds_research.make_models import OWN, training_part
 from lsds_research.slips.folder import LabelledRecording, labels_of, read_folder, scored_only
 from lsds_research.slips.labels import NAME
-from lsds_research.slips.mixing import learnt_from
 from lsds_research.slips.options import SlipOptions
 from lsds_research.slips.plot import draw
 from lsds_research.slips.refit import refitted, zero_shot
@@ -63,7 +63,7 @@ _TRAVELS = (
 )
 ALL = "both"
 CALIBRATED = ("fused", "imprint")
-"""Detectors for which `lsds calibrate slip` is tried: nothing was fitted on the objects that are scored."""
+"""Detectors for which `lsds calibrate slip` is tried; by default nothing was fitted on the objects that are scored."""
 REFIT_THRESHOLD = 0.85
 """That of a model fitted anew, the same as that of the shipped one."""
 _DRAWS = 300
@@ -130,7 +130,7 @@ class SlipStudy:
                 ]
                 least = threshold(*_quiet(others, name), budget)
                 if not math.isfinite(least):
-                    break
+                    break  # A setup of one object: nothing to calibrate on.
                 score = own.watched.score[name]
                 known = np.isfinite(own.watched.slip[name])
                 scores.append((own, np.where(known, exceeds(score, least), np.nan), score))
@@ -162,7 +162,9 @@ class SlipStudy:
         if not self._options.simulated:
             return None
         require("pyarrow", extra="data", purpose="a dataset")
-        return merged([(folder, learnt_from(load(Path(folder)))) for folder in self._options.simulated])
+        parts = [(folder, load(Path(folder))) for folder in self._options.simulated]
+        every = OWN["fused"]
+        return merged([(folder, training_part(own, every.get(str(own.card.get("job")), 1))) for folder, own in parts])
 
 
 def _chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:

@@ -7,10 +7,9 @@ import math
 import cv2
 import numpy as np
 import pytest
-from lsds_research.datasets import Dataset
+from lsds_research.make_models import training_part
 from lsds_research.slips.folder import EVERY, LabelledRecording, as_dataset, labels_of, read_folder
 from lsds_research.slips.labels import NAME, Interval, State, write_labels
-from lsds_research.slips.mixing import learnt_from
 from lsds_research.slips.refit import refitted, zero_shot
 from lsds_research.slips.score import FIRST_FRAMES, Said, counted, travels
 from lsds_research.slips.watched import Watched, find_recording, watch
@@ -220,12 +219,14 @@ def test_simulated_frames_teach_where_real_ones_do_not_and_alone():
         assert min(right) > 0.9
 
 
-def test_only_training_objects_are_learnt_from_and_of_detection_a_third():
+def test_only_training_objects_are_learnt_from_and_one_in_so_many():
     data = as_dataset([made_up(f"{thing}{k}", thing, k) for thing in ("can", "book") for k in range(6)])
-    for job, count in (("loads", 6), ("detection", 2)):
-        part = learnt_from(Dataset(data.columns, {**data.card, "job": job}))
+    for every, count in ((1, 6), (3, 2)):
+        part = training_part(data, every)
         assert set(part["object"].tolist()) == {"can"}
         assert len(set(part["recording"].tolist())) == count
+    with pytest.raises(DataError, match="without any of the training objects"):
+        training_part(data.where(data["object"] == "book"), 1)
 
 
 def test_what_the_detector_says_is_counted_as_by_hand(watched):

@@ -36,7 +36,7 @@ _DETECTORS = (
     ("object", "object", ""),
     ("found", "found", ".3f"),
     ("per_100_sliding", "/100 beside slides", ".2f"),
-    ("per_100_loads", "/100 changing load", ".2f"),
+    ("per_100_loads", "/100 in load trials", ".2f"),
     ("load_frames", "of", "d"),
     ("answered", "answered", ".2f"),
 )
@@ -47,7 +47,7 @@ _ESTIMATORS = (
     ("zero_mae_cm_s", "always zero", ".2f"),
     ("moving_mae_cm_s", "moving", ".2f"),
     ("moving_zero_cm_s", "always zero", ".2f"),
-    ("load_mae_cm_s", "changing load", ".2f"),
+    ("load_mae_cm_s", "load trials", ".2f"),
     ("coverage", "covered", ".2f"),
     ("moving_coverage", "moving", ".2f"),
     ("angular_error", "turn, %", ".0f"),
@@ -123,11 +123,11 @@ def _slips(name: str, which: str, part: Sequence[AskedTrial]) -> Row:
     return {
         "detector": name,
         "object": which,
-        "found": _share(alarm[slip == 1]),
-        "per_100_sliding": 100 * _share(alarm[(slip == 0) & ~load]),
-        "per_100_loads": 100 * _share(alarm[(slip == 0) & load]),
+        "found": _mean(alarm[slip == 1]),
+        "per_100_sliding": 100 * _mean(alarm[(slip == 0) & ~load]),
+        "per_100_loads": 100 * _mean(alarm[(slip == 0) & load]),
         "load_frames": int(((slip == 0) & load).sum()),
-        "answered": _share(np.isfinite(said)),
+        "answered": _mean(np.isfinite(said)),
     }
 
 
@@ -152,20 +152,20 @@ def _speeds(name: str, which: str, part: Sequence[AskedTrial]) -> Row:
     return {
         "estimator": name,
         "object": which,
-        "mae_cm_s": 100 * _share(off),
-        "zero_mae_cm_s": 100 * _share(true),
-        "moving_mae_cm_s": 100 * _share(off[moving]),
-        "moving_zero_cm_s": 100 * _share(true[moving]),
-        "load_mae_cm_s": 100 * _share(off[load]),
-        "coverage": _share(covered[answered]),
-        "moving_coverage": _share(covered[answered & moving]),
+        "mae_cm_s": 100 * _mean(off),
+        "zero_mae_cm_s": 100 * _mean(true),
+        "moving_mae_cm_s": 100 * _mean(off[moving]),
+        "moving_zero_cm_s": 100 * _mean(true[moving]),
+        "load_mae_cm_s": 100 * _mean(off[load]),
+        "coverage": _mean(covered[answered]),
+        "moving_coverage": _mean(covered[answered & moving]),
         "angular_error": 100 * float(off_rate[turning].sum() / np.abs(velocity[turning, 2]).sum())
         if turning.any()
         else math.nan,
-        "turning_coverage": _share(covered_rate[answered & turning]),
-        "answered": _share(answered),
+        "turning_coverage": _mean(covered_rate[answered & turning]),
+        "answered": _mean(answered),
     }
 
 
-def _share(values: NDArray[Any]) -> float:
+def _mean(values: NDArray[Any]) -> float:
     return float(np.mean(values)) if len(values) else math.nan
