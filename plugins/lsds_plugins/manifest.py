@@ -110,7 +110,7 @@ def lsds_backends() -> list[BackendSpec]:
             "shake",
             "lsds_plugins.jobs.shake:ShakeJob",
             "lsds_plugins.jobs.shake:ShakeOptions",
-            summary="grip firmly, hold still, lift, shake, set down: the load changes and nothing slips",
+            summary="grip firmly, hold still, lift, shake, lower: the load changes and nothing slips",
         ),
         BackendSpec(
             "job",

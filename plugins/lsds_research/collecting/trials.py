@@ -6,7 +6,7 @@ through the grip, in the other half it is lifted with too little force. Severity
 velocities, five repeats of each, off the object's end; in addition to the paper, the grip also rotates about the
 object. Pipe: like severity, on the demonstration's object and at its arm speed.
 Catch, not in the paper: the fingers close while the object slips, as in the closed loop.
-Loads, not in the paper: a firmly held object is lifted, shaken, filled, shoved and set down; the load changes and
+Loads, not in the paper: a firmly held object is lifted, shaken, filled, shoved and lowered; the load changes and
 nothing slips.
 """
 
@@ -206,7 +206,7 @@ def _loads(name: str, seed: int, quick: bool) -> list[Trial]:
 
 
 def _loaded(name: str, number: int, seed: int) -> Trial:
-    """Held firmly, lifted, shaken at changing rates, set down; every third time something is poured in, or it is
+    """Held firmly, lifted, shaken at changing rates, lowered; every third time something is poured in, or it is
     shoved."""
     rng, start = _start(name, "loads", number, seed)
     plan, simulated = PLANS[name], start["simulated"]
