@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from lsds.line import FingerLine
 
 
+UNASKED = ("detector.backend=threshold", "estimator.backend=field")
+"""Overrides of an engine whose own detector and estimator nobody listens to: the cheapest."""
+
+
 @dataclass(slots=True)
 class TrackResult:
     """The result of tracking a recording. Lists have one entry per frame after the reference, in order.

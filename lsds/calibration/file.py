@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 _HEAD = """\
 # Written by `lsds calibrate slip`. Name it in the config: calibration = ["this file"]
-# Thresholds with at most {moving:g} false alarms per 100 moving and {still:g} per 100 still frames, found on
-# {frames} frames of this gel and camera in which nothing slips.
+# Thresholds with at most {moving:g} false alarms per 100 moving and {still:g} per 100 still frames (one at least),
+# found on {frames} frames of this gel and camera in which nothing slips.
 
 """
 

@@ -19,13 +19,12 @@ if TYPE_CHECKING:
 
     from lsds.tactile.imprint.motion import ImprintMotion
 
-SHARES = np.geomspace(0.03, 0.6, 12)
+SHARES, STILLS_M = np.geomspace(0.03, 0.6, 12), LEAST_M * np.geomspace(0.25, 4, 9)
+"""The values that are tried."""
 LEAST_MATCH = 0.5
 """Where the imprint was found again worse than this, its motion is not known."""
 LEAST_FRAMES, MOST_FRAMES = 50, 1500
 """Fewer do not tell; more tell nothing new, and are thinned out."""
-
-
 MOVES_M = 4 * LEAST_M
 """Of a gel that moves by less than this the share of its motion tells nothing."""
 
@@ -35,9 +34,6 @@ class ImprintNoise(NamedTuple):
 
     gel_share: float = GEL_SHARE
     still_m: float = LEAST_M
-
-
-STILLS_M = LEAST_M * np.geomspace(0.25, 4, 9)
 
 
 def imprint_noise(motions: Sequence[ImprintMotion | None]) -> ImprintNoise | None:

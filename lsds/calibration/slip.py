@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Mask = NDArray[np.bool_]
+    Scores = tuple[Floats, Floats]
 
 LEAST_MOVING, LEAST_STILL = 40, 50
 """With fewer frames of either kind, nothing can be said of false alarms."""
@@ -95,60 +96,52 @@ def _require(moving: int, still: int) -> None:
 
 def _masks(each: WatchedPhase) -> tuple[Mask, Mask]:
     """Return which frames of a recording without slip move, and which are still."""
-    counts = np.arange(len(each)) >= FIRST_FRAMES
     # A still one that moves was bumped into; it is not what is asked about.
     moving = each.moving & (each.phase == "load")
-    return counts & moving, counts & ~each.moving
+    return each.counts & moving, each.counts & ~each.moving
 
 
-def _scores(name: str, quiet: Sequence[WatchedPhase]) -> tuple[Floats, Floats]:
-    masks = [(each.score(name), *_masks(each)) for each in quiet]
-    nothing = np.empty(0)
+def _scores(name: str, quiet: Sequence[WatchedPhase]) -> Scores:
+    parts = [(each.score(name), *_masks(each)) for each in quiet]
     return (
-        np.concatenate([score[moving] for score, moving, _ in masks] or [nothing]),
-        np.concatenate([score[still] for score, _, still in masks] or [nothing]),
+        np.concatenate([score[moving] for score, moving, _ in parts]),
+        np.concatenate([score[still] for score, _, still in parts]),
     )
 
 
 def _calibrated(
     name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], budget: Budget
 ) -> CalibratedDetector:
-    before = quiet[0].thresholds[name]
-    after = _threshold(_scores(name, quiet), budget, before)
+    before, scores = quiet[0].thresholds[name], _scores(name, quiet)
+    after = _threshold(scores, budget, before)
+    said = [(each, each.score(name)) for each in slides]
     return CalibratedDetector(
         name,
-        _told(name, quiet, slides, before),
-        _told(name, quiet, slides, after),
+        _told(before, scores, said),
+        _told(after, scores, said),
         _left_out(name, quiet, budget, before),
-        lowers=_enough(_scores(name, quiet)),
+        _enough(scores),
     )
 
 
-def _enough(scores: tuple[Floats, Floats]) -> bool:
+def _enough(scores: Scores) -> bool:
     """Tell whether so many frames were answered that few alarms are no chance: abstaining raises none."""
     moving, still = (int(np.isfinite(part).sum()) for part in scores)
     return moving >= ENOUGH_MOVING and still >= ENOUGH_STILL
 
 
-def _threshold(scores: tuple[Floats, Floats], budget: Budget, before: float) -> float:
+def _threshold(scores: Scores, budget: Budget, before: float) -> float:
     """Return a detector's threshold: only raised where too few frames were answered to lower it."""
     found = threshold(*scores, budget)
     return max(before, found) if found <= 0 or not _enough(scores) else found
 
 
-def _told(name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], least: float) -> Told:
-    moving, still = _scores(name, quiet)
-    sliding = [exceeds(each.score(name), least) & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
-    moved = [each.moving & (np.arange(len(each)) >= FIRST_FRAMES) for each in slides]
-    frames = sum(int(mask.sum()) for mask in moved)
-    hits = sum(int((mask & alarm).sum()) for mask, alarm in zip(moved, sliding, strict=True))
-    return Told(
-        least,
-        _per_100(moving, least),
-        _per_100(still, least),
-        hits / frames if frames else math.nan,
-        sum(bool(alarm.any()) for alarm in sliding),
-    )
+def _told(least: float, scores: Scores, slides: Sequence[tuple[WatchedPhase, Floats]]) -> Told:
+    alarms = [exceeds(score, least) & each.counts for each, score in slides]
+    moved = [each.moving & each.counts for each, _ in slides]
+    hits = [alarm[mask] for alarm, mask in zip(alarms, moved, strict=True)]
+    found = float(np.concatenate(hits).mean()) if any(map(len, hits)) else math.nan
+    return Told(least, *_per_100(scores, least), found, sum(bool(alarm.any()) for alarm in alarms))
 
 
 def _left_out(name: str, quiet: Sequence[WatchedPhase], budget: Budget, before: float) -> tuple[float, float]:
@@ -156,18 +149,18 @@ def _left_out(name: str, quiet: Sequence[WatchedPhase], budget: Budget, before: 
     loads = [each for each in quiet if each.phase == "load"]
     if len(loads) < 2:
         return math.nan, math.nan
-    called: list[list[NDArray[np.float64]]] = [[], []]
+    called = []
     for each in loads:
         least = _threshold(_scores(name, [other for other in quiet if other is not each]), budget, before)
-        for part, scores in zip(called, _scores(name, [each]), strict=True):
-            part.append(exceeds(scores, least).astype(float))
-    moving, still = (np.concatenate(part) for part in called)
-    return 100 * _mean(moving), 100 * _mean(still)
+        called.append([exceeds(scores, least) for scores in _scores(name, [each])])
+    moving, still = (np.concatenate(part) for part in zip(*called, strict=True))
+    return 100 * _share(moving), 100 * _share(still)
 
 
-def _per_100(scores: Floats, least: float) -> float:
-    return 100 * _mean(exceeds(scores, least).astype(float))
+def _per_100(scores: Scores, least: float) -> tuple[float, float]:
+    moving, still = (100 * _share(exceeds(part, least)) for part in scores)
+    return moving, still
 
 
-def _mean(values: Floats) -> float:
-    return float(values.mean()) if len(values) else math.nan
+def _share(alarms: Mask) -> float:
+    return float(alarms.mean()) if len(alarms) else math.nan

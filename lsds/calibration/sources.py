@@ -13,14 +13,12 @@ from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, naming
 from lsds.plugins import PluginHost
 from lsds.rig import Rig
-from lsds.tracking import engine_of, only_watching
+from lsds.tracking import UNASKED, engine_of, only_watching
 
 if TYPE_CHECKING:
     from lsds.config import RigConfig
     from lsds.contracts import Detector
 
-_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
-"""What those of the engine say is not looked at."""
 _LOADED = ("lift", "shake", "lower")
 """Stages of the job `shake` in which the load changes."""
 
@@ -41,7 +39,7 @@ def watched_recording(
     for detector in detectors.values():
         detector.reset()
     try:
-        engine = engine_of(source, config, (*overrides, *_CHEAP))
+        engine = engine_of(source, config, (*overrides, *UNASKED))
         for cycle in engine:
             told.take(cycle, detectors, engine.perception.metres_per_px)
     except LsdsError as error:
@@ -51,27 +49,21 @@ def watched_recording(
     return told
 
 
-class Moves(NamedTuple):
-    """How a simulated rig moves: `firm_mm` closer than its grip while it shakes, as gripped while it slides."""
-
-    firm_mm: float
-
-
 def watched_rig(
-    config: RigConfig, moves: Moves, detectors: Mapping[str, Detector], say: Callable[[str], object]
+    config: RigConfig, firm_mm: float, detectors: Mapping[str, Detector], say: Callable[[str], object]
 ) -> list[WatchedPhase]:
     """Let a simulated rig move by itself: shake a firmly held object, then lift another as its config grips it.
 
-    The controller is off. A real rig is refused: between the two runs its gripper would have to open, and nobody would
-    have put the object back. Raises ConfigError, and what ends a run.
+    It grips `firm_mm` closer while it shakes. The controller is off. A real rig is refused: between the two runs its
+    gripper would have to open, and nobody would have put the object back. Raises ConfigError, and what ends a run.
     """
     if not Rig(config).virtual:
         issue = ConfigIssue("gripper.backend", "only a simulated rig moves by itself here", "add --by-hand")
         raise ConfigError("the rig", [issue])
     still, load, slide = WatchedPhase("still", "still"), WatchedPhase("shaken", "load"), WatchedPhase("lifted", "slide")
     by_stage = {"still": still, **dict.fromkeys(_LOADED, load)}
-    say(f"gripping {moves.firm_mm:g} mm closer than usual, holding still, lifting, shaking, setting down")
-    _moved(config, {"backend": "shake", "shake": {"closer_mm": moves.firm_mm}}, by_stage, detectors)
+    say(f"gripping {firm_mm:g} mm closer than usual, holding still, lifting, shaking, setting down")
+    _moved(config, {"backend": "shake", "shake": {"closer_mm": firm_mm}}, by_stage, detectors)
     say("gripping as the config does, and lifting: it should slide")
     _moved(config, {"backend": "lift"}, {"lift": slide, "hold": slide}, detectors)
     return [each for each in (still, load, slide) if len(each)]

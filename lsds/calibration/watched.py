@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 Phase = Literal["still", "load", "slide"]
 """Nothing moves; the load changes and nothing slips; the object slides, at least in a part of it."""
-PHASES: tuple[Phase, ...] = get_args(Phase)
 MOVING_PX = 0.5
 """A frame moves where the fastest tenth of the dots has moved by more than this since the last one, px of an image 320
 px wide."""
@@ -73,6 +72,11 @@ class WatchedPhase:
 
     def __len__(self) -> int:
         return len(self.moved_px)
+
+    @property
+    def counts(self) -> Mask:
+        """Which frames count (n,): all but the first few."""
+        return np.arange(len(self)) >= FIRST_FRAMES
 
     @property
     def moving(self) -> Mask:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -18,34 +18,32 @@ if TYPE_CHECKING:
     from lsds.config import RigConfig
     from lsds.contracts import Detector
 
-_RECORDING = {"multiple": True, "metavar": "RECORDING"}
+F = TypeVar("F", bound=Callable[..., Any])
 _ALWAYS = "imprint"
+"""Calibrated beside the rig's own detector: it is untrained, so its threshold is all that it can learn."""
+
+
+def _recordings(flag: str, shows: str) -> Callable[[F], F]:
+    return click.option(flag, multiple=True, metavar="RECORDING", help=f"Recording in which {shows}; repeatable.")
+
+
+def _per_100(flag: str, default: float, kind: str) -> Callable[[F], F]:
+    text = f"False alarms allowed per 100 {kind} frames."
+    return click.option(flag, type=click.FloatRange(0, 50), default=default, show_default=True, help=text)
 
 
 @click.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--still", help="Recording in which nothing moves; repeatable.", **_RECORDING)  # type: ignore[arg-type]
-@click.option("--load", help="Recording in which the load changes and nothing slips; repeatable.", **_RECORDING)  # type: ignore[arg-type]
-@click.option("--slide", help="Recording in which the object slides; repeatable.", **_RECORDING)  # type: ignore[arg-type]
+@_recordings("--still", "nothing moves")
+@_recordings("--load", "the load changes and nothing slips")
+@_recordings("--slide", "the object slides")
 @click.option("--by-hand", is_flag=True, help="Move nothing: you move the object, as you are asked to.")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one config key; repeatable.")
 @click.option(
     "--detector", "detectors", multiple=True, metavar="NAME", help="Detector to calibrate; default: yours, and imprint."
 )
-@click.option(
-    "--moving",
-    type=click.FloatRange(0, 50),
-    default=5.0,
-    show_default=True,
-    help="False alarms allowed per 100 moving frames.",
-)
-@click.option(
-    "--resting",
-    type=click.FloatRange(0, 50),
-    default=0.1,
-    show_default=True,
-    help="False alarms allowed per 100 still frames.",
-)
+@_per_100("--moving", 5.0, "moving")
+@_per_100("--resting", 0.1, "still")
 @click.option(
     "--seconds",
     type=click.FloatRange(2, 600),
@@ -170,7 +168,7 @@ def _live(
         return sources.watched_hand(config, sources.by_hand(seconds), detectors, say)
     if not (config.section("gripper").chosen and config.section("arm").chosen):
         raise click.UsageError("the rig has no gripper or no arm: add --by-hand, or give recordings")
-    return sources.watched_rig(config, sources.Moves(firm_mm), detectors, say)
+    return sources.watched_rig(config, firm_mm, detectors, say)
 
 
 def _print(result: SlipCalibration) -> None:
@@ -179,7 +177,7 @@ def _print(result: SlipCalibration) -> None:
     click.echo(table(rows, heads).strip("\n"))
     click.echo(
         f"false alarms in {result.moving} moving and {result.still} still frames in which nothing slips; "
-        f"allowed: {result.budget.moving:g} and {result.budget.still:g} per 100"
+        f"allowed: {result.budget.moving:g} and {result.budget.still:g} per 100, of still ones one at least"
     )
     if result.noise is not None:
         share, still_m = result.noise

@@ -28,7 +28,7 @@ def with_calibration(data: dict[str, Any], folder: Path, host: PluginHost) -> No
     `folder` is that of the config, from which relative names count. Raises ConfigError that names a file.
     """
     names = data.get(KEY, [])
-    if isinstance(names, str) or not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
+    if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
         return  # The model says so.
     for name in reversed(names):
         path = folder / Path(name).expanduser()

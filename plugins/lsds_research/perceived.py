@@ -5,17 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lsds.tracking import engine_of
+from lsds.tracking import UNASKED, engine_of
 
 if TYPE_CHECKING:
     from lsds.engine import Engine
 
-_CHEAP = ("detector.backend=threshold", "estimator.backend=field")
-"""What they say is not looked at."""
 WHOLE_PAD = 50
 """A pad with at least this many dots in view is seen as a whole; one with fewer is zoomed in."""
 
 
 def perceived(path: Path) -> Engine:
     """Return the engine that watches a recording. Raises ConfigError, PluginError; DataError when it is iterated."""
-    return engine_of(path, None, _CHEAP)
+    return engine_of(path, None, UNASKED)

@@ -55,10 +55,8 @@ class CarriedGel:
         for k, (own, (mean, by_x, by_y)) in enumerate(zip(rest.T, affine.T, strict=True)):
             nodes[..., k] = ((near_y * own) @ near_x.T) / say + (mean + across * by_x + down * by_y)
         self._nodes = nodes
-        length = np.hypot(moved[:, 0], moved[:, 1])
-        rank = int(FASTEST * (len(length) - 1))
         #: How far the fastest tenth of the dots has moved at least, px.
-        self.fastest_px = float(np.partition(length, rank)[rank])
+        self.fastest_px = fastest(moved)
 
     def everywhere(self, shape: tuple[int, ...], scale: float) -> Plane:
         """Return the motion (h, w, 2), in pixels of which each is `scale` px of the image."""
@@ -79,3 +77,10 @@ class CarriedGel:
         scale = np.float32(1 / NODE_PX)
         found = cv2.remap(self._nodes, x * scale, y * scale, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return np.asarray(found, np.float32).reshape(-1, 2)
+
+
+def fastest(moved: Floats) -> float:
+    """Return how far the fastest tenth of the dots has moved at least, in the unit of their motions (n, 2)."""
+    length = np.hypot(moved[:, 0], moved[:, 1])
+    rank = int(FASTEST * (len(length) - 1))
+    return float(np.partition(length, rank)[rank])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import cv2
 import numpy as np
 
-from lsds.tactile.imprint.carrying import FASTEST, LEAST_DOTS, CarriedGel
+from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel, fastest
 from lsds.tactile.imprint.layers import COUNT, Layers
 from lsds.tactile.imprint.registration import Registration
 from lsds.tactile.imprint.relief import ReliefMaker
@@ -225,9 +225,7 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
 
 def _rests(field: DeformationField, metres_per_px: float) -> bool:
     """Tell whether nine tenths of the dots are where the reference has them."""
-    moved = np.hypot(*field.displacement_m[field.valid].T)
-    rank = int(FASTEST * (len(moved) - 1))
-    return float(np.partition(moved, rank)[rank]) < REST_PX * metres_per_px
+    return fastest(field.displacement_m[field.valid]) < REST_PX * metres_per_px
 
 
 def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: float) -> CarriedGel | None:

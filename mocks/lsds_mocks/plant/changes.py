@@ -20,21 +20,18 @@ class Changes:
     shove_n: float = 0.0
     shove_s: float = 0.2
     friction_factor: float = 1.0
-    _lifted_s: float = -math.inf
-    _began: bool = False
+    _begins_s: float = math.inf
 
     def step(self, time_s: float, lifted: bool) -> None:
         """Take the time at which the object first leaves the table."""
-        if lifted and not self._began:
-            self._lifted_s, self._began = time_s, True
+        if lifted and math.isinf(self._begins_s):
+            self._begins_s = time_s + self.after_s
 
     def _since(self, time_s: float) -> float:
-        return time_s - self._lifted_s - self.after_s if self._began else -math.inf
+        return time_s - self._begins_s
 
     def mass(self, time_s: float) -> float:
         """Return the factor of the mass now."""
-        if self.mass_factor == 1.0:
-            return 1.0
         share = min(max(self._since(time_s) / self.pour_s, 0.0), 1.0)
         return 1.0 + (self.mass_factor - 1.0) * share
 

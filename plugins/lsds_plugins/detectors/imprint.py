@@ -60,14 +60,13 @@ class ImprintDetector:
         """Detect slip; abstain where the imprint's motion is not known."""
         options = self._options
         recent = observation.imprint.recent() if observation.imprint is not None else []
-        if not recent:
-            return Detection(None, math.nan, options.threshold, 0.0)
+        abstained = Detection(None, math.nan, options.threshold, 0.0)
+        if not recent or recent[0].strength < options.least_strength:
+            return abstained
         motion = recent[0]
-        if motion.strength < options.least_strength:
-            return Detection(None, math.nan, options.threshold, 0.0)
         if motion.match < options.least_match:
             if abs(math.log(max(motion.grown, 1e-9))) > _BEGUN:
-                return Detection(None, math.nan, options.threshold, 0.0)
+                return abstained
             return Detection(options.threshold < _LOST, _LOST, options.threshold, _LOST_CONFIDENCE)
         score = max(
             self._score(distance(motion, options.gel_share), step_m(motion)),

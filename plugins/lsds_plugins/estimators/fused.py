@@ -4,9 +4,9 @@ The imprint tells motion across its edges to a fraction of a pixel and says noth
 a speed roughly, in every direction. The mean weighted by inverse covariance lets each speak where it sees. The trained
 model learnt in simulation, so its standard deviations count more than it states (`doubt`).
 
-Two cases are the trained model's alone. The imprint is not found again; or it is found where it was, while the model is
-sure that something slides: then what is seen is the outline of the contact, which stays where it is while a smooth
-object slides through it.
+Where the imprint is not found again, the trained model speaks alone. Where it is found where it was, while the model is
+sure that something slides, the model alone tells the translation: what is seen is then the outline of the contact,
+which stays where it is while a smooth object slides through it.
 """
 
 from __future__ import annotations

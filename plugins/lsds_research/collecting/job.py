@@ -13,6 +13,7 @@ from lsds.errors import ConfigError, ConfigIssue, DataError, SafetyStop
 from lsds.models.signals import signals_of
 from lsds.session.truth_log import TruthLog
 from lsds.tactile.gate import RepeatedImage
+from lsds.tactile.reference import brightness
 from lsds_research.collecting.labels import SlipLabels
 from lsds_research.collecting.trials import SLOW_M_S, Job, Trial, trials
 from lsds_research.datasets import from_rows
@@ -140,7 +141,7 @@ class TrialJob:
         frame = cycle.frame
         if self._at < 0 or not cycle.leads or self._repeated.seen(frame.image):
             return
-        self._rows.append(signals_of(cycle.observation, float(frame.image[::4, ::4].mean())))
+        self._rows.append(signals_of(cycle.observation, brightness(frame)))
         self._times_ns.append(frame.t_ns)
         if self._also is not None:
             self._also(cycle)

@@ -112,9 +112,6 @@ class ImprintGruOptions(FieldGruOptions):
 class ImprintGru(FieldGru):
     """A `Learner`: the same nets, which also see the motion of the imprint."""
 
-    def __init__(self, options: ImprintGruOptions, context: BuildContext) -> None:
-        super().__init__(options, context)
-
 
 def _rms_moving(values: NDArray[np.float64], least: float) -> float:
     moving = values[np.abs(values) > least]

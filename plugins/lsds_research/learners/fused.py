@@ -13,8 +13,7 @@ from pydantic import Field
 
 from lsds.contracts import BuildContext
 from lsds_research.learners.common import LearnerBase, LearnerOptions
-from lsds_research.learners.graph import Graph
-from lsds_research.learners.trees import ensemble
+from lsds_research.learners.trees import FittedTrees, Grown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,7 +53,7 @@ class Fused(LearnerBase):
             early_stopping=False,
             random_state=seed,
         ).fit(examples.x.reshape(len(examples.x), -1), examples.y > 0.5, sample_weight=examples.weight)
-        return FittedFused(model, self.length, len(self.signals))
+        return FittedFused(model, self.length, len(self.signals), boosted=True)
 
 
 class _Tree(NamedTuple):
@@ -66,25 +65,13 @@ class _Tree(NamedTuple):
     children_right: NDArray[np.intp]
 
 
-class FittedFused:
-    """Fitted trees, which add up to a logit."""
+class FittedFused(FittedTrees):
+    """Fitted trees of scikit-learn's histogram boosting, which hold their nodes in another way."""
 
-    def __init__(self, model: Any, length: int, width: int) -> None:
-        self._model, self._length, self._width = model, length, width
-
-    def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the probability of slip (n,) by scikit-learn."""
-        probability = self._model.predict_proba(x.reshape(len(x), -1))[:, 1]
-        return np.asarray(probability, np.float32)
-
-    def export(self) -> bytes:
-        """Return the ONNX model."""
+    def _grown(self) -> Grown:
         nodes = [predictor.nodes for (predictor,) in self._model._predictors]
-        graph = Graph(self._length, self._width)
-        flat = graph.add("Reshape", "x", graph.constant(np.array([-1, self._length * self._width])))
-        start = graph.constant(np.ravel(self._model._baseline_prediction).astype(float))
-        total = ensemble(graph, flat, [_tree(each) for each in nodes], [each["value"] for each in nodes])
-        return graph.finish(graph.add("Sigmoid", graph.add("Add", total, start)))
+        start = float(self._model._baseline_prediction.item())
+        return Grown([_tree(each) for each in nodes], [each["value"] for each in nodes], start)
 
 
 def _tree(nodes: NDArray[Any]) -> _Tree:

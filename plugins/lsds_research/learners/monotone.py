@@ -15,7 +15,7 @@ from pydantic import Field
 
 from lsds.contracts import BuildContext
 from lsds_research.learners.common import LearnerBase, LearnerOptions
-from lsds_research.learners.logarithms import FittedLogarithms, logarithms
+from lsds_research.learners.graph import Graph
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,12 +52,12 @@ class Monotone(LearnerBase):
         super().__init__("detect", options)
         self._options = options
 
-    def fit(self, examples: Examples, seed: int) -> FittedLogarithms:
+    def fit(self, examples: Examples, seed: int) -> FittedMonotone:
         """Fit; the seed has no effect. Raises DataError for examples that cannot be fitted."""
         self.check(examples)
         from scipy.optimize import minimize
 
-        shaped = logarithms(examples.x, self._options.floor)
+        shaped = _shaped(examples.x, self._options.floor)
         centre, spread = shaped.mean(axis=0), shaped.std(axis=0) + 1e-9
         z, y = (shaped - centre) / spread, examples.y.astype(np.float64)
         penalty = self._options.penalty
@@ -72,6 +72,31 @@ class Monotone(LearnerBase):
         bounds = [(0.0, None)] * width + [(None, None)]
         w = minimize(loss, np.zeros(width + 1), jac=True, method="L-BFGS-B", bounds=bounds).x
         weight = w[:-1] / spread
-        return FittedLogarithms(
+        return FittedMonotone(
             weight, float(w[-1] - centre @ weight), self._options.floor, self.length, len(self.signals)
         )
+
+
+class FittedMonotone:
+    """Weights on log(|x| + floor), and a constant."""
+
+    def __init__(self, weight: Floats, constant: float, floor: float, length: int, width: int) -> None:
+        self.weight, self._constant, self._floor = weight, constant, floor
+        self._length, self._width = length, width
+
+    def predict(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the probability of slip (n,)."""
+        logit = _shaped(x, self._floor) @ self.weight + self._constant
+        return np.asarray(1 / (1 + np.exp(-logit)), np.float32)
+
+    def export(self) -> bytes:
+        """Return the ONNX model."""
+        graph = Graph(self._length, self._width)
+        floor = graph.constant(np.array(self._floor))
+        shaped = graph.add("Log", graph.add("Add", graph.add("Abs", "x"), floor))
+        flat = graph.add("Flatten", shaped)
+        return graph.finish(graph.add("Sigmoid", graph.dense(flat, self.weight[:, None], np.array([self._constant]))))
+
+
+def _shaped(x: NDArray[np.float32], floor: float) -> Floats:
+    return np.log(np.abs(x.reshape(len(x), -1).astype(np.float64)) + floor)

@@ -7,7 +7,7 @@ above it, so that every float32 signal goes the same way in both; only the sum o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -93,6 +93,14 @@ class GradientBoosting(LearnerBase):
         return FittedTrees(model, self.length, len(self.signals), boosted=True)
 
 
+class Grown(NamedTuple):
+    """The trees of an ensemble, what each of their nodes adds, (nodes,), and what is added to all of them."""
+
+    trees: Sequence[Any]
+    leaves: Sequence[NDArray[np.float64]]
+    start: float = 0.0
+
+
 class FittedTrees:
     """A fitted ensemble; `boosted` trees add up to a logit, others to a probability."""
 
@@ -107,16 +115,21 @@ class FittedTrees:
 
     def export(self) -> bytes:
         """Return the ONNX model."""
-        trees = [estimator.tree_ for estimator in np.ravel(self._model.estimators_)]
+        trees, leaves, start = self._grown()
         graph = Graph(self._length, self._width)
         flat = graph.add("Reshape", "x", graph.constant(np.array([-1, self._length * self._width])))
+        total = ensemble(graph, flat, trees, leaves)
         if not self._boosted:
-            leaves = [tree.value[:, 0, 1] / tree.value[:, 0].sum(axis=1) / len(trees) for tree in trees]
-            return graph.finish(ensemble(graph, flat, trees, leaves))
-        leaves = [tree.value[:, 0, 0] * self._model.learning_rate for tree in trees]
+            return graph.finish(total)
+        return graph.finish(graph.add("Sigmoid", graph.add("Add", total, graph.constant(np.array([start])))))
+
+    def _grown(self) -> Grown:
+        trees = [estimator.tree_ for estimator in np.ravel(self._model.estimators_)]
+        if not self._boosted:
+            return Grown(trees, [tree.value[:, 0, 1] / tree.value[:, 0].sum(axis=1) / len(trees) for tree in trees])
         share = self._model.init_.class_prior_[1]
-        start = graph.constant(np.array([np.log(share / (1 - share))]))
-        return graph.finish(graph.add("Sigmoid", graph.add("Add", ensemble(graph, flat, trees, leaves), start)))
+        leaves = [tree.value[:, 0, 0] * self._model.learning_rate for tree in trees]
+        return Grown(trees, leaves, float(np.log(share / (1 - share))))
 
 
 def ensemble(graph: Graph, flat: str, trees: Sequence[Any], leaves: Sequence[NDArray[np.float64]]) -> str:

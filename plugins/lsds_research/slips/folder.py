@@ -15,7 +15,7 @@ from lsds.errors import DataError
 from lsds.processes import DIED, spread
 from lsds_research.datasets import Dataset, from_rows, joined
 from lsds_research.slips.labels import NAME, PROTOCOL, Interval, Labels, name_of, read_labels
-from lsds_research.slips.score import scored_frames
+from lsds_research.slips.score import Said, scored_frames
 from lsds_research.slips.watched import Watched, find_recording, watch
 
 if TYPE_CHECKING:
@@ -39,6 +39,11 @@ class LabelledRecording:
     object: str
     intervals: Sequence[Interval]
     watched: Watched
+
+    def said(self, slip: NDArray[np.float64]) -> Said:
+        """Return the labels with what a detector says of each frame (n,), and nothing of an estimator."""
+        nothing = np.full((self.watched.count, 3), np.nan)
+        return Said(self.intervals, slip, self.watched.moved_px, nothing[:, :2], nothing[:, 2])
 
 
 def labels_of(folder: Path, file: Path | None = None) -> Labels:

@@ -12,13 +12,11 @@ from lsds_plugins.models import model_path
 
 from lsds.files import write_whole
 from lsds_research.slips.folder import as_dataset, labels_of, read_folder, scored_only
-from lsds_research.slips.score import Counts, Said, counted
+from lsds_research.slips.labels import PROTOCOL
+from lsds_research.slips.score import Counts, counted
 
 if TYPE_CHECKING:
     from lsds_research.slips.folder import LabelledRecording
-
-LABELLED = "labelled"
-"""Name of the dataset of labelled recordings in a card's training data."""
 
 
 def write_on_cards(
@@ -36,7 +34,7 @@ def write_on_cards(
     for name in (*detectors, *estimators):
         path = model_path(name, "").with_suffix(".json")
         card = json.loads(path.read_text(encoding="utf-8"))
-        learnt = others if LABELLED in card["trained_on"].get("datasets", {}) else []
+        learnt = others if PROTOCOL in card["trained_on"].get("datasets", {}) else []
         card["real"] = {"fitted_on": fitted_on(learnt)}
         if name in detectors:
             card["real"] |= {"scored_on": _extent(scored), "scores": real_scores(scored, name)}
@@ -57,9 +55,7 @@ def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[
     """Return what a detector finds as it decides: frames, slips noticed, false alarms; None where there are none."""
     counts = Counts()
     for own in recordings:
-        nothing = np.full((own.watched.count, 3), np.nan)
-        slip, moved = own.watched.slip[detector], own.watched.moved_px
-        counts += counted(Said(own.intervals, slip, moved, nothing[:, :2], nothing[:, 2]))
+        counts += counted(own.said(own.watched.slip[detector]))
     figures = {
         "found": counts.recall,
         "noticed": counts.noticed_share,
@@ -73,8 +69,7 @@ def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[
 def _extent(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
     counts = Counts()
     for own in recordings:
-        nothing = np.full((own.watched.count, 3), np.nan)
-        counts += counted(Said(own.intervals, nothing[:, 0], own.watched.moved_px, nothing[:, :2], nothing[:, 2]))
+        counts += counted(own.said(np.full(own.watched.count, np.nan)))
     return {
         "labels": "by eye",
         "objects": sorted({own.object for own in recordings}),

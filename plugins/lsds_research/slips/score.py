@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.calibration.watched import FIRST_FRAMES, MOVING_PX
 from lsds_research.slips.labels import Interval, State, states
 
 if TYPE_CHECKING:
@@ -16,21 +17,12 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-MOVING_PX = 0.5
-"""A frame moves where the fastest tenth of the dots has moved by more than this, px of a 320 px wide image."""
-FIRST_FRAMES = 9
-"""Frames at the start of a recording that are not scored: they may show an earlier contact."""
 LEAST_CONFIDENCE = 0.5
 """Labels of less confidence are not scored."""
 MARGIN = 1
 """Frames beside a slip or a touch in which an alarm is not false: an onset is not known better."""
 EARLY, LATE = 1, 2
 """An interval is noticed where slip is said from so many frames before its first frame to so many after it."""
-
-
-def fastest(moved: Floats) -> float:
-    """Return how far the fastest tenth of dots that moved by (n, 2) has moved at least, 0 without dots."""
-    return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,13 +11,13 @@ import cv2
 import numpy as np
 from lsds_plugins.replay.reader import open_reader
 
+from lsds.calibration.watched import fastest
 from lsds.contracts import Frame
 from lsds.errors import DataError, LsdsError, naming
 from lsds.tactile.imprint.motion import carried_gel, moved_dots
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds_research.perceived import perceived
 from lsds_research.slips.labels import name_of
-from lsds_research.slips.score import fastest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -15,8 +15,9 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.extras import importable, require
 from lsds.plugins.host import PluginHost
+from lsds_research.chosen import chosen
 from lsds_research.datasets import load, merged
-from lsds_research.make_models import OWN, training_part
+from lsds_research.make_models import FUSED_THRESHOLD, OWN, training_part
 from lsds_research.slips.folder import LabelledRecording, labels_of, read_folder, scored_only
 from lsds_research.slips.labels import NAME
 from lsds_research.slips.options import SlipOptions
@@ -27,7 +28,6 @@ from lsds_research.slips.score import Counts, Said, counted, onset_errors, score
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import Kind
     from lsds_research.datasets import Dataset
 
     Floats = NDArray[np.float64]
@@ -64,8 +64,6 @@ _TRAVELS = (
 ALL = "both"
 CALIBRATED = ("fused", "imprint")
 """Detectors for which `lsds calibrate slip` is tried; by default nothing was fitted on the objects that are scored."""
-REFIT_THRESHOLD = 0.85
-"""That of a model fitted anew, the same as that of the shipped one."""
 _DRAWS = 300
 Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 """Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
@@ -82,15 +80,15 @@ class SlipStudy:
         options, host = self._options, PluginHost()
         folder = Path(options.path)
         labels = labels_of(folder, Path(options.labels) if options.labels else None)
-        detectors = _chosen(host, "detector", options.detectors)
-        estimators = _chosen(host, "estimator", options.estimators)
+        detectors = chosen(host, "detector", options.detectors)
+        estimators = chosen(host, "estimator", options.estimators)
         recordings, failures = read_folder(folder, labels, detectors, estimators, options.jobs, tick)
         kept = self._kept(recordings, folder)
         notes = _notes(kept, options.alarms)
         told = {name: [(own, own.watched.slip[name], own.watched.score[name]) for own in kept] for name in detectors}
         for title, scores in self._refitted(recordings).items():
-            chosen = {own.watched.name for own in kept}
-            told[title] = [each for each in scores if each[0].watched.name in chosen]
+            names = {own.watched.name for own in kept}
+            told[title] = [each for each in scores if each[0].watched.name in names]
         told |= self._calibrated(kept, detectors)
         rows, curves = [], {}
         for name, scores in told.items():
@@ -118,8 +116,8 @@ class SlipStudy:
         return [own for own in recordings if own.object in scored_only()] or recordings
 
     def _calibrated(self, kept: list[LabelledRecording], detectors: Sequence[str]) -> dict[str, Scores]:
-        """Return what `lsds calibrate slip` makes of the detectors: the threshold found on the other objects of the
-        same setup, none of which a model was fitted on, or on all others, where that is not known."""
+        """Return what `lsds calibrate slip` makes of the detectors: each object at the threshold that the other scored
+        objects of its setup give."""
         told: dict[str, Scores] = {}
         budget = Budget(self._options.alarms)
         for name in (name for name in CALIBRATED if name in detectors):
@@ -150,7 +148,7 @@ class SlipStudy:
             found["fused, simulated only"] = zero_shot(recordings, simulated)
         return {
             title: [
-                (own, np.where(np.isfinite(score), score > REFIT_THRESHOLD, np.nan), score)
+                (own, np.where(np.isfinite(score), score > FUSED_THRESHOLD, np.nan), score)
                 for own, score in zip(recordings, scores, strict=True)
             ]
             for title, scores in found.items()
@@ -167,23 +165,11 @@ class SlipStudy:
         return merged([(folder, training_part(own, every.get(str(own.card.get("job")), 1))) for folder, own in parts])
 
 
-def _chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
-    """Return the backends of a kind that were asked for; by default all but those that need a model of one's own."""
-    for name in names:
-        host.find(kind, name)
-    return list(names) or [name for name in host.names(kind) if name != "onnx"]
-
-
 def _by_setup(scores: Scores) -> list[tuple[str, Scores]]:
     """Return the scores of all recordings, and of each setup where there are several."""
     setups = sorted({own.watched.setup for own, _, _ in scores})
     parts = [(setup, [each for each in scores if each[0].watched.setup == setup]) for setup in setups]
     return [(ALL, scores), *parts] if len(parts) > 1 else [(setups[0], scores)]
-
-
-def _said(own: LabelledRecording, slip: Floats) -> Said:
-    nothing = np.full((own.watched.count, 3), np.nan)
-    return Said(own.intervals, slip, own.watched.moved_px, nothing[:, :2], nothing[:, 2])
 
 
 def _quiet(recordings: Sequence[LabelledRecording], name: str) -> tuple[Floats, Floats]:
@@ -198,7 +184,7 @@ def _quiet(recordings: Sequence[LabelledRecording], name: str) -> tuple[Floats, 
 
 def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row:
     """Return one row: as the detector decides, and at the threshold with so many false alarms per 100 moving frames."""
-    said = [_said(own, slip) for own, slip, _ in scores]
+    said = [own.said(slip) for own, slip, _ in scores]
     counts = sum((counted(each) for each in said), Counts())
     late = np.concatenate([onset_errors(each) for each in said]) if said else np.empty(0)
     late = late[np.isfinite(late)]
@@ -235,7 +221,7 @@ def _threshold(scores: Scores, alarms: float) -> float:
 
 
 def _at(scores: Scores, least: float) -> list[Said]:
-    return [_said(own, np.where(np.isfinite(slip), exceeds(score, least), np.nan)) for own, slip, score in scores]
+    return [own.said(np.where(np.isfinite(slip), exceeds(score, least), np.nan)) for own, slip, score in scores]
 
 
 def _interval(parts: Sequence[Counts], seed: int) -> tuple[float, float]:

@@ -12,29 +12,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lsds_plugins.replay.reader import IMAGE_ENDINGS
 
+from lsds.calibration.watched import WIDTH_PX, fastest_px
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, LsdsError, naming
 from lsds.models.signals import SIGNALS, signals_of
 from lsds.plugins import PluginHost
+from lsds.tactile.reference import brightness
 from lsds_research.perceived import WHOLE_PAD, perceived
 from lsds_research.slips.labels import VIDEO_ENDINGS, name_of
-from lsds_research.slips.score import fastest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.contracts import Observation
-
     Floats = NDArray[np.float64]
-
-WIDTH_PX = 320
-"""Lengths in px are those of an image this wide."""
 
 
 @dataclass(slots=True, eq=False)
 class Watched:
-    """One recording of `count` frames; arrays have a row for each, NaN where there is none.
+    """One recording of `count` frames; arrays have a row for each, NaN where there is none. Lengths are px of an image
+    320 px wide.
 
     `moved_px` (n,): how far the fastest tenth of the dots has moved; `slip` and `score` (n,) by detector; `slid` (n, 3)
     by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is how many dots the reference
@@ -89,9 +86,9 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
         observation = cycle.observation
         metres = engine.perception.metres_per_px * observation.field.reference.image_size[0] / WIDTH_PX
         numbers.append(cycle.frame.seq)
-        signals.append(signals_of(observation, float(cycle.frame.image[::4, ::4].mean())))
+        signals.append(signals_of(observation, brightness(cycle.frame)))
         redrawn.append(cycle.frame.redrawn)
-        moved.append([_fastest(observation) / metres])
+        moved.append([fastest_px(observation, engine.perception.metres_per_px)])
         for name, detector in told.items():
             said = detector.update(observation)
             rows[name].append([math.nan if said.slip is None else float(said.slip), said.score])
@@ -126,9 +123,3 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
         {name: values[:, 1] for name, values in said.items()},
         {name: spread(values) for name, values in estimates.items()},
     )
-
-
-def _fastest(observation: Observation) -> float:
-    """Return how far the fastest tenth of the dots has moved since the last frame, m."""
-    field = observation.field
-    return fastest(field.velocity_m_s[np.isfinite(field.velocity_m_s[:, 0])] * field.dt_s)

@@ -14,6 +14,7 @@ from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
 from lsds.processes import DIED, spread
+from lsds_research.chosen import chosen
 from lsds_research.collecting.trials import Job, Trial, trials
 from lsds_research.metrics import MOVING_M_S
 from lsds_research.studies.asked.options import AskedOptions
@@ -21,8 +22,6 @@ from lsds_research.studies.asked.trial import AskedTrial, ask
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from lsds.contracts import Kind
 
     Floats = NDArray[np.float64]
     Row = dict[str, Any]
@@ -66,8 +65,8 @@ class AskedStudy:
         """Run the trials. Raises DataError for an unknown object or where no trial ends, PluginError for a backend."""
         options, host = self._options, PluginHost()
         detectors, estimators = (
-            _chosen(host, "detector", options.detectors),
-            _chosen(host, "estimator", options.estimators),
+            chosen(host, "detector", options.detectors),
+            chosen(host, "estimator", options.estimators),
         )
         planned = _planned(options, self._seed)
         found: list[AskedTrial] = []
@@ -103,12 +102,6 @@ class AskedStudy:
             more=[StudyTable(_DETECTORS, alarms)],
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
-
-
-def _chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
-    for name in names:
-        host.find(kind, name)
-    return list(names) or [name for name in host.names(kind) if name != "onnx"]
 
 
 def _planned(options: AskedOptions, seed: int) -> list[Trial]:

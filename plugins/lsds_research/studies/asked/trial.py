@@ -13,6 +13,8 @@ from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import LsdsError
 from lsds.plugins.host import PluginHost
+from lsds.tracking import UNASKED
+from lsds_research.collecting.campaign import PRESETS
 from lsds_research.collecting.drive import run_trial
 
 if TYPE_CHECKING:
@@ -23,16 +25,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-SETTINGS = (
-    "safety.max_arm_angular_rad_s=3.0",
-    "safety.stale_after_s=1.0",
-    "cell.simulated.fidelity=pad",
-    "cell.simulated.grid=1",
-    "cell.simulated.step_ms=4.0",
-    # What the engine's own say is not looked at.
-    "detector.backend=threshold",
-    "estimator.backend=field",
-)
+SETTINGS = (*PRESETS["loads"], *UNASKED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from lsds.calibration.watched import MOVING_PX
 from lsds.errors import DataError
 from lsds.tactile.imprint.motion import carried_gel
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.imprint.residue import DotResidue
 from lsds_research.perceived import perceived
-from lsds_research.slips.score import MOVING_PX
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
