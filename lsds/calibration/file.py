@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
+from lsds.calibration.noise import SHARES, ImprintNoise
 from lsds.config.toml import dumps
 from lsds.errors import PluginError
 from lsds.plugins import PluginHost
 
 if TYPE_CHECKING:
-    from lsds.calibration.slip import SlipCalibration
+    from lsds.calibration.slip import CalibratedDetector, SlipCalibration
+    from lsds.config import RigConfig
     from lsds.contracts import Kind
+
+    Tables = dict[str, dict[str, dict[str, Any]]]
 
 _HEAD = """\
 # Written by `lsds calibrate slip`. Name it in the config: calibration = ["this file"]
@@ -23,26 +27,67 @@ _HEAD = """\
 """
 
 
-def as_toml(result: SlipCalibration) -> tuple[str, list[str]]:
-    """Return the file's text, and of each detector that cannot be calibrated why."""
+_WHY = "did the object slip where it was not meant to? Else allow more false alarms, or use another"
+
+
+class Contents(NamedTuple):
+    """What is written: options by kind and backend, empty for none, the file's text, and why something is left out."""
+
+    tables: Tables
+    text: str
+    problems: list[str]
+
+
+def as_toml(result: SlipCalibration) -> Contents:
+    """Return what is to be written."""
     host, problems = PluginHost(), list[str]()
-    tables: dict[str, dict[str, dict[str, Any]]] = {"detector": {}, "estimator": {}}
+    tables: Tables = {"detector": {}, "estimator": {}}
+    refused = False
     for each in result.detectors:
         if "threshold" not in _options(host, "detector", each.name):
             problems.append(f"detector '{each.name}' has no option threshold: nothing is written for it")
             continue
         options = {"threshold": _above(each.after.threshold)}
-        if (problem := _problem(host, each.name, options)) is not None:
+        if (problem := _problem(host, each, options)) is not None:
             problems.append(problem)
+            refused = True
         else:
             tables["detector"][each.name] = options
-    if result.noise is not None:
+    if result.noise is not None and result.noise.gel_share >= SHARES[-1]:
+        problems.append(
+            f"the imprint errs by {SHARES[-1]:.0%} of the dots' motion or more: nothing is written for estimators "
+            "(did the object slip where it was not meant to?)"
+        )
+    elif result.noise is not None and (tables["detector"] or not refused):
         noise = {"gel_share": round(result.noise.gel_share, 3), "still_um": round(result.noise.still_m * 1e6, 1)}
         for name in host.names("estimator"):
             if set(noise) <= _options(host, "estimator", name):
                 tables["estimator"][name] = dict(noise)
     head = _HEAD.format(moving=result.budget.moving, still=result.budget.still, frames=result.moving + result.still)
-    return head + dumps({kind: table for kind, table in tables.items() if table}), problems
+    tables = {kind: table for kind, table in tables.items() if table}
+    return Contents(tables, head + dumps(tables), problems)
+
+
+def noise_in(config: RigConfig) -> ImprintNoise | None:
+    """Return the noise that the config's estimator reckons with, None where it has no such options."""
+    host, section = PluginHost(), config.section("estimator")
+    model = host.options_model(host.find("estimator", section.backend))
+    options = {} if model is None else model.model_validate(section.options()).model_dump()
+    if not {"gel_share", "still_um"} <= set(options):
+        return None
+    return ImprintNoise(options["gel_share"], options["still_um"] * 1e-6)
+
+
+def outweighed(tables: Tables, config: RigConfig) -> list[str]:
+    """Return a warning for each option that the config sets itself, so that the file's does not count."""
+    return [
+        f"the config sets {kind}.{own}.{key} itself, which counts more: take it out"
+        for kind, backends in tables.items()
+        for name, options in backends.items()
+        for own in dict.fromkeys((name, name.rpartition(":")[2]))
+        for key in options
+        if key in getattr(config, kind).tables.get(own, {})
+    ]
 
 
 def _above(value: float) -> float:
@@ -59,16 +104,21 @@ def _options(host: PluginHost, kind: Kind, name: str) -> set[str]:
     return set() if model is None else set(model.model_fields)
 
 
-def _problem(host: PluginHost, name: str, options: dict[str, Any]) -> str | None:
+def _problem(host: PluginHost, each: CalibratedDetector, options: dict[str, Any]) -> str | None:
     """Return why a detector cannot have these options, None where it can."""
-    model = host.options_model(host.find("detector", name))
+    needs = f"detector '{each.name}' would need a threshold of {options['threshold']:g}"
+    model = host.options_model(host.find("detector", each.name))
     try:
         if model is not None:
             model.model_validate(options)
     except ValidationError:
         return (
-            f"detector '{name}' would need a threshold of {options['threshold']:g}, which it cannot have: it calls "
-            "slip with certainty where nothing slips; nothing is written for it (allow more false alarms, or use "
-            "another)"
+            f"{needs}, which it cannot have: it calls slip with certainty where nothing slips; nothing is written for "
+            f"it ({_WHY})"
+        )
+    if each.is_blind:
+        return (
+            f"{needs}, at which it finds {each.after.found:.0%} of the sliding frames, before {each.before.found:.0%}: "
+            f"nothing is written for it ({_WHY})"
         )
     return None

@@ -25,6 +25,8 @@ LEAST_MOVING, LEAST_STILL = 40, 50
 """With fewer frames of either kind, nothing can be said of false alarms."""
 ENOUGH_MOVING, ENOUGH_STILL = 100, 1000
 """With fewer frames of either kind a threshold is only raised: that few alarms were seen may be chance."""
+LEAST_KEPT = 0.1
+"""A threshold at which less than so much is left of the sliding frames that were found is of no use."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,14 +45,21 @@ class Told:
 @dataclass(frozen=True, slots=True)
 class CalibratedDetector:
     """A detector before and after; `left_out` are its false alarms on each recording of changing load at the threshold
-    that all others give, per 100 moving and per 100 still frames, NaN where there is only one."""
+    that all others give, per 100 moving and per 100 still frames, NaN where there is only one. `answered` counts the
+    moving and the still frames without slip in which it did not abstain."""
 
     name: str
     before: Told
     after: Told
     left_out: tuple[float, float]
+    answered: tuple[int, int]
     lowers: bool
     """Whether enough frames were answered to lower the threshold, too."""
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the threshold within the budget loses the slides that were found before."""
+        return self.after.found < LEAST_KEPT * self.before.found
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +77,7 @@ class SlipCalibration:
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
         told = None if self.noise is None else self.noise._asdict()
-        return asdict(self) | {"noise": told, "noise_before": ImprintNoise()._asdict()}
+        return asdict(self) | {"noise": told}
 
 
 def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None) -> SlipCalibration:
@@ -87,7 +96,7 @@ def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None)
 def _require(moving: int, still: int) -> None:
     few = []
     if moving < LEAST_MOVING:
-        few.append(f"{moving} of {LEAST_MOVING} frames in which the gel moves (wriggle more)")
+        few.append(f"{moving} of {LEAST_MOVING} frames in which the gel moves (wriggle or shake more)")
     if still < LEAST_STILL:
         few.append(f"{still} of {LEAST_STILL} frames in which it rests (hold still for longer)")
     if few:
@@ -120,13 +129,19 @@ def _calibrated(
         _told(before, scores, said),
         _told(after, scores, said),
         _left_out(name, quiet, budget, before),
+        _answered(scores),
         _enough(scores),
     )
 
 
+def _answered(scores: Scores) -> tuple[int, int]:
+    moving, still = (int(np.isfinite(part).sum()) for part in scores)
+    return moving, still
+
+
 def _enough(scores: Scores) -> bool:
     """Tell whether so many frames were answered that few alarms are no chance: abstaining raises none."""
-    moving, still = (int(np.isfinite(part).sum()) for part in scores)
+    moving, still = _answered(scores)
     return moving >= ENOUGH_MOVING and still >= ENOUGH_STILL
 
 

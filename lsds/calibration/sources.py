@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 _LOADED = ("lift", "shake", "lower")
 """Stages of the job `shake` in which the load changes."""
+SHAKE: dict[str, object] = {"closer_mm": 2.5, "still_s": 8.0, "shakes": 20}
+"""Options of the job `shake` here, where the config has none: some 150 moving frames and 1200 still ones."""
+SLIPPED_M, SLID_M = 1e-4, 1e-3
+"""In a firm grip the object may slip so far by the truth; in the usual one it has to slide so far to show a slide."""
 
 
 def built(config: RigConfig, names: Sequence[str]) -> dict[str, Detector]:
@@ -31,6 +36,19 @@ def built(config: RigConfig, names: Sequence[str]) -> dict[str, Detector]:
     return {name: host.build("detector", name, options[name], context) for name in names}
 
 
+def require_recordings(names: Sequence[str]) -> None:
+    """Raise DataError that tells all recordings which are not there: files, folders, patterns."""
+    paths = {name: Path(name).expanduser() for name in names}
+    missing = [name for name, path in paths.items() if not path.exists() and not any(path.parent.glob(path.name))]
+    if missing:
+        raise DataError(f"{', '.join(missing)}: no such file or folder; check the path")
+
+
+def is_real(config: RigConfig) -> bool:
+    """Tell whether the first sensor is a real one, neither simulated nor a recording."""
+    return not Rig(only_watching(config)).virtual
+
+
 def watched_recording(
     source: str, phase: Phase, config: Path | None, overrides: Sequence[str], detectors: Mapping[str, Detector]
 ) -> WatchedPhase:
@@ -39,7 +57,7 @@ def watched_recording(
     for detector in detectors.values():
         detector.reset()
     try:
-        engine = engine_of(source, config, (*overrides, *UNASKED))
+        engine = engine_of(source, config, (*overrides, *UNASKED, "calibration=[]"))
         for cycle in engine:
             told.take(cycle, detectors, engine.perception.metres_per_px)
     except LsdsError as error:
@@ -50,28 +68,47 @@ def watched_recording(
 
 
 def watched_rig(
-    config: RigConfig, firm_mm: float, detectors: Mapping[str, Detector], say: Callable[[str], object]
+    config: RigConfig, firm_mm: float | None, detectors: Mapping[str, Detector], say: Callable[[str], object]
 ) -> list[WatchedPhase]:
     """Let a simulated rig move by itself: shake a firmly held object, then lift another as its config grips it.
 
-    It grips `firm_mm` closer while it shakes. The controller is off. A real rig is refused: between the two runs its
-    gripper would have to open, and nobody would have put the object back. Raises ConfigError, and what ends a run.
+    It shakes by the config's `[job.shake]` and grips `firm_mm` closer, where that is given. The controller is off. A
+    real rig is refused: between the two runs its gripper would have to open, and nobody would have put the object back.
+    Raises ConfigError, DataError where the object slips while it is shaken, and what ends a run.
     """
-    if not Rig(config).virtual:
+    rig = Rig(config)
+    if not rig.virtual or rig.own_cell is None:
         issue = ConfigIssue("gripper.backend", "only a simulated rig moves by itself here", "add --by-hand")
         raise ConfigError("the rig", [issue])
     still, load, slide = WatchedPhase("still", "still"), WatchedPhase("shaken", "load"), WatchedPhase("lifted", "slide")
     by_stage = {"still": still, **dict.fromkeys(_LOADED, load)}
-    say(f"gripping {firm_mm:g} mm closer than usual, holding still, lifting, shaking, setting down")
-    _moved(config, {"backend": "shake", "shake": {"closer_mm": firm_mm}}, by_stage, detectors)
+    options = SHAKE | config.section("job").model_copy(update={"backend": "shake"}).options()
+    if firm_mm is not None:
+        options["closer_mm"] = firm_mm
+    closer = f"{options['closer_mm']:g} mm closer than usual"
+    say(f"gripping {closer}, holding still, lifting, shaking, setting down")
+    if _moved(config, {"backend": "shake", "shake": options}, by_stage, detectors, most_m=SLIPPED_M) > SLIPPED_M:
+        raise DataError(
+            f"gripped {closer}, the object slipped or was not held at all: nothing can be learnt from that, and no "
+            "file is written (grip more firmly: a larger --firm-mm, or job.shake.closer_mm in the config)"
+        )
     say("gripping as the config does, and lifting: it should slide")
-    _moved(config, {"backend": "lift"}, {"lift": slide, "hold": slide}, detectors)
-    return [each for each in (still, load, slide) if len(each)]
+    if _moved(config, {"backend": "lift"}, {"lift": slide, "hold": slide}, detectors) < SLID_M:
+        say("nothing slid, so what is found is not known: choose a wider task.grip_aperture_m")
+        return [still, load]
+    return [still, load, slide]
 
 
 def _moved(
-    config: RigConfig, job: dict[str, object], phases: Mapping[str, WatchedPhase], detectors: Mapping[str, Detector]
-) -> None:
+    config: RigConfig,
+    job: dict[str, object],
+    phases: Mapping[str, WatchedPhase],
+    detectors: Mapping[str, Detector],
+    most_m: float = math.inf,
+) -> float:
+    """Run a job, watch its stages, and return how far the object truly slipped in them (m), infinity where it is not in
+    the grip; beyond `most_m` it ends."""
+    slipped_m, begun_m = 0.0, None
     sections = {"job": type(config.section("job")).model_validate(job)}
     open_loop = {"controller": config.section("controller").model_copy(update={"enabled": False})}
     for detector in detectors.values():
@@ -81,8 +118,15 @@ def _moved(
         engine = Engine(rig)
         for cycle in engine:
             phase = phases.get(cycle.stage)
-            if phase is not None and cycle.leads:
-                phase.take(cycle, detectors, engine.perception.metres_per_px)
+            if phase is None or not cycle.leads or rig.own_cell is None:
+                continue
+            phase.take(cycle, detectors, engine.perception.metres_per_px)
+            truth = rig.own_cell.truth()
+            begun_m = truth.slip_distance_m if begun_m is None else begun_m
+            slipped_m = truth.slip_distance_m - begun_m if truth.normal_force_n > 0 else math.inf
+            if slipped_m > most_m:
+                break
+    return slipped_m
 
 
 class Part(NamedTuple):
@@ -126,6 +170,6 @@ def watched_hand(
                 say(f"{left[0].ask} ({left[0].duration_s:g} s)")
                 ends_ns = cycle.t_ns + nanoseconds(left[0].duration_s)
             phase = left[0].phase
-            if phase is not None:
+            if phase is not None and cycle.leads:
                 told[phase].take(cycle, detectors, engine.perception.metres_per_px)
     return [each for each in told.values() if len(each)]

@@ -11,8 +11,11 @@ import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.cli.progress import Progress
+from lsds.errors import DataError
 
 if TYPE_CHECKING:
+    from lsds.calibration.file import Tables
+    from lsds.calibration.noise import ImprintNoise
     from lsds.calibration.slip import CalibratedDetector, SlipCalibration
     from lsds.calibration.watched import Phase, WatchedPhase
     from lsds.config import RigConfig
@@ -47,16 +50,14 @@ def _per_100(flag: str, default: float, kind: str) -> Callable[[F], F]:
 @click.option(
     "--seconds",
     type=click.FloatRange(2, 600),
-    default=20.0,
-    show_default=True,
-    help="How long each part takes by hand.",
+    default=None,
+    help="How long each part takes by hand; default: 20.",
 )
 @click.option(
     "--firm-mm",
     type=click.FloatRange(0, 20),
-    default=2.5,
-    show_default=True,
-    help="How much closer than its usual grip the rig grips where nothing may slip.",
+    default=None,
+    help="How much closer than usual a simulated rig grips to shake; default: job.shake.closer_mm, or 2.5.",
 )
 @click.option(
     "--out",
@@ -76,8 +77,8 @@ def slip(
     detectors: tuple[str, ...],
     moving: float,
     resting: float,
-    seconds: float,
-    firm_mm: float,
+    seconds: float | None,
+    firm_mm: float | None,
     out: Path,
     json_file: str | None,
 ) -> None:
@@ -103,41 +104,58 @@ def slip(
         require_writable(target)
     if out.suffix.lower() != ".toml":
         raise click.UsageError(f"--out {out}: the name must end in .toml")
-    from lsds.calibration.file import as_toml
+    recordings: list[tuple[Phase, str]] = [("still", name) for name in still]
+    recordings += [("load", name) for name in load] + [("slide", name) for name in slide]
+    _check_flags({phase for phase, _ in recordings}, by_hand=by_hand, seconds=seconds, firm_mm=firm_mm)
+    from lsds.calibration.file import as_toml, noise_in, outweighed
     from lsds.calibration.slip import calibrate_slip
-    from lsds.calibration.sources import built
+    from lsds.calibration.sources import built, require_recordings
     from lsds.calibration.thresholds import Budget
     from lsds.config import load_config
     from lsds.config.toml import value_text
     from lsds.files import write_whole
 
-    if by_hand and (still or load or slide):
-        raise click.UsageError("--by-hand watches the sensor: leave the recordings out, or leave it out")
+    require_recordings([name for _, name in recordings])
     # What an earlier calibration found is not where this one begins.
     chosen = load_config(config, overrides, without=("calibration",))
     named = list(dict.fromkeys(detectors or (chosen.section("detector").backend, _ALWAYS)))
     asked = built(chosen, named)
-    recordings: list[tuple[Phase, str]] = [("still", name) for name in still]
-    recordings += [("load", name) for name in load] + [("slide", name) for name in slide]
     if recordings:
         phases = _recorded(recordings, config, overrides, asked)
     else:
         phases = _live(chosen, asked, by_hand=by_hand, seconds=seconds, firm_mm=firm_mm)
     result = calibrate_slip(phases, Budget(moving, resting))
+    contents, noise = as_toml(result), noise_in(chosen)
     if json_file != "-":
-        _print(result)
-    text, problems = as_toml(result)
-    for name in named:
-        own = name.rpartition(":")[2]
-        if "threshold" in chosen.section("detector").tables.get(own, {}):
-            problems.append(f"the config sets detector.{own}.threshold itself, which counts more: take it out")
+        print_result(result, contents.tables, noise)
+    if recordings and not slide:
+        click.echo("what is still found at these thresholds is not known: add --slide RECORDING", err=True)
+    if not contents.tables:
+        raise DataError(f"nothing could be calibrated, and no file is written: {'; '.join(contents.problems)}")
+    problems = [*contents.problems, *outweighed(contents.tables, chosen)]
     for problem in problems:
         click.echo(f"warning: {problem}", err=True)
-    write_whole(out, text.encode())
+    write_whole(out, contents.text.encode())
     if json_file is not None:
-        write_json({**result.as_dict(), "file": str(out), "warnings": problems}, json_file)
+        before = None if noise is None else noise._asdict()
+        write_json({**result.as_dict(), "noise_before": before, "file": str(out), "warnings": problems}, json_file)
     if json_file != "-":
         click.echo(f"written to {out}; name it in the config: calibration = [{value_text(str(out.resolve()))}]")
+
+
+def _check_flags(recorded: set[Phase], *, by_hand: bool, seconds: float | None, firm_mm: float | None) -> None:
+    """Raise click.UsageError for flags that do not go together, and for a recording that is missing beside others."""
+    if by_hand and recorded:
+        raise click.UsageError("--by-hand watches the sensor: leave the recordings out, or leave it out")
+    if seconds is not None and not by_hand:
+        raise click.UsageError("--seconds is for --by-hand: add that, or leave it out")
+    if firm_mm is not None and (by_hand or recorded):
+        raise click.UsageError("--firm-mm is for a simulated rig that moves by itself: leave it out")
+    if recorded and "load" not in recorded:
+        rests = "" if "still" in recorded else "--still RECORDING and "
+        raise click.UsageError(
+            f"thresholds are learnt where the load changes and nothing slips: add {rests}--load RECORDING"
+        )
 
 
 def _recorded(
@@ -157,7 +175,7 @@ def _recorded(
 
 
 def _live(
-    config: RigConfig, detectors: dict[str, Detector], *, by_hand: bool, seconds: float, firm_mm: float
+    config: RigConfig, detectors: dict[str, Detector], *, by_hand: bool, seconds: float | None, firm_mm: float | None
 ) -> list[WatchedPhase]:
     from lsds.calibration import sources
 
@@ -165,14 +183,21 @@ def _live(
         click.echo(text, err=True)
 
     if by_hand:
-        return sources.watched_hand(config, sources.by_hand(seconds), detectors, say)
+        if not sources.is_real(config):
+            name = config.section("sensor").backend
+            raise click.UsageError(f"--by-hand needs a real sensor, which '{name}' is not: leave it out")
+        return sources.watched_hand(config, sources.by_hand(seconds or 20.0), detectors, say)
     if not (config.section("gripper").chosen and config.section("arm").chosen):
         raise click.UsageError("the rig has no gripper or no arm: add --by-hand, or give recordings")
     return sources.watched_rig(config, firm_mm, detectors, say)
 
 
-def _print(result: SlipCalibration) -> None:
-    rows = [row for each in result.detectors for row in _rows(each, result.slides)]
+def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise | None) -> None:
+    """Print what was found, and advice for the detectors that are `written`; `noise` is that of the config."""
+    from lsds.calibration.slip import ENOUGH_MOVING, ENOUGH_STILL
+
+    kept = [each for each in result.detectors if each.name in written.get("detector", {})]
+    rows = [row for each in result.detectors for row in _rows(each, result.slides, is_written=each in kept)]
     heads = ("detector", "threshold", "/100 moving", "/100 still", "of sliding frames", "slides noticed")
     click.echo(table(rows, heads).strip("\n"))
     click.echo(
@@ -180,18 +205,25 @@ def _print(result: SlipCalibration) -> None:
         f"allowed: {result.budget.moving:g} and {result.budget.still:g} per 100, of still ones one at least"
     )
     if result.noise is not None:
-        share, still_m = result.noise
-        click.echo(
-            f"the gel under the object is in doubt by {share:.0%} of the dots' motion, and {still_m * 1e6:.1f} um"
-        )
-    for each in result.detectors:
+        before = "" if noise is None else f" (before: {_doubt(noise)})"
+        click.echo(f"the gel under the object is in doubt by {_doubt(result.noise)}{before}")
+    for each in kept:
         if not each.lowers:
-            click.echo(f"{each.name} answered in too few frames to lower its threshold: record for longer", err=True)
-    if any(each.after.noticed < each.before.noticed for each in result.detectors):
+            moving, still = each.answered
+            click.echo(
+                f"{each.name} answered in {moving} of {result.moving} moving and {still} of {result.still} still "
+                f"frames; lowering its threshold takes {ENOUGH_MOVING} and {ENOUGH_STILL}: record for longer",
+                err=True,
+            )
+    if any(each.after.noticed < each.before.noticed for each in kept):
         click.echo("slides are missed now that were noticed before: allow more false alarms, or record more", err=True)
 
 
-def _rows(each: CalibratedDetector, slides: int) -> list[tuple[str, ...]]:
+def _doubt(noise: ImprintNoise) -> str:
+    return f"{noise.gel_share:.0%} of the dots' motion, and {noise.still_m * 1e6:.1f} um"
+
+
+def _rows(each: CalibratedDetector, slides: int, *, is_written: bool) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         (
             f"{each.name}, {when}",
@@ -201,7 +233,7 @@ def _rows(each: CalibratedDetector, slides: int) -> list[tuple[str, ...]]:
             _number(told.found, ".2f"),
             f"{told.noticed} of {slides}",
         )
-        for when, told in (("before", each.before), ("after", each.after))
+        for when, told in (("before", each.before), ("after" if is_written else "unwritten", each.after))
     ]
     moving, still = each.left_out
     if not math.isnan(moving):

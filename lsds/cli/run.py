@@ -88,6 +88,7 @@ def _table(summary: dict[str, Any]) -> str:
         ("  when always predicting zero", show(summary["severity_zero_predictor_mae_m_s"], 1e2, "cm/s")),
         ("  while it slips", show(summary["severity_moving_mae_m_s"], 1e2, "cm/s")),
         ("  when predicting zero then", show(summary["severity_moving_zero_predictor_mae_m_s"], 1e2, "cm/s")),
+        *_called(summary["called_slip"], show),
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
         ("missed cycles", str(summary["overruns"])),
         ("image to command", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99"),
@@ -102,6 +103,16 @@ def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:
     if report is None:
         return []
     return [("gel", report["summary"]), *(("  warning", warning) for warning in report["warnings"])]
+
+
+def _called(told: dict[str, Any] | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
+    """Return the row of the frames called slip, next to the true slip; empty without frames."""
+    if told is None:
+        return []
+    slipped_m = told["slipped_m"]
+    truth = "" if slipped_m is None else f"; it truly slipped {show(slipped_m, 1e3, 'mm')}"
+    when = " since the lift" if told["lifted"] else ""
+    return [(f"called slip{when}", f"{told['slip']} of {told['answered']} frames{truth}")]
 
 
 def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:

@@ -22,16 +22,18 @@ if TYPE_CHECKING:
 KEY = "calibration"
 
 
-def with_calibration(data: dict[str, Any], folder: Path, host: PluginHost) -> None:
+def with_calibration(data: dict[str, Any], folder: Path, source: str, host: PluginHost) -> None:
     """Fill in what the config's files of calibration say and the config itself does not; later files count more.
 
-    `folder` is that of the config, from which relative names count. Raises ConfigError that names a file.
+    `folder` is that of the config `source`, from which relative names count. Raises ConfigError that names a file.
     """
     names = data.get(KEY, [])
     if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
         return  # The model says so.
-    for name in reversed(names):
-        path = folder / Path(name).expanduser()
+    paths = [folder / Path(name).expanduser() for name in names]
+    if missing := [_missing(path) for path in paths if not path.exists()]:
+        raise ConfigError(source, missing)
+    for path in reversed(paths):
         tables = read_toml(path)
         issues = [*_misplaced(tables), *backend_issues(tables, host)]
         if issues:
@@ -40,6 +42,11 @@ def with_calibration(data: dict[str, Any], folder: Path, host: PluginHost) -> No
             section = data.setdefault(kind, {})
             if isinstance(section, dict):
                 _fill(section, backends)
+
+
+def _missing(path: Path) -> ConfigIssue:
+    problem = f"{path.name} does not exist in the folder {path.parent.resolve()}"
+    return ConfigIssue(KEY, problem, "paths count from the config's folder; lsds calibrate slip writes such a file")
 
 
 def _misplaced(tables: dict[str, Any]) -> Iterator[ConfigIssue]:

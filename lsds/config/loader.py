@@ -39,8 +39,9 @@ def load_config(
     overrides = tuple(overrides)
     issues = apply_overrides(data, overrides)
     host = host or PluginHost()
-    with_calibration(data, Path(path).parent if path is not None else Path(), host)
-    return check_config(data, source + (" with --set" if overrides else ""), host, issues)
+    source += " with --set" if overrides else ""
+    with_calibration(data, Path(path).parent if path is not None else Path(), source, host)
+    return check_config(data, source, host, issues)
 
 
 def check_config(data: dict[str, Any], source: str, host: PluginHost, issues: Iterable[ConfigIssue] = ()) -> RigConfig:

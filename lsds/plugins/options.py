@@ -37,6 +37,11 @@ def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") ->
             hint = did_you_mean(str(detail["input"]), choices)
             remedy = " ".join(part for part in (hint, f"one of: {', '.join(choices)}" if choices else "") if part)
             yield ConfigIssue(where, f"{detail['input']!r} is not allowed", remedy)
+        elif kind in ("tuple_type", "list_type"):
+            given = detail["input"]
+            written = f'"{given}"' if isinstance(given, str) else given
+            remedy = "" if isinstance(given, Mapping) else f"{location[-1]} = [{written}]"
+            yield ConfigIssue(where, f"should be a list, got {given!r}", remedy)
         elif kind == "missing":
             yield ConfigIssue(where, "is missing")
         else:

@@ -76,6 +76,7 @@ def summarise(
         "severity_moving_mae_m_s": _severity_mae(moving),
         "severity_moving_zero_predictor_mae_m_s": _zero_mae(moving),
         "detection": _detection(acting, begun, slip),
+        "called_slip": _called_slip(samples, every_truth),
         "aperture_m": {
             "at_lift": _measured(acting[0]) if acting else None,
             "at_end": _measured(acting[-1]) if acting else None,
@@ -209,6 +210,23 @@ def _detection(acting: Sequence[Sample], begun_ns: int | None, slip: Slip | None
     after = [t_ns for t_ns in alarms if t_ns >= onset_ns]
     delay = seconds(after[0] - onset_ns) if after else None
     return {**counts, "onset_delay_s": delay, "early_alarms": len(alarms) - len(after)}
+
+
+def _called_slip(samples: Sequence[Sample], truths: Sequence[CellTruth]) -> dict[str, Any] | None:
+    """Frames that the detector called slip, of those it answered, since the job first lifted or corrected; all frames
+    where it did neither. `slipped_m` is how far the object truly slipped meanwhile. None without frames."""
+    begun = next((at for at, sample in enumerate(samples) if sample.rising or sample.acting), 0)
+    since = samples[begun:]
+    if not since:
+        return None
+    said = [sample.slip for sample in since if sample.slip is not None]
+    distances = [truth.slip_distance_m for truth in truths if truth.t_ns >= since[0].t_ns]
+    return {
+        "slip": sum(said),
+        "answered": len(said),
+        "lifted": any(sample.rising for sample in since),
+        "slipped_m": distances[-1] - distances[0] if distances else None,
+    }
 
 
 def _measured(sample: Sample) -> float | None:

@@ -11,13 +11,18 @@ import pytest
 from lsds_plugins.jobs.shake import ShakeJob, ShakeOptions
 from pydantic import ValidationError
 
+from lsds.calibration import sources
+from lsds.calibration.slip import calibrate_slip
+from lsds.calibration.sources import built, by_hand, watched_hand, watched_rig
 from lsds.cli.main import main
-from lsds.config import RigConfig
+from lsds.config import RigConfig, load_config
 from lsds.contracts import ArmState, Pose, Setting, Situation, Twist
-from lsds.errors import ConfigError
+from lsds.errors import ConfigError, DataError
 from lsds.rig import Rig
 from lsds.session.run import run
 from lsds.task import TaskOptions
+from tests.tactile.render import pad_positions, render
+from tests.video_files import write_video
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "rigs"
 
@@ -89,14 +94,27 @@ def test_a_firmly_held_pipe_is_shaken_and_does_not_slip():
     assert session.truths[-1].object_height_m < 0.01, "it ends a little above where it stood"
 
 
+FEW = ["job.shake.still_s=4.0", "job.shake.shakes=6"]
+
+
+def test_the_summary_counts_what_was_called_slip():
+    session = run(None, [*QUICK, "job.backend=shake", "job.shake.still_s=0.3", "job.shake.shakes=1"])
+    called = session.summary["called_slip"]
+    assert 0 <= called["slip"] < called["answered"]
+    assert 20 < called["answered"] < session.summary["cycles"]
+    assert (called["lifted"], called["slipped_m"]) == (True, 0.0)
+
+
 def test_calibrating_on_the_simulated_rig_writes_a_file_that_runs(tmp_path):
     out, told = tmp_path / "slip.toml", tmp_path / "told.json"
-    flags = [part for each in QUICK for part in ("--set", each)]
+    flags = [part for each in (*QUICK, *FEW) for part in ("--set", each)]
     assert main(["calibrate", "slip", *flags, "--out", str(out), "--json", str(told)]) == 0
     summary = json.loads(told.read_text())
     names = [each["name"] for each in summary["detectors"]]
     assert names == ["fused", "imprint"]
     assert summary["moving"] > 40
+    assert summary["still"] < 600, "options of [job.shake] count"
+    assert summary["noise_before"]["gel_share"] > 0
     assert summary["slides"] == 1
     for each in summary["detectors"]:
         assert each["after"]["per_100_moving"] <= max(each["before"]["per_100_moving"], 8)
@@ -114,6 +132,14 @@ def test_calibrating_on_the_simulated_rig_writes_a_file_that_runs(tmp_path):
         (["--load", "nowhere.avi"], "nowhere.avi"),
         (["--detector", "imprnt"], "imprnt"),
         (["--by-hand", "--load", "a.avi"], "leave the recordings out"),
+        (["--by-hand"], "--by-hand needs a real sensor"),
+        (["--seconds", "5"], "--seconds is for --by-hand"),
+        (["--load", "a.avi", "--firm-mm", "2"], "--firm-mm is for a simulated rig"),
+        (["--by-hand", "--firm-mm", "2"], "--firm-mm is for a simulated rig"),
+        (["--still", "a.avi"], "add --load RECORDING"),
+        (["--still", "a.avi", "--slide", "b.avi"], "add --load RECORDING"),
+        (["--slide", "a.avi"], "add --still RECORDING and --load RECORDING"),
+        (["--load", "a.avi", "--still", "b/*.png"], "b/*.png, a.avi: no such"),
         ([str(EXAMPLES / "hardware.toml")], "only a simulated rig moves by itself"),
     ],
 )
@@ -124,20 +150,56 @@ def test_what_cannot_be_calibrated_is_said(tmp_path, monkeypatch, capsys, argume
     assert list(tmp_path.iterdir()) == []
 
 
-def test_by_hand_says_what_to_do_once_the_untouched_gel_was_seen(tmp_path, monkeypatch, capsys):
+def test_by_hand_says_what_to_do_once_the_untouched_gel_was_seen():
+    said, config = [], load_config()
+    phases = watched_hand(config, by_hand(2.0), built(config, ["imprint"]), said.append)
+    asked = ["do not touch the gel", "put the object into the grip", "hold it still", "wriggle it:", "wriggle it ("]
+    assert [line[: len(each)] for line, each in zip(said, asked, strict=False)] == asked
+    with pytest.raises(DataError, match="0 of 40 frames in which the gel moves"):  # Nobody has moved anything.
+        calibrate_slip(phases)
+
+
+@pytest.mark.parametrize("aperture_m", [0.0236, 0.03])
+def test_an_object_that_slips_or_is_not_held_leaves_no_file(tmp_path, monkeypatch, capsys, aperture_m):
     monkeypatch.chdir(tmp_path)
-    assert main(["calibrate", "slip", "--by-hand", "--seconds", "2"]) != 0
+    flags = [part for each in (*QUICK, *FEW, f"task.grip_aperture_m={aperture_m}") for part in ("--set", each)]
+    assert main(["calibrate", "slip", *flags, "--firm-mm", "0"]) == DataError.exit_code
     said = capsys.readouterr().err
-    asked = ["do not touch the gel", "put the object into the grip", "hold it still", "wriggle it (", "pull it slowly"]
-    at = [said.index(each) for each in asked]
-    assert at == sorted(at)
-    # Nobody has moved anything.
-    assert "0 of 40 frames in which the gel moves (wriggle more)" in said
+    assert "gripped 0 mm closer than usual, the object slipped or was not held at all" in said
+    assert "a larger --firm-mm" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_a_flag_and_the_config_s_own_option_the_flag_counts(monkeypatch):
+    asked = []
+    monkeypatch.setattr(sources, "_moved", lambda config, job, *_, **__: asked.append(job) or 0.0)
+    said = []
+    for firm_mm in (None, 3.5):
+        watched_rig(load_config(None, ["job.shake.closer_mm=1.5", "job.shake.shakes=2"]), firm_mm, {}, said.append)
+    shaken = [job["shake"] for job in asked if job["backend"] == "shake"]
+    assert [(each["closer_mm"], each["shakes"], each["still_s"]) for each in shaken] == [(1.5, 2, 8.0), (3.5, 2, 8.0)]
+    assert said[0].startswith("gripping 1.5 mm closer")
+    assert "nothing slid" in said[2]
+
+
+def test_a_config_may_name_the_file_before_there_is_one(tmp_path, capsys):
+    rig, clip = tmp_path / "rig.toml", tmp_path / "clip.avi"
+    rig.write_text('calibration = ["slip.toml"]\n[tactile]\nreference_frames = 1\n')
+    write_video(clip, [render(pad_positions(), seed=seed) for seed in range(12)])
+    main(["calibrate", "slip", str(rig), "--load", str(clip), "--out", str(tmp_path / "slip.toml")])
+    assert "show too little" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_simulated_rig_shows_enough_to_lower_a_threshold(tmp_path):
+    told = tmp_path / "told.json"
+    assert main(["calibrate", "slip", "--out", str(tmp_path / "slip.toml"), "--json", str(told)]) == 0
+    assert all(each["lowers"] for each in json.loads(told.read_text())["detectors"])
 
 
 def test_a_threshold_of_the_config_s_own_is_pointed_out(tmp_path):
     rig, out, told = tmp_path / "rig.toml", tmp_path / "slip.toml", tmp_path / "told.json"
     rig.write_text("[detector.fused]\nthreshold = 0.9\n")
-    flags = [part for each in QUICK for part in ("--set", each)]
+    flags = [part for each in (*QUICK, *FEW) for part in ("--set", each)]
     assert main(["calibrate", "slip", str(rig), *flags, "--out", str(out), "--json", str(told)]) == 0
     assert "the config sets detector.fused.threshold itself" in json.loads(told.read_text())["warnings"][0]

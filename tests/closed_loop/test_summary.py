@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from lsds.session.record import Sample
-from lsds.session.summary import Slip, _detection, _severity_mae, _slip, _zero_mae
+from lsds.session.summary import Slip, _called_slip, _detection, _severity_mae, _slip, _zero_mae
 
 MS = 1_000_000
 
@@ -51,3 +52,13 @@ def test_detections_are_counted_and_the_delay_is_from_slip_to_alarm():
 def test_no_slip_has_no_onset():
     assert _slip([]) is None
     assert _detection([sample(0, said=False)], 0, None)["onset_delay_s"] is None
+
+
+def test_frames_called_slip_are_counted_since_the_lift_of_those_answered():
+    before = replace(sample(0), acting=False, rising=False)
+    samples = [before, *(sample(i, said=said) for i, said in enumerate([True, False, None, False], start=1))]
+    called = {"slip": 1, "answered": 3, "lifted": True, "slipped_m": None}
+    assert _called_slip(samples, []) == called
+    still = [replace(each, acting=False, rising=False) for each in samples]
+    assert _called_slip(still, []) == {"slip": 2, "answered": 4, "lifted": False, "slipped_m": None}
+    assert _called_slip([], []) is None

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lsds.calibration.file import as_toml
-from lsds.calibration.noise import imprint_noise
+from lsds.calibration import sources
+from lsds.calibration.file import as_toml, noise_in, outweighed
+from lsds.calibration.noise import ImprintNoise, imprint_noise
 from lsds.calibration.slip import calibrate_slip
 from lsds.calibration.thresholds import Budget, exceeds, threshold
 from lsds.calibration.watched import FIRST_FRAMES, WatchedPhase
+from lsds.cli.calibrate_slip import print_result
+from lsds.cli.main import main
 from lsds.config import dump_config, load_config
 from lsds.errors import ConfigError, DataError
 from lsds.tactile.imprint.motion import ImprintMotion
@@ -101,9 +105,9 @@ def test_a_detector_that_never_stirs_keeps_its_threshold():
     quiet = [phase("a", "still", [0.0] * 2000, moved=0.0), phase("b", "load", [0.0] * 400)]
     result = calibrate_slip(quiet)
     assert result.detectors[0].after.threshold == 0.5
-    text, problems = as_toml(result)
-    assert "threshold = 0.5" in text, "written all the same: the file replaces an older one"
-    assert problems == []
+    found = as_toml(result)
+    assert "threshold = 0.5" in found.text, "written all the same: the file replaces an older one"
+    assert found.problems == []
 
 
 def test_an_abstaining_frame_raises_no_alarm():
@@ -150,7 +154,7 @@ def test_the_noise_is_learnt_from_what_sticks(share, still_m):
 
 def test_the_file_is_named_by_the_config_and_counts_below_its_own_options(tmp_path):
     result = calibrate_slip(cell(np.random.default_rng(0)))
-    (tmp_path / "slip.toml").write_text(as_toml(result)[0])
+    (tmp_path / "slip.toml").write_text(as_toml(result).text)
     learnt = tomllib.loads((tmp_path / "slip.toml").read_text())["detector"]["fused"]["threshold"]
     assert learnt >= result.detectors[0].after.threshold
     rig = tmp_path / "rig.toml"
@@ -193,12 +197,110 @@ def test_a_file_that_is_none_is_said_by_its_own_name(tmp_path, text, says):
 def test_a_missing_file_and_a_wrong_list_are_said(tmp_path):
     with pytest.raises(ConfigError, match=r"(?s)none\.toml.*does not exist"):
         load_config(None, ['calibration=["none.toml"]'])
-    with pytest.raises(ConfigError, match="calibration"):
+    with pytest.raises(ConfigError, match=r"calibration: should be a list, got 3"):
         load_config(None, ["calibration=3"])
+    with pytest.raises(ConfigError, match=r'should be a list, got \'slip.toml\' \(calibration = \["slip.toml"\]\)'):
+        load_config(None, ["calibration=slip.toml"])
+
+
+def test_missing_files_are_said_with_the_config_and_the_folder(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text('calibration = ["a.toml", "deep/b.toml"]\n')
+    with pytest.raises(ConfigError) as raised:
+        load_config(rig)
+    assert raised.value.source == str(rig)
+    assert [issue.problem for issue in raised.value.issues] == [
+        f"a.toml does not exist in the folder {tmp_path}",
+        f"b.toml does not exist in the folder {tmp_path / 'deep'}",
+    ]
+    assert "schema --example" not in str(raised.value)
 
 
 def test_certainty_where_nothing_slips_cannot_be_calibrated_away():
     certain = [phase("a", "still", [0.0] * 100, moved=0.0), phase("b", "load", [1.0] * 100)]
-    text, problems = as_toml(calibrate_slip(certain))
-    assert "threshold" not in tomllib.loads(text).get("detector", {})
-    assert "calls slip with certainty where nothing slips" in problems[0]
+    found = as_toml(calibrate_slip(certain))
+    assert found.tables == {}
+    assert "calls slip with certainty where nothing slips" in found.problems[0]
+
+
+def test_a_threshold_at_which_the_slides_are_lost_is_not_written():
+    slips = cell(np.random.default_rng(0), load=0.95, slide=0.6)
+    sticks = [motion(np.random.default_rng(1), 3e-4, 0.2, 1e-5) for _ in range(400)]
+    slips[1].motions[-400:] = sticks
+    result = calibrate_slip(slips)
+    assert result.noise is not None
+    found = as_toml(result)
+    assert found.tables == {}, "nor is the noise: the object may have slipped"
+    assert "finds 0% of the sliding frames, before 100%" in found.problems[0]
+    assert "did the object slip" in found.problems[0]
+
+
+def test_where_nothing_can_be_calibrated_no_file_is_left(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    phases = cell(np.random.default_rng(0), load=0.95, slide=0.6)
+    flags = []
+    for each in phases:
+        (tmp_path / each.name).touch()
+        flags += [f"--{each.phase}", each.name]
+    monkeypatch.setattr(sources, "watched_recording", lambda *_: phases.pop(0))
+    assert main(["calibrate", "slip", "--detector", "fused", *flags]) == DataError.exit_code
+    said = capsys.readouterr()
+    assert "fused, unwritten" in said.out
+    assert "nothing could be calibrated, and no file is written: detector 'fused'" in said.err
+    assert not (tmp_path / "slip.toml").exists()
+
+
+def test_without_a_slide_nothing_is_lost():
+    quiet = cell(np.random.default_rng(0), load=0.95)[:-1]
+    assert "fused" in as_toml(calibrate_slip(quiet)).tables["detector"]
+
+
+def test_noise_beyond_what_is_tried_is_not_written():
+    rng = np.random.default_rng(1)
+    phases = cell(rng)
+    phases[1].motions[-400:] = [motion(rng, 4e-4, 1.5, 1e-5) for _ in range(400)]
+    found = as_toml(calibrate_slip(phases))
+    assert list(found.tables) == ["detector"]
+    assert "60% of the dots' motion" in found.problems[0]
+
+
+def test_how_many_frames_were_answered_is_counted():
+    quiet = [
+        phase("rests", "still", [0.02] * 1500, moved=0.0),
+        phase("wriggled", "load", [math.nan] * 30 + [0.1] * 50),
+    ]
+    assert calibrate_slip(quiet).detectors[0].answered == (50, 1500)
+
+
+def test_the_noise_before_is_that_of_the_config_s_estimator():
+    assert noise_in(load_config()) == pytest.approx(ImprintNoise(), rel=0.01)
+    assert noise_in(load_config(None, ["estimator.fused.gel_share=0.4"])).gel_share == 0.4
+    assert noise_in(load_config(None, ["estimator.backend=field"])) is None
+
+
+def test_options_of_the_config_s_own_are_pointed_out():
+    config = load_config(None, ["detector.fused.threshold=0.9", "estimator.imprint.gel_share=0.4"])
+    tables = {"detector": {"fused": {"threshold": 0.8}}, "estimator": {"imprint": {"gel_share": 0.1, "still_um": 3.0}}}
+    assert [each.split(" itself")[0] for each in outweighed(tables, config)] == [
+        "the config sets detector.fused.threshold",
+        "the config sets estimator.imprint.gel_share",
+    ]
+
+
+def test_a_detector_without_a_threshold_is_marked_and_not_advised(capsys):
+    quiet = [
+        phase("a", "still", [0.0] * 100, moved=0.0),
+        phase("b", "load", [0.1] * 45 + [0.9] * 5),
+        phase("c", "slide", [0.95] * 50),
+    ]
+    result = calibrate_slip(quiet)
+    (each,) = result.detectors
+    detectors = (each, replace(each, name="monotone"))
+    print_result(replace(result, detectors=detectors), {"detector": {"fused": {"threshold": 0.5}}}, None)
+    said = capsys.readouterr()
+    assert "fused, after" in said.out
+    assert "monotone, unwritten" in said.out
+    assert said.err == (
+        "fused answered in 50 of 50 moving and 100 of 100 still frames; lowering its threshold takes 100 and 1000: "
+        "record for longer\n"
+    )

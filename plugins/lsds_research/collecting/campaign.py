@@ -59,7 +59,8 @@ PRESETS: dict[Job, tuple[str, ...]] = {
     "severity": (*_GEL, *_CAMERA),
     "pipe": (*_GEL, *_CAMERA),
     "catch": _GEL,
-    "loads": _GEL,
+    # It shakes sharply, on purpose.
+    "loads": (*_GEL, "safety.max_arm_acceleration_m_s2=2.0"),
 }
 """The default cell: the simulated one, with its gel on the coarsest grid in steps of 4 ms. For velocities the image of
 the pose camera is small, because rendering it takes most of the time."""

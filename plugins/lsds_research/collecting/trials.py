@@ -43,10 +43,11 @@ FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
 DRAG_N = (1.0, 9.0)
 CATCHES, CLOSED_TO = 12, (0.8, 5.0)
 """Recordings of an object that is caught, and the force then over what carries it: now and then it slips on."""
-LOADS, STROKES_SHAKEN = 6, 14
+LOADS, STROKES_SHAKEN = 9, 10
 """Recordings of changing load, and strokes up and down in each."""
-SHAKE_HZ, SHAKE_M_S = (0.7, 3.5), (0.03, 0.1)
-"""Strokes a second, and their speed."""
+SHAKE_HZ, SHAKE_M_S, SHAKE_M_S2 = (0.7, 3.5), (0.03, 0.1), (0.3, 2.0)
+"""Strokes a second, their speed, and the arm's acceleration: a sharp turn loads the gel within a frame."""
+G_M_S2 = 9.81
 HELD = (1.8, 4.0)
 """Force over what carries the object where it is shaken; what is poured in or pushed is added to what it needs."""
 CATCH_LIFT_M_S = (0.012, 0.06)
@@ -76,7 +77,7 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One recording. `simulated` are options of a simulated cell (dotted paths of the config), `clamped` whether the
+    """One recording. `simulated` are options that vary (dotted paths of the config), `clamped` whether the
     object is to be clamped to the table, `end_m` how far the grip rises along it until its middle is at its end."""
 
     recording: str
@@ -210,7 +211,9 @@ def _loaded(name: str, number: int, seed: int) -> Trial:
     shoved."""
     rng, start = _start(name, "loads", number, seed)
     plan, simulated = PLANS[name], start["simulated"]
-    share = rng.uniform(*HELD)
+    acceleration = _log_uniform(rng, SHAKE_M_S2)
+    simulated["task.lift_acceleration_m_s2"] = acceleration
+    share = rng.uniform(*HELD) * (1 + acceleration / G_M_S2)
     simulated["cell.simulated.changes_after_s"] = rng.uniform(0.5, 4.0)
     if number % 3 == 1:
         simulated["cell.simulated.pour_to"] = poured = rng.uniform(1.3, 2.0)
