@@ -219,7 +219,15 @@ class Engine:
         if acting and self._controls and state is not None:
             first = seen[0].observation
             asked = GripInput(
-                first.t_ns, self._since_controlled(seen[0]), detection, estimate, self._act.held_m, measured, known
+                first.t_ns,
+                self._since_controlled(seen[0]),
+                detection,
+                estimate,
+                self._act.held_m,
+                measured,
+                known,
+                self._wanted.touch_m,
+                self._states.aperture_at(first.t_ns),
             )
             aperture = _call(self._controller_name, self._rig.controller.update, asked)
             if aperture is not None:

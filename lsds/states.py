@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.errors import StaleData
+from lsds.grip.touch import aperture_at
 from lsds.watches import FollowWatch, Freshness
 
 if TYPE_CHECKING:
     from lsds.contracts import ArmState, GripperState, PoseSample, Twist
     from lsds.rig import Rig
+
+
+KEPT = 128
+"""States of the gripper that are remembered: a frame shows what was some of them ago."""
 
 
 class States:
@@ -21,6 +27,7 @@ class States:
         self.arm: ArmState | None = None
         self.pose: PoseSample | None = None
         self._rig = rig
+        self._apertures: deque[tuple[int, float]] = deque(maxlen=KEPT)
         stale = nanoseconds(rig.config.safety.stale_after_s)
         self._gripper_fresh = Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable")
         self._arm_fresh = Freshness("arm", start_ns, stale, remedy="check the arm's connection")
@@ -38,8 +45,13 @@ class States:
         else:
             if fresh.stamped(state.t_ns, now_ns):
                 self.gripper = state
+                self._apertures.append((state.t_ns, state.aperture_m))
                 fresh.good(now_ns)
         fresh.require(now_ns)
+
+    def aperture_at(self, t_ns: int) -> float:
+        """Return the measured aperture (m) at a time, between two states by interpolation; NaN where none is known."""
+        return aperture_at(self._apertures, t_ns)
 
     def read_arm(self, now_ns: int, wanted: Twist) -> None:
         """Read the arm, and compare its motion with the commanded velocity.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -10,7 +12,24 @@ class TaskOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture of the grasp")
+    grasp: Literal["touch", "aperture"] = Field(
+        default="aperture", description="how to close on the object: until the gel touches it, or to an aperture"
+    )
+    grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture of a grasp to an aperture")
+    approach_speed_m_s: float = Field(default=0.02, gt=0, le=1, description="finger speed until the first touch")
+    touch_speed_m_s: float = Field(
+        default=0.006, gt=0, le=0.1, description="finger speed, tick by tick, of the touch that counts"
+    )
+    first_squeeze_m: float = Field(default=1e-3, gt=0, le=0.05, description="how far to close beyond the touch")
+    take_up_speed_m_s: float = Field(
+        default=0.01,
+        gt=0,
+        le=1,
+        description="lifting speed after a grasp by touch, until the object hangs",
+    )
+    fragile_n: float | None = Field(
+        default=None, gt=0, le=500, description="greatest normal force a finger that the object stands"
+    )
     grip_speed_m_s: float = Field(default=0.05, gt=0, le=1, description="finger speed of grasping and correcting")
     grip_force_n: float = Field(default=60.0, gt=0, le=500, description="maximum force of the gripper")
     lift_speed_m_s: float = Field(default=0.038, ge=0, le=1, description="vertical TCP velocity while lifting")

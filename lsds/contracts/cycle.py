@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -38,7 +39,9 @@ class GripInput:
     """The input of a controller: the present slip state, and the aperture last commanded.
 
     `detection` and `estimate` are fused over all fingers; `fingers` holds the newest view of each. `dt_s` is the
-    measured time since the previous frame, of the finger that came first.
+    measured time since the previous frame, of the finger that came first. `touch_m` is the aperture at which the
+    fingers touched the object, NaN if the job did not tell. `measured_aperture_m` is the newest; `frame_aperture_m` is
+    that at the time of the newest frame, which is older, NaN if not known.
     """
 
     t_ns: int
@@ -48,6 +51,8 @@ class GripInput:
     aperture_m: float
     measured_aperture_m: float
     fingers: tuple[FingerCycle, ...] = ()
+    touch_m: float = math.nan
+    frame_aperture_m: float = math.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)

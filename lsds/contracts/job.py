@@ -6,6 +6,7 @@ check that the arm follows are handled by the engine, in the same way for every 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
@@ -32,8 +33,8 @@ class Wanted:
     `stage` names the stage of the job, for messages and recordings. `grip` is the wanted grip, None leaves the fingers
     as they are; a command that the gripper did not receive is sent again. `corrects` lets the controller correct slip
     by closing the grip further. `twist` is the velocity of the TCP, streamed with `acceleration_m_s2`
-    (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `done` ends the
-    run.
+    (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `touch_m` is the
+    aperture at which the fingers touched the object, for the controller; NaN if not known. `done` ends the run.
     """
 
     stage: str
@@ -42,6 +43,7 @@ class Wanted:
     twist: Twist | None = None
     acceleration_m_s2: float = 0.5
     done: bool = False
+    touch_m: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

@@ -247,6 +247,30 @@ class FeatureVector:
             raise KeyError(f"no feature {name!r}; the features are {', '.join(self.names)}") from None
 
 
+@dataclass(frozen=True, slots=True)
+class ContactLoad:
+    """What the object exerts on the gel of one finger, in the sensor's plane (x right, y down in the image).
+
+    `shear_n` force and `torque_nm` about the image's centre (positive from x to y), with one sigma of each. In newtons
+    after calibration, else to a common factor.
+    """
+
+    shear_n: Vector2
+    torque_nm: float
+    shear_std_n: float
+    torque_std_nm: float
+
+    def since(self, before: ContactLoad) -> ContactLoad:
+        """Return what has been added since another load."""
+        (x, y), (x0, y0) = self.shear_n, before.shear_n
+        return ContactLoad((x - x0, y - y0), self.torque_nm - before.torque_nm, self.shear_std_n, self.torque_std_nm)
+
+    @property
+    def force_n(self) -> float:
+        """Magnitude of the shear force."""
+        return math.hypot(*self.shear_n)
+
+
 class Evidence(Protocol):
     """The signature of slip in the velocity field of a frame, see `lsds.tactile.slip_residual`."""
 
@@ -273,8 +297,9 @@ class Observation:
     """The input of a detector or an estimator: the present frame and nothing of the future.
 
     `frame` is the image with its views, `evidence` the signature of slip in the velocity field, `imprint` the motion of
-    the object's imprint against the gel (`lsds.tactile`); each is computed once, on first use. All are None in an
-    observation that was not made by perception.
+    the object's imprint against the gel (`lsds.tactile`); each is computed once, on first use. `load` is what pulls at
+    the gel since the reference (`lsds.grip.load`), None with too few markers. All are None in an observation that was
+    not made by perception.
     """
 
     t_ns: int
@@ -286,6 +311,7 @@ class Observation:
     frame: Frame | None = None
     evidence: Evidence | None = None
     imprint: Imprint | None = None
+    load: ContactLoad | None = None
 
 
 @dataclass(frozen=True, slots=True)

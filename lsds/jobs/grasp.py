@@ -1,29 +1,77 @@
-"""The first part of most jobs: take the reference of the gel without contact, then close on the object."""
+"""The first part of most jobs: take the reference of the gel without contact, then close on the object.
+
+`begin_grasp` returns the way that `[task]` asks for: to an aperture, or by touch.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Protocol
 
 from lsds.clock import nanoseconds
 from lsds.contracts import Grip
 from lsds.errors import SafetyStop
+from lsds.grip.touch import TouchFinder
+from lsds.jobs.touch import TouchGrasp
 
 if TYPE_CHECKING:
-    from lsds.contracts import Situation
+    from lsds.contracts import Setting, Situation
     from lsds.task import TaskOptions
 
 
+class Grasping(Protocol):
+    """A grasp at work."""
+
+    @property
+    def stage(self) -> str:
+        """Name of the stage."""
+        ...
+
+    @property
+    def grip(self) -> Grip | None:
+        """The grip wanted now, None to leave the fingers."""
+        ...
+
+    @property
+    def touch_m(self) -> float:
+        """Aperture at touch, m; NaN if not known."""
+        ...
+
+    def step(self, now: Situation) -> bool:
+        """Advance; return whether the object is grasped. Raises SafetyStop where it cannot be."""
+        ...
+
+
+def begin_grasp(task: TaskOptions, setting: Setting) -> Grasping:
+    """Return the grasp that `[task]` asks for. A rig without a gripper grasps nothing, to an aperture."""
+    if task.grasp == "touch" and setting.gripper is not None:
+        return TouchGrasp(task, setting.gripper, setting.t_ns)
+    return Grasp(task, setting.t_ns)
+
+
 class Grasp:
-    """The stages "reference" and "grasp", starting at `start_ns`, with the parameters of the `[task]` table."""
+    """The stages "reference" and "grasp", starting at `start_ns`: close to the aperture of the `[task]` table."""
 
     def __init__(self, task: TaskOptions, start_ns: int) -> None:
-        self.grip = Grip(task.grip_aperture_m, task.grip_speed_m_s, task.grip_force_n)
+        self._wanted = Grip(task.grip_aperture_m, task.grip_speed_m_s, task.grip_force_n)
         self.stage = "reference"
         self._timeout_s = task.timeout_s
         self._since_ns = start_ns
+        self._finder = TouchFinder()
+
+    @property
+    def grip(self) -> Grip | None:
+        """The grip wanted now."""
+        return self._wanted if self.stage == "grasp" else None
+
+    @property
+    def touch_m(self) -> float:
+        """Aperture at touch, m. At this speed it is known to a millimetre only; NaN where none was seen."""
+        return max(self._finder.touch_m, self._wanted.aperture_m) if self._finder.frames else math.nan
 
     def step(self, now: Situation) -> bool:
         """Advance the stage; return whether the object is grasped. Raises SafetyStop if a stage takes too long."""
+        self._finder.see(now)
         if self.stage == "reference" and now.referenced:
             self.stage, self._since_ns = "grasp", now.t_ns
         elif self.stage == "grasp" and now.arrived:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Wanted
 from lsds.errors import ConfigError, ConfigIssue, SafetyStop
-from lsds.jobs.grasp import Grasp
+from lsds.jobs.grasp import begin_grasp
 
 
 class HoldOptions(BaseModel):
@@ -44,7 +44,7 @@ class HoldJob:
                 "the rig", [ConfigIssue("gripper.backend", "job 'hold' needs a gripper", "choose a gripper backend")]
             )
         self._task, self._gripper = setting.task, setting.gripper
-        self._grasp = Grasp(setting.task, setting.t_ns)
+        self._grasp = begin_grasp(setting.task, setting)
         self._opening: Grip | None = None
         # `let_go` may have been called already, from the thread that has started this run: it counts.
         self.held = False
@@ -68,8 +68,8 @@ class HoldJob:
         if self._let_go:
             return self._release(now)
         if self.held:
-            return Wanted("hold", corrects=True)
-        return Wanted(self._grasp.stage, grip=self._grasp.grip if self._grasp.stage == "grasp" else None)
+            return Wanted("hold", corrects=True, touch_m=self._grasp.touch_m)
+        return Wanted(self._grasp.stage, grip=self._grasp.grip)
 
     def _release(self, now: Situation) -> Wanted:
         held, self.held, self._let_go = self.held, False, False

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Observation
+from lsds.grip.load import load_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
@@ -72,5 +73,6 @@ class Perception:
         features = self._features.extract(field, contact)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        shown = Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint)
+        load = load_of(field)
+        shown = Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint, load)
         return shown, tracks

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
-from lsds.jobs.grasp import Grasp
+from lsds.jobs.grasp import Grasping, begin_grasp
+from lsds.jobs.take_up import TakeUp
 
 
 class LiftJob:
     """A `Job` in stages: reference, grasp, settle, lift, hold. Slip is corrected in the last two.
+
+    After a grasp by touch the lift begins slowly, until the load is taken up.
 
     In a simulated cell it ends when the object has dropped. Its options are in `[task]`.
     """
@@ -21,7 +26,9 @@ class LiftJob:
         self._cell = setting.cell
         #: Each timed stage with its duration (s), in order.
         self._stages = (("settle", task.settle_s), ("lift", task.lift_s), ("hold", task.hold_s))
-        self._grasp: Grasp | None = Grasp(task, setting.t_ns)
+        self._take_up: TakeUp | None = None
+        self._grasp: Grasping | None = begin_grasp(task, setting)
+        self._touch_m = math.nan
         self._at = 0
         self._since_ns = setting.t_ns
 
@@ -29,23 +36,31 @@ class LiftJob:
         """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
         if self._grasp is not None:
             if not self._grasp.step(now):
-                grip = self._grasp.grip if self._grasp.stage == "grasp" else None
-                return Wanted(self._grasp.stage, grip=grip, done=self._dropped(now.t_ns))
+                return Wanted(self._grasp.stage, grip=self._grasp.grip, done=self._dropped(now.t_ns))
+            self._touch_m = self._grasp.touch_m
             self._grasp, self._since_ns = None, now.t_ns
+        elif self._take_up is not None:
+            if self._take_up.step(now):
+                self._take_up, self._since_ns = None, now.t_ns
         elif now.t_ns - self._since_ns >= nanoseconds(self._stages[self._at][1]):
             self._at, self._since_ns = self._at + 1, now.t_ns
             if self._at == len(self._stages):
                 return Wanted("done", done=True)
+            if self._task.grasp == "touch" and self._stages[self._at][0] == "lift":
+                self._take_up = TakeUp(now.t_ns)
         stage = self._stages[self._at][0]
         if stage == "settle":
             return Wanted(stage, done=self._dropped(now.t_ns))
         speed = self._task.lift_speed_m_s if stage == "lift" else 0.0
+        if self._take_up is not None:
+            stage, speed = "take up", min(speed, self._task.take_up_speed_m_s)
         return Wanted(
             stage,
             corrects=True,
             twist=Twist(linear_m_s=(0.0, 0.0, speed)),
             acceleration_m_s2=self._task.lift_acceleration_m_s2,
             done=self._dropped(now.t_ns),
+            touch_m=self._touch_m,
         )
 
     def _dropped(self, now_ns: int) -> bool:

@@ -6,14 +6,15 @@ It shows what a detector calls slip that is none. `lsds calibrate slip` runs it 
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
-from lsds.contracts import BuildContext, Grip, Setting, Situation, Twist, Wanted
+from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.jobs.grasp import Grasp
+from lsds.jobs.grasp import Grasping, begin_grasp
 
 CLEAR_M = 1e-3
 """The arm never goes down nearer than this to where it began, besides the way on which it comes to rest."""
@@ -60,7 +61,13 @@ class ShakeJob:
             issue = ConfigIssue("gripper.backend, arm.backend", "job 'shake' needs a gripper and an arm", "choose both")
             raise ConfigError("the rig", [issue])
         own, task = self._options, setting.task
-        firm = task.model_copy(update={"grip_aperture_m": max(0.0, task.grip_aperture_m - own.closer_mm * 1e-3)})
+        closer_m = own.closer_mm * 1e-3
+        firm = task.model_copy(
+            update={
+                "grip_aperture_m": max(0.0, task.grip_aperture_m - closer_m),
+                "first_squeeze_m": task.first_squeeze_m + closer_m,
+            }
+        )
         self._acceleration = task.lift_acceleration_m_s2
         strokes = [
             _Part("shake", 0.5 / rate, sign * own.speed_m_s)
@@ -75,7 +82,8 @@ class ShakeJob:
             _Part("lower", PATIENCE * own.lift_s, -task.lift_speed_m_s),
             _Part("still", own.still_s, 0.0),
         )
-        self._grasp: Grasp | None = Grasp(firm, setting.t_ns)
+        self._grasp: Grasping | None = begin_grasp(firm, setting)
+        self._touch_m = math.nan
         self._at, self._since_ns = 0, setting.t_ns
         self._floor_m: float | None = None
 
@@ -83,8 +91,8 @@ class ShakeJob:
         """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
         if self._grasp is not None:
             if not self._grasp.step(now):
-                grip: Grip | None = self._grasp.grip if self._grasp.stage == "grasp" else None
-                return Wanted(self._grasp.stage, grip=grip)
+                return Wanted(self._grasp.stage, grip=self._grasp.grip)
+            self._touch_m = self._grasp.touch_m
             self._grasp, self._since_ns = None, now.t_ns
         height_m = None if now.arm is None else now.arm.tcp_pose.position_m[2]
         if self._floor_m is None:
@@ -100,6 +108,7 @@ class ShakeJob:
             corrects=self._options.corrects and part.stage != "still",
             twist=Twist(linear_m_s=(0.0, 0.0, velocity)),
             acceleration_m_s2=self._acceleration_of(part),
+            touch_m=self._touch_m,
         )
 
     def _is_over(self, part: _Part, height_m: float | None, now_ns: int) -> bool:

@@ -1,0 +1,68 @@
+"""The friction limit: how much load a squeeze carries, learnt from what slipped and from what held.
+
+The ratio r = load / squeeze needs no unit: load follows the tangential force and squeeze the normal force, each to a
+constant, so at the limit of friction r is the coefficient times these constants, and they cancel where r is used.
+No frame can show more than the limit: what holds is below static friction, what slides is at kinetic friction, which is
+lower. Once something has slipped, the greatest ratio since that slip began is therefore the best estimate of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from statistics import median
+
+KINETIC_SHARE = 0.7
+"""Sliding friction is at least this share of static friction: an alarm at a lower ratio than was held is none."""
+CAUGHT_SHARE = 0.82
+"""While an object slides, load follows squeeze. Where the ratio has fallen below this share of what it was in the same
+slip, the load is that of an object which is carried, and does not grow any more."""
+FORGET_S = 4.0
+"""Time in which what held loses two thirds of its weight: a surface may get wet."""
+RECENT = 5
+"""Frames of a slip that its ratio is the median of."""
+
+
+class FrictionLimit:
+    """What is known of the limit, in units of load over squeeze. `held` is the greatest ratio that was held lately;
+    `limit` the greatest since the last slip began, NaN as long as nothing slipped."""
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Know nothing: another object, or another grip of it."""
+        self.held = 0.0
+        self.limit = math.nan
+        self._sliding: deque[float] = deque(maxlen=RECENT)
+
+    @property
+    def known(self) -> bool:
+        """Whether something has slipped."""
+        return self.limit > 0
+
+    def holds(self, ratio: float, dt_s: float) -> None:
+        """Take a frame in which nothing slips."""
+        self._sliding.clear()
+        self.held = max(ratio, self.held * math.exp(-dt_s / FORGET_S) if dt_s > 0 else self.held)
+        if self.known:
+            self.limit = max(self.limit, ratio)
+
+    def slips(self, ratio: float) -> None:
+        """Take a frame that slips."""
+        self.held = min(self.held, ratio)
+        self.limit = max(self.limit, ratio) if self._sliding else ratio
+        self._sliding.append(ratio)
+
+    def refutes(self, ratio: float) -> bool:
+        """Tell whether an alarm contradicts what was held, or the slip that it is said to continue.
+
+        Ask only while the load is what it was: a surface that gets wet slips at a lower ratio, and its load falls.
+        """
+        if self._sliding:
+            return ratio < CAUGHT_SHARE * median(self._sliding)
+        return ratio < KINETIC_SHARE * max(self.held, self.limit if self.known else 0.0)
+
+    def squeeze_m(self, load_n: float, margin: float) -> float:
+        """Return the squeeze (m) that carries a load with a margin; NaN as long as nothing slipped."""
+        return margin * load_n / self.limit if self.known else math.nan

@@ -1,0 +1,61 @@
+"""Load of a finger: shear force and torque of the contact, from the displacement of the dots.
+
+A gel layer that is thin against the contact resists shear like a bed of springs: traction = (G / h) u, with shear
+modulus G, thickness h and displacement u. Over a regular grid of dots the force is the sum of their displacements
+times (G / h) and the area of a grid cell; round and flat contacts differ by some 12 % from the mean (simulated).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.contracts.values import ContactLoad
+
+if TYPE_CHECKING:
+    from lsds.contracts import DeformationField
+
+SHEAR_N_M3 = 2.72e7
+"""(G / h) of a GelSight Mini's gel as it is simulated; `lsds calibrate grip` finds that of one's own."""
+SHEAR_SHARE = 0.12
+"""Relative standard deviation from object to object."""
+DOT_M = 2e-6
+"""Standard deviation of one dot's displacement."""
+LEAST = 0.5
+"""With fewer of the dots than this share nothing is told."""
+
+
+def load_of(field: DeformationField, shear_n_m3: float = SHEAR_N_M3) -> ContactLoad | None:
+    """Return the force and torque that the object exerts on the gel since the reference; None with too few dots.
+
+    Pressing alone spreads the dots: off the pad's centre this looks like shear, so take the difference to a frame in
+    which the grip has settled and nothing is lifted (`ContactLoad.since`).
+    """
+    valid = field.valid
+    known, count = int(np.count_nonzero(valid)), len(valid)
+    if known < max(LEAST * count, 3):
+        return None
+    pitch_x, pitch_y = field.reference.pitch_px
+    metres_per_px = _metres_per_px(field)
+    # A lost dot stands for the mean of the others.
+    per_m = shear_n_m3 * pitch_x * pitch_y * metres_per_px**2 * count / known
+    moved, at = field.displacement_m[valid], field.position_m[valid]
+    x, y = per_m * moved.sum(axis=0)
+    torque = per_m * float((at[:, 0] * moved[:, 1] - at[:, 1] * moved[:, 0]).sum())
+    noise_n = per_m * DOT_M * math.sqrt(known)
+    arm_m = float(np.sqrt((at**2).sum(axis=1).mean()))
+    return ContactLoad(
+        (float(x), float(y)),
+        torque,
+        math.hypot(noise_n, SHEAR_SHARE * math.hypot(x, y)),
+        math.hypot(noise_n * arm_m, SHEAR_SHARE * torque),
+    )
+
+
+def _metres_per_px(field: DeformationField) -> float:
+    """Return the scale, from the two dots of the reference that are farthest apart."""
+    px, m = field.reference.xy_px, field.position_m
+    far = int(np.argmax(((px - px[0]) ** 2).sum(axis=1)))
+    return float(np.linalg.norm(m[far] - m[0]) / np.linalg.norm(px[far] - px[0]))

@@ -1,0 +1,161 @@
+"""Touch: the first frame in which the light on the gel is not that of the gel without contact.
+
+Dots hardly move under a flat face that is pressed evenly, and its slopes are too small for a depth map; but the relief
+of any real surface changes the light a little everywhere. Block means of the image are compared with those of the last
+frames without contact, and the change is told in units of its own noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import Frame, Situation
+
+    Blocks = NDArray[np.float32]
+
+BLOCKS = (64, 48)
+"""Columns and rows of block means."""
+LEARNT, LEAST = 16, 5
+"""Frames without contact that make the comparison, and the least number of them."""
+WAITING = 8
+"""A frame is learnt from when so many later ones have not shown a touch: a faint touch that grows slowly must not
+become what the gel looks like without one."""
+TOUCHED = 7.0
+"""Change, in standard deviations, that is a touch."""
+APERTURES = 256
+"""States of the gripper that are remembered."""
+NOISE_FLOOR = 0.002
+"""Levels: the change of no camera is steadier, whatever a few frames say."""
+
+
+class TouchSense:
+    """Tells contact from the frames of one sensor. `score` is the last frame's change in standard deviations.
+
+    It learns from frames without contact, from `reset` until the first touch.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin without contact."""
+        self.score = 0.0
+        self._free: deque[Blocks] = deque(maxlen=LEARNT)
+        self._changes: deque[float] = deque(maxlen=LEARNT)
+        self._waiting: deque[tuple[Blocks, float]] = deque()
+
+    def update(self, frame: Frame) -> bool:
+        """Take the next frame; return whether something touches the gel. False until enough frames were seen."""
+        # In floats: block means rounded to whole levels would hide a faint relief.
+        image = frame.image.astype(np.float32)
+        blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
+        if len(self._free) < LEAST:
+            self._free.append(blocks)
+            return False
+        change = self._change(blocks)
+        if len(self._changes) < LEAST:
+            self._learn(blocks, change)
+            return False
+        self.score = (change - float(np.mean(self._changes))) / max(float(np.std(self._changes)), NOISE_FLOOR)
+        if self.score > TOUCHED:
+            self._waiting.clear()
+            return True
+        self._waiting.append((blocks, change))
+        if len(self._waiting) > WAITING:
+            self._learn(*self._waiting.popleft())
+        return False
+
+    def _change(self, blocks: Blocks) -> float:
+        """Return the RMS change of the light, its common factor (a lamp that swings) taken out."""
+        still = np.mean(self._free, axis=0)
+        gain = float(np.median(blocks / np.maximum(still, 1.0)))
+        change = float(np.sqrt(np.mean((blocks / max(gain, 1e-3) - still) ** 2)))
+        # The mean of n frames has noise of its own.
+        return change / math.sqrt(1 + 1 / len(self._free))
+
+    def _learn(self, blocks: Blocks, change: float) -> None:
+        self._free.append(blocks)
+        self._changes.append(change)
+
+
+class TouchFinder:
+    """Finds the aperture at which each finger touches, while the fingers close.
+
+    Feed it every situation. A frame is older than the gripper's newest state: its aperture is that of its own time.
+    """
+
+    def __init__(self) -> None:
+        self._senses: dict[str, TouchSense] = {}
+        self._apertures: deque[tuple[int, float]] = deque(maxlen=APERTURES)
+        self._seen_ns: dict[str, int] = {}
+        self._free_m: dict[str, float] = {}
+        self._touched_m: dict[str, tuple[float, float]] = {}
+        self._touching: dict[str, bool] = {}
+        self.frames = 0
+
+    def see(self, now: Situation) -> None:
+        """Take what is new."""
+        if now.gripper is not None and (not self._apertures or now.gripper.t_ns > self._apertures[-1][0]):
+            self._apertures.append((now.gripper.t_ns, now.gripper.aperture_m))
+        for finger in now.cycle.fingers if now.cycle is not None else ():
+            if self._seen_ns.get(finger.finger) != finger.frame.t_ns:
+                self._seen_ns[finger.finger] = finger.frame.t_ns
+                self._take(finger.finger, finger.frame)
+
+    @property
+    def touching(self) -> bool:
+        """Whether the newest frame of any finger shows a touch."""
+        return any(self._touching.values())
+
+    @property
+    def untouched(self) -> tuple[str, ...]:
+        """The fingers that have not touched anything yet."""
+        return tuple(name for name in self._senses if name not in self._touched_m)
+
+    @property
+    def touch_m(self) -> float:
+        """Aperture at which the last finger touched, m; NaN before the first touch."""
+        return min((at for at, _ in self._touched_m.values()), default=math.nan)
+
+    @property
+    def std_m(self) -> float:
+        """Standard deviation of `touch_m`: it lies between two frames."""
+        return max((std for _, std in self._touched_m.values()), default=math.nan)
+
+    def again(self) -> None:
+        """Forget the touch, not what the gel looks like without one."""
+        self._touched_m.clear()
+
+    def _take(self, name: str, frame: Frame) -> None:
+        self.frames += 1
+        touches = self._senses.setdefault(name, TouchSense()).update(frame)
+        self._touching[name] = touches
+        aperture = aperture_at(self._apertures, frame.t_ns)
+        if not touches:
+            self._free_m[name] = aperture
+        elif name not in self._touched_m:
+            before = self._free_m.get(name, aperture)
+            self._touched_m[name] = ((before + aperture) / 2, abs(before - aperture) / math.sqrt(12))
+
+
+def aperture_at(apertures: Sequence[tuple[int, float]], t_ns: int) -> float:
+    """Return the aperture (m) at a time, by interpolation between (t_ns, aperture) in order of time; NaN where none is
+    known."""
+    later = None
+    for earlier in reversed(apertures):
+        if earlier[0] <= t_ns:
+            if later is None:
+                return earlier[1]
+            share = (t_ns - earlier[0]) / (later[0] - earlier[0])
+            return earlier[1] + share * (later[1] - earlier[1])
+        later = earlier
+    return math.nan if later is None else later[1]

@@ -1,0 +1,50 @@
+"""Take up the load: lift slowly until the object hangs in the grip, so that a grip which is too loose slips slowly."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds
+
+if TYPE_CHECKING:
+    from lsds.contracts import ContactLoad, Situation
+
+LEAST_S, MOST_S = 0.4, 3.0
+"""Least and greatest duration."""
+STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
+"""The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
+
+
+class TakeUp:
+    """Tells when the load has been taken up, from the load of the first finger."""
+
+    def __init__(self, start_ns: int) -> None:
+        self._start_ns = start_ns
+        self._zero: ContactLoad | None = None
+        self._loads: deque[tuple[int, float]] = deque()
+        self._seen_ns = -1
+
+    def step(self, now: Situation) -> bool:
+        """Return whether the load is taken up."""
+        self._see(now)
+        elapsed = now.t_ns - self._start_ns
+        if elapsed < nanoseconds(LEAST_S):
+            return False
+        forces = [force for _, force in self._loads]
+        spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S - 0.1)
+        steady = bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
+        return steady or elapsed > nanoseconds(MOST_S)
+
+    def _see(self, now: Situation) -> None:
+        if now.cycle is None or now.cycle.t_ns == self._seen_ns:
+            return
+        self._seen_ns = now.cycle.t_ns
+        load = now.cycle.observation.load
+        if load is None or now.cycle.detection.slip:
+            self._loads.clear()
+            return
+        self._zero = load if self._zero is None else self._zero
+        self._loads.append((now.cycle.t_ns, load.since(self._zero).force_n))
+        while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
+            self._loads.popleft()
