@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class TaskOptions(BaseModel):
@@ -13,7 +13,9 @@ class TaskOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     grasp: Literal["touch", "aperture"] = Field(
-        default="aperture", description="how to close on the object: until the gel touches it, or to an aperture"
+        default="touch",
+        description="how to close on the object: until the gel touches it, or to an aperture; "
+        "a table that gives grip_aperture_m and not this means the aperture",
     )
     grip_aperture_m: float = Field(default=0.0236, ge=0, le=0.5, description="aperture of a grasp to an aperture")
     approach_speed_m_s: float = Field(default=0.02, gt=0, le=1, description="finger speed until the first touch")
@@ -42,3 +44,10 @@ class TaskOptions(BaseModel):
     timeout_s: float = Field(
         default=10.0, gt=0, le=600, description="time limit of taking the reference and of the grasp"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _an_aperture_that_is_told_is_meant(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "grip_aperture_m" in data and "grasp" not in data:
+            return {**data, "grasp": "aperture"}
+        return data

@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 BLOCKS = (64, 48)
 """Columns and rows of block means."""
-LEARNT, LEAST = 16, 5
+LEARNT, LEAST = 16, 6
 """Frames without contact that make the comparison, and the least number of them."""
 WAITING = 8
 """A frame is learnt from when so many later ones have not shown a touch: a faint touch that grows slowly must not
 become what the gel looks like without one."""
-TOUCHED = 7.0
+TOUCHED = 6.0
 """Change, in standard deviations, that is a touch."""
 APERTURES = 256
 """States of the gripper that are remembered."""
-NOISE_FLOOR = 0.002
-"""Levels: the change of no camera is steadier, whatever a few frames say."""
+SCATTER = 1 / math.sqrt(2 * 3 * BLOCKS[0] * BLOCKS[1])
+"""Relative standard deviation of the RMS of so many independent numbers: that of a few frames may come out smaller."""
 
 
 class TouchSense:
@@ -58,14 +58,21 @@ class TouchSense:
         # In floats: block means rounded to whole levels would hide a faint relief.
         image = frame.image.astype(np.float32)
         blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
+        if not self._free:
+            self._free.append(blocks)
+            return False
+        still = np.mean(self._free, axis=0)
+        blocks, gain = _in_the_light_of(still, blocks)
         if len(self._free) < LEAST:
             self._free.append(blocks)
             return False
-        change = self._change(blocks)
+        # In the frame's own levels, as the camera's noise is; the mean of n frames has noise of its own.
+        change = gain * float(np.sqrt(np.mean((blocks - still) ** 2))) / math.sqrt(1 + 1 / len(self._free))
         if len(self._changes) < LEAST:
             self._learn(blocks, change)
             return False
-        self.score = (change - float(np.mean(self._changes))) / max(float(np.std(self._changes)), NOISE_FLOOR)
+        mean = float(np.mean(self._changes))
+        self.score = (change - mean) / max(float(np.std(self._changes)), SCATTER * mean)
         if self.score > TOUCHED:
             self._waiting.clear()
             return True
@@ -74,17 +81,19 @@ class TouchSense:
             self._learn(*self._waiting.popleft())
         return False
 
-    def _change(self, blocks: Blocks) -> float:
-        """Return the RMS change of the light, its common factor (a lamp that swings) taken out."""
-        still = np.mean(self._free, axis=0)
-        gain = float(np.median(blocks / np.maximum(still, 1.0)))
-        change = float(np.sqrt(np.mean((blocks / max(gain, 1e-3) - still) ** 2)))
-        # The mean of n frames has noise of its own.
-        return change / math.sqrt(1 + 1 / len(self._free))
-
     def _learn(self, blocks: Blocks, change: float) -> None:
         self._free.append(blocks)
         self._changes.append(change)
+
+
+def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:
+    """Return blocks (rows, columns, 3) with gain and offset of each colour as in `still`, and the mean gain that they
+    had: a lamp or an exposure that swings changes the whole image alike."""
+    mean, own_mean = still.mean(axis=(0, 1)), blocks.mean(axis=(0, 1))
+    centred, own = still - mean, blocks - own_mean
+    gain = (own * centred).sum(axis=(0, 1)) / np.maximum((centred**2).sum(axis=(0, 1)), 1e-6)
+    gain = np.maximum(gain, 1e-3)
+    return np.asarray(own / gain + mean, np.float32), float(gain.mean())
 
 
 class TouchFinder:

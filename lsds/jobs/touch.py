@@ -159,5 +159,6 @@ class TouchGrasp:
             limit_s += self._gripper.stroke_m / self._task.approach_speed_m_s
         if now.t_ns - self._since_ns > nanoseconds(limit_s):
             raise SafetyStop(
-                f"task: stage '{self.stage}' took longer than {limit_s:.0f} s (raise task.timeout_s if that is normal)"
+                f"task: nothing was grasped: stage '{self.stage}' took longer than {limit_s:.0f} s "
+                "(does the gripper follow? raise task.timeout_s if that is normal)"
             )

@@ -54,6 +54,14 @@ _STUDIES = (
         "detectors and estimators asked in every frame of simulated trials: slides, turns, changing load",
     ),
     (
+        "grip",
+        "studies.grip.study:GripStudy",
+        "studies.grip.options:GripOptions",
+        ("numba",),
+        "sim",
+        "controllers on objects that nobody described: grip over needed, slip, drops",
+    ),
+    (
         "learning",
         "studies.models.curve:LearningStudy",
         "studies.models.options:LearningOptions",

@@ -20,7 +20,7 @@ from lsds.jobs import HoldJob, WatchJob
 from lsds.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("installed_host")
-QUICK = ("cell.simulated.fidelity=winkler", "task.lift_s=4.0", "task.timeout_s=3.0")
+QUICK = ("cell.simulated.fidelity=winkler", "task.grip_aperture_m=0.0236", "task.lift_s=4.0", "task.timeout_s=3.0")
 FAULT_S = 2.6
 """Every job holds an object by then, and lift, trial and place move the arm."""
 

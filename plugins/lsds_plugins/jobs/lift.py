@@ -26,6 +26,7 @@ class LiftJob:
         self._cell = setting.cell
         #: Each timed stage with its duration (s), in order.
         self._stages = (("settle", task.settle_s), ("lift", task.lift_s), ("hold", task.hold_s))
+        self._by_touch = task.grasp == "touch" and setting.gripper is not None
         self._take_up: TakeUp | None = None
         self._grasp: Grasping | None = begin_grasp(task, setting)
         self._touch_m = math.nan
@@ -46,7 +47,7 @@ class LiftJob:
             self._at, self._since_ns = self._at + 1, now.t_ns
             if self._at == len(self._stages):
                 return Wanted("done", done=True)
-            if self._task.grasp == "touch" and self._stages[self._at][0] == "lift":
+            if self._by_touch and self._stages[self._at][0] == "lift":
                 self._take_up = TakeUp(now.t_ns)
         stage = self._stages[self._at][0]
         if stage == "settle":

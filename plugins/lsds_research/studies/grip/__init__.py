@@ -1,0 +1,1 @@
+"""Study `grip`: how tightly controllers hold, and how far the object slips."""

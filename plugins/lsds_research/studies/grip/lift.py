@@ -1,0 +1,135 @@
+"""One lift of the study `grip`: what is varied, and what came of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.config.toml import value_text
+from lsds.errors import LsdsError
+from lsds.session.run import run
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds.contracts import CellTruth, Cycle
+
+OFF = "off"
+SETTLED_S = 0.5
+"""The steady grip is the mean of so much time at the end."""
+AFTER_SLIP_S = 0.3
+"""A closing later than this after the last true slip is one without slip."""
+SLIPS_M_S = 1e-3
+CLOSES_M = 2e-4
+"""A command that closes by less is no closing: about a tick of a Hand-E."""
+CHANGES: dict[str, dict[str, Any]] = {
+    "none": {},
+    "pour": {
+        "cell.simulated.changes_after_s": 1.5,
+        "cell.simulated.pour_to": 2.0,
+        "cell.simulated.pour_s": 3.0,
+        "task.hold_s": 4.0,
+    },
+    "shove": {"cell.simulated.changes_after_s": 2.5, "cell.simulated.shove_s": 0.2, "task.hold_s": 2.0},
+    "wet": {"cell.simulated.changes_after_s": 2.5, "cell.simulated.wet_to": 0.5, "task.hold_s": 2.0},
+    "brisk": {"task.lift_acceleration_m_s2": 2.0, "safety.max_arm_acceleration_m_s2": 2.0},
+}
+"""Options of each change of load; a shove is half of the object's weight."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lift:
+    """A run: nothing of it tells the controller about the object."""
+
+    controller: str
+    object: str
+    squeeze_mm: float
+    speed_m_s: float
+    friction: float
+    change: str
+    seed: int
+    weight_n: float
+
+    @property
+    def key(self) -> str:
+        """What tells this run from others."""
+        return " ".join(f"{name}={value}" for name, value in asdict(self).items())
+
+    def overrides(self) -> list[str]:
+        """Return the config's keys."""
+        keys: dict[str, Any] = {
+            "seed": self.seed,
+            "sensor.mock-gelsight-mini.gel": self.seed,
+            "cell.simulated.object": self.object,
+            "cell.simulated.friction_scale": self.friction,
+            "task.grasp": "touch",
+            "task.first_squeeze_m": self.squeeze_mm * 1e-3,
+            "task.lift_speed_m_s": self.speed_m_s,
+            # As high as the arm can reach, whatever the speed.
+            "task.lift_s": min(3.0, 0.12 / self.speed_m_s),
+            "task.hold_s": 1.5,
+            **CHANGES[self.change],
+        }
+        if self.change == "shove":
+            keys["cell.simulated.shove_n"] = 0.5 * self.weight_n
+        if self.controller == OFF:
+            keys["controller.enabled"] = False
+        else:
+            keys["controller.backend"] = self.controller
+        return [f"{path}={value_text(value)}" for path, value in keys.items()]
+
+
+def lift(what: Lift) -> dict[str, Any] | str:
+    """Run a lift; return its figures, or why it could not be run."""
+    closings: list[int] = []
+    held_m = math.nan
+
+    def take(cycle: Cycle) -> None:
+        nonlocal held_m
+        if cycle.command_m is not None and cycle.command_m < held_m - CLOSES_M:
+            closings.append(cycle.t_ns)
+        held_m = cycle.held_m
+
+    try:
+        session = run(None, what.overrides(), observe=take)
+    except LsdsError as error:
+        return f"{what.key}: {error}"
+    return asdict(what) | figures(session.summary, session.truths, closings)
+
+
+def figures(summary: dict[str, Any], truths: Any, closings: list[int]) -> dict[str, Any]:
+    """Return what came of a run, from its summary, the truth and the times (ns) of closings."""
+    t_s, normal, required, slip = _columns(truths)
+    lifted = np.array([not truth.supported for truth in truths])
+    start = int(np.argmax(normal > 0)) if not lifted.any() else int(np.argmax(lifted))
+    end = t_s > t_s[-1] - SETTLED_S
+    held = summary["outcome"] == "held"
+    sliding = t_s[np.abs(slip) > SLIPS_M_S]
+    without = [at for at in closings if not np.any((sliding <= at * 1e-9) & (sliding > at * 1e-9 - AFTER_SLIP_S))]
+    needed = float(required[start:].max())
+    first = float(normal[max(0, start - 1)])
+    return {
+        "outcome": summary["outcome"],
+        "fault": summary["fault"],
+        "held": held,
+        "slip_mm": 1e3 * float(truths[-1].slip_distance_m),
+        "arrest_s": summary["time_to_arrest_s"],
+        "needed_n": needed,
+        "first_over_needed": first / needed,
+        "peak_over_needed": float(normal[start:].max()) / needed,
+        "steady_over_needed": float(np.mean(normal[end] / required[end])) if held else None,
+        "steady_excess_n": float(np.mean(normal[end] - required[end])) if held else None,
+        "peak_n": float(normal.max()),
+        "closings": len(closings),
+        "closings_without_slip": len(without),
+    }
+
+
+def _columns(truths: list[CellTruth]) -> tuple[NDArray[np.float64], ...]:
+    rows = [
+        (t.t_ns * 1e-9, t.normal_force_n, t.required_normal_force_n, math.hypot(*t.slip_velocity_m_s)) for t in truths
+    ]
+    return tuple(np.array(rows, float).T)

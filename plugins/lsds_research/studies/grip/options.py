@@ -1,0 +1,71 @@
+"""Options of the study `grip`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.cli.threads import processes
+from lsds_research.collecting.objects import PLANS
+
+Change = Literal["none", "pour", "shove", "wet", "brisk"]
+
+
+class GripOptions(BaseModel):
+    """Lift objects that nobody described, with each controller, and compare grip, slip and drops.
+
+    Every combination of object, first squeeze, lifting speed, friction of the day, change of load and seed is one run:
+    grasp by touch, lift, hold. Figures are simulated.
+
+    \b
+    Examples:
+      lsds evaluate grip --quick
+      lsds evaluate grip --controller margin --controller pd --out runs.jsonl --plot grip.png
+      lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    objects: list[str] = Field(
+        default=[*PLANS],
+        description="object of the catalogue; default: all",
+        json_schema_extra={"flag": "--object", "metavar": "NAME"},
+    )
+    controllers: list[str] = Field(
+        default=[],
+        description="controller, or 'off' for a fixed grip; default: all installed ones and 'off'",
+        json_schema_extra={"flag": "--controller", "metavar": "NAME"},
+    )
+    squeezes_mm: list[float] = Field(
+        default=[0.7, 1.4, 2.8],
+        min_length=1,
+        description="first squeeze beyond the touch, mm",
+        json_schema_extra={"flag": "--squeeze-mm", "metavar": "MM"},
+    )
+    speeds_m_s: list[float] = Field(
+        default=[0.02, 0.038, 0.08],
+        min_length=1,
+        description="lifting speed, m/s",
+        json_schema_extra={"flag": "--speed", "metavar": "M/S"},
+    )
+    frictions: list[float] = Field(
+        default=[1.0],
+        min_length=1,
+        description="friction of the day, as a factor",
+        json_schema_extra={"flag": "--friction", "metavar": "FACTOR"},
+    )
+    changes: list[Change] = Field(
+        default=["none"],
+        min_length=1,
+        description="change of load while the object hangs: none, pour (to twice the weight in 3 s), shove, wet (half "
+        "the friction), brisk (lift at 2 m/s^2)",
+        json_schema_extra={"flag": "--change", "metavar": "NAME"},
+    )
+    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    out: Path | None = Field(
+        default=None, description="keep each run in this file (JSON lines); the same command goes on where it ended"
+    )
+    quick: bool = Field(default=False, description="one speed, and every third object")
+    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")

@@ -1,0 +1,173 @@
+"""Study `grip`: every controller on objects, first squeezes, speeds, frictions, changes of load and seeds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult
+from lsds.errors import DataError
+from lsds.plugins.host import PluginHost
+from lsds.processes import DIED, spread
+from lsds_research.chosen import chosen
+from lsds_research.collecting.objects import PLANS
+from lsds_research.studies.grip.lift import OFF, Lift, lift
+from lsds_research.studies.grip.options import GripOptions
+from lsds_research.studies.grip.plot import plot_grip
+
+if TYPE_CHECKING:
+    Row = dict[str, Any]
+
+MET_MM = 0.05
+"""The limit of friction was met where the object slipped by more than this, in mm."""
+GREW = 1.1
+FRICTION = 0.55
+"""Static friction of the catalogue's middle, to tell an object's weight from the force it needs."""
+_COLUMNS = (
+    ("controller", "controller", ""),
+    ("change", "change", ""),
+    ("runs", "runs", "d"),
+    ("held", "held", ".3f"),
+    ("met", "slipped", "d"),
+    ("slip_mm", "slip, mm", ".1f"),
+    ("slip_95_mm", "95 %", ".1f"),
+    ("arrest_s", "arrest, s", ".2f"),
+    ("peak", "peak/needed", ".2f"),
+    ("peak_95", "95 %", ".2f"),
+    ("steady", "steady/needed", ".2f"),
+    ("steady_95", "95 %", ".2f"),
+    ("grew", "grown where it held", ".3f"),
+    ("steady_held", "steady there", ".2f"),
+    ("false_closings", "closings without slip", ".2f"),
+)
+
+
+class GripStudy:
+    """A `Study`."""
+
+    def __init__(self, options: GripOptions, context: BuildContext) -> None:
+        self._options, self._seed = options, context.seed
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown controller."""
+        options = self._options
+        planned = _planned(options, self._seed)
+        known = _read(options.out)
+        rows = [known[each.key] for each in planned if each.key in known]
+        missing = [each for each in planned if each.key not in known]
+        failures: dict[str, str] = {}
+        for done, (what, result) in enumerate(spread(lift, missing, options.jobs), start=len(rows) + 1):
+            if isinstance(result, dict):
+                rows.append(result)
+                _keep(options.out, what.key, result)
+            else:
+                failures[what.key] = result or DIED
+            tick(done, len(planned))
+        if not rows:
+            raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
+        rows.sort(key=lambda row: tuple(str(row[name]) for name in ("controller", "change", "object", "squeeze_mm")))
+        groups = sorted({(row["controller"], row["change"]) for row in rows})
+        table = [_summary(who, change, _of(rows, who, change)) for who, change in groups]
+        return StudyResult(
+            f"grip of {len({row['object'] for row in rows})} objects that nobody described (simulated)",
+            _COLUMNS,
+            table,
+            partial(plot_grip, rows=rows),
+            [
+                "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians "
+                f"and 95 % quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share "
+                "of the other runs whose grip grew by more than a tenth; closings without slip: per run",
+            ],
+            {"runs": rows, "failures": failures, "figures_are": "simulated", "seed": self._seed},
+            warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
+        )
+
+
+def _planned(options: GripOptions, seed: int) -> list[Lift]:
+    """Return the runs. Raises DataError for an unknown object, PluginError for an unknown controller."""
+    unknown = [name for name in options.objects if name not in PLANS]
+    if unknown:
+        raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
+    host = PluginHost()
+    named = [name for name in options.controllers if name != OFF]
+    controllers = chosen(host, "controller", named) if named or not options.controllers else []
+    if OFF in options.controllers or not options.controllers:
+        controllers = [*controllers, OFF]
+    objects = options.objects[::3] if options.quick else options.objects
+    speeds = options.speeds_m_s[len(options.speeds_m_s) // 2 :][:1] if options.quick else options.speeds_m_s
+    cases = product(
+        controllers, objects, options.squeezes_mm, speeds, options.frictions, options.changes, range(options.seeds)
+    )
+    weight_n = {name: round(2 * FRICTION * PLANS[name].needed_n, 3) for name in objects}
+    return [
+        Lift(who, name, squeeze, speed, friction, change, seed + 1 + own, weight_n[name])
+        for who, name, squeeze, speed, friction, change, own in cases
+    ]
+
+
+def _of(rows: Sequence[Row], controller: str, change: str) -> list[Row]:
+    return [row for row in rows if (row["controller"], row["change"]) == (controller, change)]
+
+
+def _summary(controller: str, change: str, rows: Sequence[Row]) -> Row:
+    met = [row for row in rows if row["slip_mm"] > MET_MM]
+    other = [row for row in rows if row["slip_mm"] <= MET_MM and row["held"]]
+    grew = [row["peak_over_needed"] > GREW * row["first_over_needed"] for row in other]
+    return {
+        "controller": controller,
+        "change": change,
+        "runs": len(rows),
+        "held": float(np.mean([row["held"] for row in rows])),
+        "met": len(met),
+        "slip_mm": _quantile(met, "slip_mm", 0.5),
+        "slip_95_mm": _quantile(met, "slip_mm", 0.95),
+        "arrest_s": _quantile(met, "arrest_s", 0.5),
+        "peak": _quantile(met, "peak_over_needed", 0.5),
+        "peak_95": _quantile(met, "peak_over_needed", 0.95),
+        "steady": _quantile(met, "steady_over_needed", 0.5),
+        "steady_95": _quantile(met, "steady_over_needed", 0.95),
+        "grew": float(np.mean(grew)) if grew else None,
+        "steady_held": _quantile(other, "steady_over_needed", 0.5),
+        "false_closings": float(np.mean([row["closings_without_slip"] for row in rows])),
+    }
+
+
+def _quantile(rows: Sequence[Row], name: str, share: float) -> float | None:
+    values = [row[name] for row in rows if row[name] is not None]
+    return float(np.quantile(values, share)) if values else None
+
+
+def _read(path: Path | None) -> dict[str, Row]:
+    """Return the runs that are kept already. Raises DataError for a file that is no such list."""
+    if path is None or not path.exists():
+        return {}
+    found: dict[str, Row] = {}
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for number, line in enumerate(lines, start=1):
+        try:
+            item = json.loads(line)
+            found[item["key"]] = item["run"]
+        except (json.JSONDecodeError, TypeError, KeyError) as error:
+            # A run that was cut off while it was written is the last line.
+            if number == len(lines):
+                break
+            raise DataError(f"{path}, line {number}: no run of lsds evaluate grip (choose another file)") from error
+    return found
+
+
+def _keep(path: Path | None, key: str, row: Row) -> None:
+    if path is None:
+        return
+    try:
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        with path.open("a", encoding="utf-8") as file:
+            file.write(("\n" if text and not text.endswith("\n") else "") + json.dumps({"key": key, "run": row}) + "\n")
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written: {error}") from error

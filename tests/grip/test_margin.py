@@ -1,0 +1,153 @@
+"""Controller `margin`: closes on slip by what is missing, opens to the margin and stops there, never on a doubt."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lsds_plugins.controllers.margin import MarginController, MarginOptions
+
+from lsds.clock import VirtualClock
+from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripInput, SlipEstimate
+
+TOUCH_M = 0.025
+FRAME_NS = 40_000_000
+
+
+class Grip:
+    """A grip of 1 N of load a millimetre at the limit; commands are carried out at once."""
+
+    def __init__(self, squeeze_mm, **options):
+        self.controller = MarginController(MarginOptions(**options), BuildContext(VirtualClock(), 0))
+        self.squeeze_mm, self.t_ns = squeeze_mm, 0
+
+    def frame(self, load_n, slip, speed=0.0, *, std=0.001, touch_m=TOUCH_M):
+        """Show a frame; return the squeeze (mm) then."""
+        self.t_ns += FRAME_NS
+        load = None if load_n is None else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001)
+        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(load=load))
+        estimate = SlipEstimate((0.0, speed), (std, std), 0.0, 0.0, speed, std)
+        aperture = TOUCH_M - self.squeeze_mm * 1e-3
+        wanted = self.controller.update(
+            GripInput(
+                self.t_ns,
+                0.04,
+                Detection(slip, 1.0, 0.5, 1.0),
+                ABSTAINED if slip is None else estimate,
+                aperture,
+                aperture,
+                (finger,),
+                touch_m,
+                aperture,
+            )
+        )
+        if wanted is not None:
+            self.squeeze_mm = (TOUCH_M - wanted) * 1e3
+        return self.squeeze_mm
+
+    def quiet(self, load_n, seconds):
+        return [self.frame(load_n, slip=False) for _ in range(round(seconds / 0.04))][-1]
+
+
+def lifted(squeeze_mm=1.0, **options):
+    grip = Grip(squeeze_mm, **options)
+    grip.frame(0.0, slip=False)
+    return grip
+
+
+def test_a_grip_that_holds_is_left_alone():
+    grip = lifted()
+    assert grip.quiet(0.5, 3.0) == 1.0
+
+
+def test_it_closes_on_slip_in_proportion_and_then_opens_to_the_margin():
+    grip = lifted()
+    closed = grip.frame(1.0, True, 0.038)
+    assert closed == pytest.approx(1 + 1.2 * 0.038 / 0.048)
+    assert grip.quiet(1.2, 5.0) == pytest.approx(1.25 * 1.2, rel=0.02)
+
+
+def test_it_follows_a_load_that_grows_before_anything_slips():
+    grip = lifted()
+    grip.frame(1.0, True, 0.02)
+    grip.quiet(1.2, 4.0)
+    for load in (1.4, 1.6, 1.8):
+        assert grip.frame(load, slip=False) == pytest.approx(1.25 * load, rel=0.05)
+
+
+def test_a_load_that_is_lighter_for_a_moment_opens_nothing():
+    grip = lifted()
+    grip.frame(1.0, True, 0.02)
+    before = grip.quiet(1.2, 5.0)
+    assert grip.quiet(0.9, 0.5) == pytest.approx(before, abs=1e-4)
+
+
+def test_an_alarm_below_what_was_held_is_refuted():
+    grip = lifted(2.0)
+    grip.quiet(1.6, 1.0)
+    assert grip.frame(1.0, True, 0.02) > 2.0  # The load has fallen: this may be a wet surface.
+    grip = lifted(2.0)
+    grip.quiet(1.6, 1.0)
+    grip.controller._limit.held = 3000.0
+    assert grip.frame(1.6, True, 0.02) == 2.0
+
+
+def test_alarms_that_go_on_are_believed():
+    grip = lifted(2.0)
+    grip.quiet(1.6, 1.0)
+    grip.controller._limit.held = 3000.0
+    assert [grip.frame(1.6, True, 0.02) for _ in range(7)][-1] > 2.0
+
+
+def test_a_sure_speed_is_a_slip_that_the_detector_missed():
+    grip = lifted()
+    assert grip.frame(0.9, slip=False, speed=0.03) == 1.0
+    assert grip.frame(0.9, slip=False, speed=0.03) > 1.0
+
+
+def test_a_doubtful_speed_is_none():
+    grip = lifted()
+    for _ in range(5):
+        assert grip.frame(0.9, slip=False, speed=0.03, std=0.02) == 1.0
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.one_of(st.none(), st.floats(0, 50)),
+            st.sampled_from([True, False, None]),
+            st.one_of(st.just(math.nan), st.floats(0, 0.5)),
+        ),
+        max_size=60,
+    ),
+    st.sampled_from([TOUCH_M, math.nan]),
+)
+def test_it_never_opens_beyond_the_touch_nor_on_a_doubt(frames, touch_m):
+    grip = lifted()
+    for load, slip, speed in frames:
+        before = grip.squeeze_mm
+        after = grip.frame(load, slip, speed, touch_m=touch_m)
+        assert math.isfinite(after)
+        if slip is not False or load is None:
+            assert after >= before
+        assert after <= 25.0
+
+
+def test_without_release_it_never_opens():
+    grip = lifted(release_m_s=0.0)
+    assert not grip.controller.may_open
+    grip.frame(1.0, True, 0.1)
+    closed = grip.squeeze_mm
+    assert grip.quiet(1.0, 5.0) == closed
+
+
+def test_a_grip_begins_with_nothing_known():
+    grip = lifted()
+    grip.frame(1.0, True, 0.02)
+    grip.controller.reset()
+    before = grip.squeeze_mm
+    grip.frame(0.0, slip=False)
+    assert grip.quiet(3.0, 2.0) == before

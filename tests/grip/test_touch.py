@@ -1,0 +1,104 @@
+"""Touch: found by the light on the gel, placed between frame and gripper samples."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lsds.contracts import Frame, GripperState, Situation
+from lsds.grip.touch import TouchFinder, TouchSense, aperture_at
+
+MS = 1_000_000
+
+
+def image(seed, *, pressed=0.0, gain=1.0):
+    """A gel of some light, with the camera's noise; `pressed` levels of a fixed relief."""
+    y, x = np.mgrid[0:240, 0:320]
+    light = 110 + 30 * np.sin(x / 90) + 20 * np.cos(y / 70)
+    relief = np.random.default_rng(99).normal(0, 1, (24, 32)).repeat(10, 0).repeat(10, 1)
+    noise = np.random.default_rng(seed).normal(0, 2, (240, 320, 3))
+    return np.clip(gain * (light + pressed * relief)[:, :, None] + noise, 0, 255).astype(np.uint8)
+
+
+def frame(seed, **more):
+    return Frame(image(seed, **more), seed * 40 * MS, seed)
+
+
+def test_a_faint_relief_is_a_touch_and_noise_is_none():
+    sense = TouchSense()
+    assert not any(sense.update(frame(seed)) for seed in range(200))
+    assert sense.update(frame(500, pressed=0.7))
+
+
+def test_a_lamp_that_swings_is_no_touch():
+    sense = TouchSense()
+    swing = 1 + 0.02 * np.sin(np.arange(120) / 5)
+    assert not any(sense.update(frame(seed, gain=float(gain))) for seed, gain in enumerate(swing))
+
+
+def test_a_touch_that_grows_slowly_does_not_become_what_the_gel_looks_like():
+    sense = TouchSense()
+    for seed in range(40):
+        sense.update(frame(seed))
+    touched = [sense.update(frame(100 + k, pressed=0.06 * k)) for k in range(25)]
+    assert touched[-1]
+    assert all(touched[touched.index(True) :])
+
+
+def test_nothing_is_said_before_the_gel_is_known():
+    assert not TouchSense().update(frame(1, pressed=20.0))
+
+
+@given(st.floats(0, 0.05), st.floats(0, 0.05), st.floats(0, 1))
+def test_an_aperture_between_two_states_is_interpolated(first, second, share):
+    known = [(0, first), (1000, second)]
+    assert aperture_at(known, round(1000 * share)) == pytest.approx(first + (second - first) * share, abs=1e-4)
+    assert aperture_at(known, 5000) == second
+    assert aperture_at(known, -5) == first
+    assert math.isnan(aperture_at([], 3))
+
+
+def situation(t_ns, aperture_m, fingers=()):
+    state = GripperState(t_ns, 0, aperture_m, 0.0, moving=True)
+    cycle = SimpleNamespace(fingers=tuple(SimpleNamespace(finger=name, frame=own) for name, own in fingers))
+    return Situation(t_ns, cycle=cycle, gripper=state)
+
+
+def closing(finder, touches_mm, names=("left", "right"), speed_mm_s=8.0):
+    """Fingers that close from 20 mm at a speed, with frames that are 60 ms old; each finger touches at its aperture."""
+    for step in range(400):
+        t_ns = step * 8 * MS
+        fingers = []
+        if step % 5 == 0:
+            then_mm = 20 - speed_mm_s * max(t_ns - 60 * MS, 0) * 1e-9
+            for name in names:
+                deep = max(0.0, touches_mm.get(name, -100.0) - then_mm)
+                own = Frame(image(step, pressed=4 * deep), t_ns - 60 * MS, step)
+                fingers.append((name, own))
+        finder.see(situation(t_ns, (20 - speed_mm_s * t_ns * 1e-9) * 1e-3, fingers))
+
+
+def test_the_touch_is_placed_between_frame_and_gripper_samples():
+    finder = TouchFinder()
+    closing(finder, {"left": 9.0, "right": 9.0})
+    assert finder.touching
+    assert not finder.untouched
+    assert finder.touch_m == pytest.approx(9e-3, abs=4e-4)
+    assert finder.std_m == pytest.approx(0.32e-3 / math.sqrt(12), rel=0.2)
+
+
+def test_a_finger_that_does_not_touch_is_named():
+    finder = TouchFinder()
+    closing(finder, {"left": 9.0})
+    assert finder.untouched == ("right",)
+
+
+def test_the_last_finger_to_touch_counts():
+    finder = TouchFinder()
+    closing(finder, {"left": 10.0, "right": 7.0})
+    assert finder.touch_m == pytest.approx(7e-3, abs=4e-4)
