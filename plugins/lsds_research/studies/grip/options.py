@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -64,8 +63,10 @@ class GripOptions(BaseModel):
         json_schema_extra={"flag": "--change", "metavar": "NAME"},
     )
     seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
-    out: Path | None = Field(
-        default=None, description="keep each run in this file (JSON lines); the same command goes on where it ended"
+    out: str = Field(
+        default="",
+        description="keep each run in this file (JSON lines); the same command goes on where it ended",
+        json_schema_extra={"metavar": "FILE"},
     )
     quick: bool = Field(default=False, description="one speed, and every third object")
     jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")

@@ -59,14 +59,15 @@ class GripStudy:
         """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown controller."""
         options = self._options
         planned = _planned(options, self._seed)
-        known = _read(options.out)
+        kept = Path(options.out) if options.out else None
+        known = _read(kept)
         rows = [known[each.key] for each in planned if each.key in known]
         missing = [each for each in planned if each.key not in known]
         failures: dict[str, str] = {}
         for done, (what, result) in enumerate(spread(lift, missing, options.jobs), start=len(rows) + 1):
             if isinstance(result, dict):
                 rows.append(result)
-                _keep(options.out, what.key, result)
+                _keep(kept, what.key, result)
             else:
                 failures[what.key] = result or DIED
             tick(done, len(planned))
