@@ -105,7 +105,8 @@ class TouchGrasp:
     def _close_by_ticks(self, now: Situation) -> None:
         if self._finder.touching:
             self.touch_m = self._finder.touch_m
-            self._enter("squeeze", now, self._grip(self.touch_m - self._squeeze_m(), self._task.touch_speed_m_s))
+            # At the speed that corrections will have, too.
+            self._enter("squeeze", now, self._grip(self.touch_m - self._squeeze_m(), self._task.grip_speed_m_s))
             return
         self._require_something(now)
         tick_m = self._gripper.resolution_m

@@ -66,7 +66,7 @@ def test_a_grip_that_holds_is_left_alone():
 def test_it_closes_on_slip_in_proportion_and_then_opens_to_the_margin():
     grip = lifted()
     closed = grip.frame(1.0, True, 0.038)
-    assert closed == pytest.approx(1 + 1.2 * 0.038 / 0.048)
+    assert closed == pytest.approx(1 + 0.8 * 0.038 / 0.048)
     assert grip.quiet(1.2, 5.0) == pytest.approx(1.25 * 1.2, rel=0.02)
 
 

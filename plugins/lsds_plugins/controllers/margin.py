@@ -1,7 +1,8 @@
 """Controller `margin`: the squeeze that carries the load with a margin, and no more.
 
     quiet    squeeze = margin x load / limit, closing at once, opening slowly; unchanged where the limit is not known
-    slip     squeeze = what was seen slipping x (1 + growth v / (v + v0)), v being the slip speed
+    slip     squeeze = what was seen slipping x (1 + growth v / (v + v0)), v being the slip speed; or, where the load
+             has fallen while it slips, x margin x load before / load now: that is what is missing
 
 Squeeze is the aperture at touch less the aperture at the time of the frame: a frame shows what was, and what is under
 way since must not be added again. When slip has ended, the fingers open slowly to the margin and stop there. They never
@@ -38,6 +39,8 @@ FALLEN = 0.85
 """A load below this share of the greatest of late has fallen: what was held before does not refute an alarm."""
 PATIENCE = 5
 """So many alarms in a row are not refuted."""
+MOST = 3.0
+"""Greatest growth of the squeeze in one frame."""
 OPENING_S = 0.4
 """Time in which the fingers open by two thirds of what is too much."""
 
@@ -48,7 +51,7 @@ class MarginOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     margin: float = Field(default=1.25, ge=1, le=5, description="squeeze over what the load needs")
-    growth: float = Field(default=1.2, gt=0, le=10, description="growth of the squeeze at a fast slip")
+    growth: float = Field(default=0.8, gt=0, le=10, description="growth of the squeeze at a fast slip")
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time without slip before the fingers open")
     release_m_s: float = Field(default=0.006, ge=0, le=0.05, description="greatest opening speed; 0: never open")
 
@@ -95,7 +98,8 @@ class MarginController:
             return None
         if slips:
             self._limit.slips(ratio)
-            return self._caught(state, squeeze_m)
+            missing = greatest_n / load_n if load_n < FALLEN * greatest_n else 1.0
+            return self._caught(state, squeeze_m, missing)
         self._quiet_s += max(state.dt_s, 0.0) if math.isfinite(state.dt_s) else 0.0
         self._limit.holds(ratio, state.dt_s)
         return self._followed(state, greatest_n)
@@ -107,13 +111,16 @@ class MarginController:
         twice, self._suspected = seen and self._suspected, seen
         return True if twice else state.detection.slip
 
-    def _caught(self, state: GripInput, squeeze_m: float) -> float | None:
-        """Close on a slip."""
+    def _caught(self, state: GripInput, squeeze_m: float, missing: float) -> float | None:
+        """Close on a slip; `missing` is the load to be carried over what friction carries now."""
         self._quiet_s, self._opened_to = 0.0, None
         speed = state.estimate.speed_m_s
         if state.estimate.abstained or not math.isfinite(speed):
             speed = 0.0
-        wanted_m = squeeze_m * (1 + self._options.growth * speed / (speed + SLOW_M_S))
+        growth = 1 + self._options.growth * speed / (speed + SLOW_M_S)
+        if missing > 1:
+            growth = max(growth, min(self._options.margin * missing, MOST))
+        wanted_m = squeeze_m * growth
         aperture = max(0.0, self._touch_m - wanted_m)
         return aperture if aperture < state.aperture_m else None
 

@@ -1,0 +1,65 @@
+"""`lsds evaluate grip`: runs that go on, figures that come from the truth, a picture."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from lsds.cli.main import main
+
+pytestmark = pytest.mark.usefixtures("installed_host")
+ONE = ["evaluate", "grip", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--speed", "0.08", "--jobs", "1"]
+
+
+@pytest.fixture
+def evaluated(capsys):
+    """Runs the command; returns its exit code and all that it prints."""
+
+    def call(*arguments):
+        code = main([*ONE, *arguments])
+        printed = capsys.readouterr()
+        return code, printed.out + printed.err
+
+    return call
+
+
+def test_margin_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_path):
+    kept, told, picture = tmp_path / "runs.jsonl", tmp_path / "grip.json", tmp_path / "grip.png"
+    code, output = evaluated("--out", str(kept), "--json", str(told), "--plot", str(picture))
+    assert code == 0, output
+    runs = {run["controller"]: run for run in json.loads(told.read_text())["runs"]}
+    assert set(runs) == {"margin", "pd", "off"}
+    assert runs["margin"]["held"]
+    assert not runs["off"]["held"]
+    assert 1 < runs["margin"]["steady_over_needed"] < min(2.0, runs["pd"]["steady_over_needed"] or 99)
+    assert runs["off"]["closings"] == 0
+    assert runs["margin"]["first_over_needed"] < 1 < runs["margin"]["peak_over_needed"]
+    assert picture.stat().st_size > 5000
+    # What is kept is not run again; a run that was cut off is.
+    lines = kept.read_text().splitlines()
+    assert len(lines) == 3
+    known = [json.loads(line) for line in lines[:2]]
+    known[0]["run"]["slip_mm"] = 123.0
+    kept.write_text("\n".join(json.dumps(line) for line in known) + "\n" + lines[2][:40])
+    code, output = evaluated("--out", str(kept), "--json", str(told))
+    assert code == 0, output
+    again = json.loads(told.read_text())["runs"]
+    assert max(run["slip_mm"] for run in again) == 123.0
+    assert len(again) == 3
+
+
+def test_an_unknown_object_is_one_line(evaluated):
+    code, output = evaluated("--object", "unicorn")
+    assert code != 0
+    assert "unicorn" in output
+    assert "pvc-pipe" in output
+
+
+def test_a_file_that_is_no_list_of_runs_is_not_touched(evaluated, tmp_path):
+    other = tmp_path / "notes.txt"
+    other.write_text("hello\nworld\n")
+    code, output = evaluated("--out", str(other))
+    assert code != 0
+    assert "line 1" in output
+    assert other.read_text() == "hello\nworld\n"
