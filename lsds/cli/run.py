@@ -83,6 +83,7 @@ def _table(summary: dict[str, Any]) -> str:
         ("time to arrest", show(summary["time_to_arrest_s"], 1e3, "ms")),
         ("peak slip speed", show(summary["peak_slip_speed_m_s"], 1e2, "cm/s")),
         ("peak normal force", show(summary["peak_normal_force_n"], 1, "N a finger")),
+        ("steady normal force", show(summary["steady_normal_force_n"], 1, "N a finger")),
         ("needed to hold", show(summary["required_normal_force_n"], 1, "N a finger")),
         ("error of slip speed (MAE)", show(summary["severity_mae_m_s"], 1e2, "cm/s")),
         ("  when always predicting zero", show(summary["severity_zero_predictor_mae_m_s"], 1e2, "cm/s")),

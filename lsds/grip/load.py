@@ -27,7 +27,7 @@ LEAST = 0.5
 """With fewer of the dots than this share nothing is told."""
 
 
-def load_of(field: DeformationField, shear_n_m3: float = SHEAR_N_M3) -> ContactLoad | None:
+def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float = SHEAR_N_M3) -> ContactLoad | None:
     """Return the force and torque that the object exerts on the gel since the reference; None with too few dots.
 
     Pressing alone spreads the dots: off the pad's centre this looks like shear, so take the difference to a frame in
@@ -38,7 +38,6 @@ def load_of(field: DeformationField, shear_n_m3: float = SHEAR_N_M3) -> ContactL
     if known < max(LEAST * count, 3):
         return None
     pitch_x, pitch_y = field.reference.pitch_px
-    metres_per_px = _metres_per_px(field)
     # A lost dot stands for the mean of the others.
     per_m = shear_n_m3 * pitch_x * pitch_y * metres_per_px**2 * count / known
     moved, at = field.displacement_m[valid], field.position_m[valid]
@@ -52,10 +51,3 @@ def load_of(field: DeformationField, shear_n_m3: float = SHEAR_N_M3) -> ContactL
         math.hypot(noise_n, SHEAR_SHARE * math.hypot(x, y)),
         math.hypot(noise_n * arm_m, SHEAR_SHARE * torque),
     )
-
-
-def _metres_per_px(field: DeformationField) -> float:
-    """Return the scale, from the two dots of the reference that are farthest apart."""
-    px, m = field.reference.xy_px, field.position_m
-    far = int(np.argmax(((px - px[0]) ** 2).sum(axis=1)))
-    return float(np.linalg.norm(m[far] - m[0]) / np.linalg.norm(px[far] - px[0]))

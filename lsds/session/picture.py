@@ -19,7 +19,19 @@ if TYPE_CHECKING:
     from lsds.contracts import CellTruth, Frame, MarkerReference
     from lsds.session.record import RunRecord, Sample
 
-_STAGE_SHADE = {"grasp": "0.96", "settle": "0.92", "lift": "#e8f1fa", "hold": "#f3f8ec"}
+_STAGE_SHADE = {
+    "grasp": "0.96",
+    "approach": "0.98",
+    "back off": "0.95",
+    "touch": "0.98",
+    "squeeze": "0.95",
+    "settle": "0.92",
+    "take up": "#d9e8f6",
+    "lift": "#e8f1fa",
+    "hold": "#f3f8ec",
+}
+CROWDED = 0.07
+"""Share of the time axis that the name of a stage takes."""
 
 
 def plot_run(
@@ -94,18 +106,23 @@ def _headline(summary: dict[str, Any]) -> str:
 
 
 def _shade_stages(axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any]) -> None:
-    begin = 0
+    begin, row, shown = 0, 0, -math.inf
+    apart = CROWDED * float(t[-1] - t[0])
     for i in range(1, len(samples) + 1):
         if i == len(samples) or samples[i].stage != samples[begin].stage:
             stage = samples[begin].stage
             axes.axvspan(t[begin], t[min(i, len(t) - 1)], color=_STAGE_SHADE.get(stage, "white"), lw=0, zorder=0)
-            axes.text(t[begin], 1.0, f" {stage}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom")
-            begin = i
+            # The names of short stages would be written over one another.
+            row = 1 - row if t[begin] - shown < apart else 0
+            axes.text(
+                t[begin], 1.0 + 0.05 * row, f" {stage}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom"
+            )
+            shown, begin = t[begin], i
 
 
 def _zoom_on_grip(axes: Axes, samples: Sequence[Sample]) -> None:
     """Show the corrections of a few millimetres, not the closing from fully open."""
-    acting = [c for c in samples if c.stage in ("settle", "lift", "hold")]
+    acting = [c for c in samples if c.stage in ("settle", "take up", "lift", "hold")]
     values = [1e3 * v for c in acting for v in (c.measured_m, c.held_m) if math.isfinite(v)]
     if values:
         margin = max(1.0, 0.15 * (max(values) - min(values)))

@@ -25,6 +25,8 @@ AT_REST_M_S = 1e-3
 LOST_SHARE = 0.2
 #: A pose source must see gripper and object in at least one of this many frames at the end of a run.
 LATELY = 5
+#: The steady grip is the mean of so much time at the end, s.
+STEADY_S = 0.5
 #: A contact area below this fraction of the image at the start of the lift is an empty grip.
 LEAST_CONTACT = 0.005
 
@@ -69,6 +71,7 @@ def summarise(
         "time_to_arrest_s": slip.time_to_arrest_s if slip else None,
         "peak_slip_speed_m_s": slip.peak_speed_m_s if slip else None,
         "peak_normal_force_n": max((t.normal_force_n for t in truths), default=None),
+        "steady_normal_force_n": _steady(truths),
         "required_normal_force_n": max((t.required_normal_force_n for t in truths), default=None),
         "seen_slip_distance_m": _seen_slip(acting),
         "severity_mae_m_s": _severity_mae(acting),
@@ -242,3 +245,11 @@ def _microseconds(engine: Engine) -> dict[str, float | None]:
     if not histogram.count:
         return {"p50": None, "p99": None}
     return {"p50": histogram.quantile(0.5) / 1e3, "p99": histogram.quantile(0.99) / 1e3}
+
+
+def _steady(truths: Sequence[CellTruth]) -> float | None:
+    """Return the normal force of a finger at the end; None where the object is not held then."""
+    if not truths or truths[-1].dropped:
+        return None
+    begins = truths[-1].t_ns - nanoseconds(STEADY_S)
+    return _mean([truth.normal_force_n for truth in truths if truth.t_ns >= begins])

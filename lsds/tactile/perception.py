@@ -73,6 +73,6 @@ class Perception:
         features = self._features.extract(field, contact)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        load = load_of(field)
+        load = load_of(field, self.metres_per_px)
         shown = Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint, load)
         return shown, tracks

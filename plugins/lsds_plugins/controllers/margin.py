@@ -41,6 +41,8 @@ PATIENCE = 5
 """So many alarms in a row are not refuted."""
 MOST = 3.0
 """Greatest growth of the squeeze in one frame."""
+STILL_M = 2e-6
+"""An opening by less in a frame is none."""
 OPENING_S = 0.4
 """Time in which the fingers open by two thirds of what is too much."""
 
@@ -138,8 +140,9 @@ class MarginController:
         # The device rounds steps smaller than a tick, so integrate what was asked for, not what was sent.
         base = state.aperture_m if self._opened_to is None else self._opened_to
         speed = min(self._options.release_m_s, (wanted - base) / OPENING_S)
-        self._opened_to = min(base + speed * state.dt_s, wanted)
-        return self._opened_to
+        before, self._opened_to = self._opened_to, min(base + speed * state.dt_s, wanted)
+        # An opening that is lost leaves the grip tighter, so it need not be said twice.
+        return None if before is not None and self._opened_to - before < STILL_M else self._opened_to
 
     def _load_n(self, state: GripInput) -> float:
         """Return the load of a finger (N), the mean over the fingers; NaN where none tells."""
