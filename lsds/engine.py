@@ -314,6 +314,9 @@ class Engine:
             self.stop()
             return
         sent = self._act.grip(wanted.grip, self._states.gripper, now_ns)
+        if wanted.corrects:
+            # What is corrected is held: a last opening was only a part of the grasp.
+            self._act.opened = False
         if begins or sent:
             # What a controller remembers is of a grip that is no more.
             _call(self._controller_name, lambda _: self._rig.controller.reset(), None)

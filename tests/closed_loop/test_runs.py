@@ -268,3 +268,9 @@ def test_a_slow_gripper_is_waited_for():
         engine.run()
         at_lift = next(t for t in truths.samples if t.t_ns >= engine.acting_since_ns)
         assert at_lift.aperture_m == pytest.approx(0.021, abs=4e-4)
+
+
+def test_a_slow_gripper_that_grasps_by_touch_holds_and_has_not_released():
+    summary = run("gripper.mock-hand-e.latency_ms=200").summary
+    assert summary["outcome"] == "held"
+    assert summary["steady_normal_force_n"] < 2 * summary["required_normal_force_n"]

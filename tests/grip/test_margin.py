@@ -151,3 +151,9 @@ def test_a_grip_begins_with_nothing_known():
     before = grip.squeeze_mm
     grip.frame(0.0, slip=False)
     assert grip.quiet(3.0, 2.0) == before
+
+
+def test_a_slip_without_any_load_left_closes_by_the_most_that_is_allowed():
+    grip = lifted()
+    grip.quiet(1.0, 0.5)
+    assert grip.frame(0.0, True, 0.1) == pytest.approx(3.0)

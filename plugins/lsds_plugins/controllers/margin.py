@@ -33,6 +33,8 @@ UNTOLD_M = 1.5e-3
 """Squeeze that is taken where the job did not tell the aperture at touch."""
 LEAST_M = 1e-4
 """A smaller squeeze is not known well enough to divide by."""
+LEAST_N = 1e-3
+"""A smaller load is noise."""
 REMEMBERED_S = 1.0
 """The load to be carried is the greatest of this time: an arm that brakes lightens it for a moment only."""
 FALLEN = 0.85
@@ -100,7 +102,7 @@ class MarginController:
             return None
         if slips:
             self._limit.slips(ratio)
-            missing = greatest_n / load_n if load_n < FALLEN * greatest_n else 1.0
+            missing = greatest_n / max(load_n, LEAST_N) if load_n < FALLEN * greatest_n else 1.0
             return self._caught(state, squeeze_m, missing)
         self._quiet_s += max(state.dt_s, 0.0) if math.isfinite(state.dt_s) else 0.0
         self._limit.holds(ratio, state.dt_s)
