@@ -54,6 +54,7 @@ def overrides(folder):
         "safety.frozen_after_s=3.0",
         "safety.command_lifetime_s=0.5",
         "arm.ur5e.stale_after_ms=1000.0",
+        "arm.ur5e.watchdog_hz=2.0",
         "gripper.hand-e.stale_after_ms=1000.0",
         # Long enough to slip and to be caught.
         "task.lift_s=1.5",
@@ -111,7 +112,8 @@ def test_a_run_joins_mocks_that_already_serve_and_leaves_them_serving(tmp_path):
             out, err = run.communicate(timeout=90)
             assert run.returncode == 0, out + err
             summary = json.loads(out)
-            assert (summary["outcome"], summary["required_normal_force_n"] < 4) == ("held", True)
+            # The need grows with the arm's jerks where commands come late.
+            assert (summary["outcome"], summary["required_normal_force_n"] < 8) == ("held", True)
             assert served.poll() is None
     finally:
         served.send_signal(signal.SIGINT)

@@ -38,10 +38,6 @@ LOOK_S = 0.001
 RESEND_NS = 20_000_000
 """Interval of sending the present command again, which also feeds the watchdog."""
 
-WATCHDOG_HZ = 10.0
-"""The controller stops the program if commands arrive less often than this, so that the arm never moves without the
-driver."""
-
 STALLED_NS = 2_000_000_000
 """After this time without a new time stamp the child ends, before ur_rtde would crash it."""
 
@@ -296,7 +292,7 @@ class Worker:
                 return Reply("refuses the TCP offset")
             if options["payload_kg"] is not None:
                 self._control.setPayload(options["payload_kg"], options["payload_cog_m"])
-            if not self._control.setWatchdog(WATCHDOG_HZ):
+            if not self._control.setWatchdog(options["watchdog_hz"]):
                 self._disarm()
                 return Reply("does not take its watchdog, without which it could run on", _CONTROL)
             self._begin()

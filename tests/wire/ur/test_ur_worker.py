@@ -9,9 +9,10 @@ import time
 import pytest
 from lsds_drivers.ur.options import UrOptions
 from lsds_drivers.ur.packets import Command, Kind, pack_command
-from lsds_drivers.ur.worker import RESEND_NS, WATCHDOG_HZ, Lost, Worker
+from lsds_drivers.ur.worker import RESEND_NS, Lost, Worker
 
 SPEED = 0.03
+HUNGRY_S = 1 / UrOptions().watchdog_hz
 STILL, RUNS = (0.0,) * 6, (0.0, 0.0, SPEED, 0.0, 0.0, 0.0)
 SETTLED_S = 0.8
 """Longer than the child waits for anything, by these options."""
@@ -89,7 +90,7 @@ def test_at_rest_the_watchdog_is_fed_before_and_after_a_motion(arm):
     for _ in range(2):
         arm.moves_and_rests(0.12)
     assert arm.controller.count("speedStop") == 2
-    assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
+    assert arm.controller.hungry_s() < HUNGRY_S
 
 
 def moves_only(twist, acceleration, duration):
@@ -118,7 +119,7 @@ def test_a_stop_that_the_controller_does_not_take_ends_the_child(arm, ended):
         arm.stop()
     with pytest.raises(Lost, match="did not take"):
         arm.serve(SETTLED_S)
-    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ, "fed while nobody knew what it does"
+    assert arm.controller.hungry_s() > HUNGRY_S, "fed while nobody knew what it does"
 
 
 @pytest.mark.parametrize("arm", [{"speedL": moves_only}], indirect=True)
@@ -149,7 +150,7 @@ def test_where_the_controller_has_stopped_it_the_child_stays_and_feeds_nothing(a
     arm.controller.answers |= {"speedL": False, **why}
     arm.command(within_s=30)
     arm.serve(SETTLED_S)
-    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+    assert arm.controller.hungry_s() > HUNGRY_S
 
 
 def test_a_long_stop_is_watched_and_feeds_the_watchdog_all_the_way(arm):
@@ -160,10 +161,10 @@ def test_a_long_stop_is_watched_and_feeds_the_watchdog_all_the_way(arm):
     for part in range(19, -1, -1):
         arm.speed = (0.0, 0.0, SPEED * part / 20, 0.0, 0.0, 0.0)
         arm.serve(0.05)
-        assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
+        assert arm.controller.hungry_s() < HUNGRY_S
     arm.serve(0.2)
     assert arm.controller.count("speedStop") == 1
-    assert arm.controller.hungry_s() < 1 / WATCHDOG_HZ
+    assert arm.controller.hungry_s() < HUNGRY_S
 
 
 @pytest.mark.parametrize("seen", [RUNS, (0.0, 0.0, 0.0, 0.0, 0.0, 0.1), (0.0, math.nan, 0.0, 0.0, 0.0, 0.0)])
@@ -180,11 +181,11 @@ def test_an_arm_that_is_not_seen_is_left_to_the_controller_s_watchdog(arm):
     arm.command()
     arm.speed = None
     arm.serve(SETTLED_S)
-    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+    assert arm.controller.hungry_s() > HUNGRY_S
     arm.speed = STILL
     arm.command()
     arm.serve(SETTLED_S)
-    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ, "until it is armed again"
+    assert arm.controller.hungry_s() > HUNGRY_S, "until it is armed again"
 
 
 def test_states_at_ten_hertz_are_enough(arm):
@@ -267,7 +268,7 @@ def test_once_the_program_has_ended_another_one_is_nobody_s_business_here(arm):
     arm.controller.answers["getRuntimeState"], arm.speed = 2, RUNS
     arm.command()
     arm.serve(SETTLED_S)
-    assert arm.controller.hungry_s() > 1 / WATCHDOG_HZ
+    assert arm.controller.hungry_s() > HUNGRY_S
     assert arm.worker._runtime(2) == 1, "the driver is told that it has ended"
 
 
@@ -302,4 +303,4 @@ def test_disarmed_and_armed_again_it_takes_control_anew_and_feeds_the_watchdog(a
     assert fresh.count("kickWatchdog")
     arm.command()
     arm.serve(SETTLED_S)
-    assert fresh.hungry_s() < 1 / WATCHDOG_HZ
+    assert fresh.hungry_s() < HUNGRY_S
