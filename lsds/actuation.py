@@ -23,7 +23,7 @@ class Actuation:
     """Sends commands to gripper and arm.
 
     `held_m` is the aperture last sent, NaN before the first command; `opened` is true if the last grip wanted by the
-    job was wider than the held aperture. `moving` is the velocity that the arm last accepted.
+    job was wider than where the fingers were. `moving` is the velocity that the arm last accepted.
     """
 
     def __init__(
@@ -61,12 +61,12 @@ class Actuation:
             return False
         if wanted == self._wanted and not self._arrival.lost(state, now_ns):
             return False
-        held = self.held_m
         sent = self._send(wanted, allow_opening=True)
         # Until it is really sent, the fingers rest at an earlier grip, which is no arrival.
         self._pending = sent is None
         if sent is not None:
-            self.opened = sent > held  # False while nothing is held, because a comparison with NaN is false.
+            # Fingers that are under way may be asked to go a little less far: that lets nothing go.
+            self.opened = state is not None and sent > state.aperture_m + self._gripper.spec.resolution_m
             self._wanted = wanted
             self._correction = (wanted.speed_m_s, wanted.force_n)
             self._arrival.sent(sent, now_ns)

@@ -223,7 +223,8 @@ class Engine:
                 self._since_controlled(seen[0]),
                 detection,
                 estimate,
-                self._act.held_m,
+                # Where a job has gripped nothing itself, the fingers are where they are.
+                self._act.held_m if math.isfinite(self._act.held_m) else measured,
                 measured,
                 known,
                 self._wanted.touch_m,
@@ -303,6 +304,7 @@ class Engine:
             gripper=self._states.gripper,
             arm=self._states.arm,
             pose=self._states.pose,
+            fingers=tuple(line.newest for line in self.lines if line.newest is not None),
         )
         wanted = _call(self._job_label, self._job.step, situation)
         self._require_sound(wanted)
@@ -369,6 +371,8 @@ class Engine:
                 None if self._rig.gripper is None else self._rig.gripper.spec,
                 None if self._rig.arm is None else self._rig.arm.spec,
                 self._rig.own_cell,
+                tuple(finger.name for finger in self._rig.fingers),
+                self._rig.config.safety.apertures_m,
             )
             for finger in self._rig.fingers:
                 finger.detector.reset()

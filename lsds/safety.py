@@ -37,6 +37,11 @@ class SafetyOptions(BaseModel):
     watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop if the loop is silent for this time")
     command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="lifetime of a motion command")
 
+    @property
+    def apertures_m(self) -> tuple[float, float]:
+        """The least and the greatest aperture, m."""
+        return self.min_aperture_m, math.inf if self.max_aperture_m is None else self.max_aperture_m
+
 
 @dataclass(slots=True)
 class GuardCounts:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lsds.config import RigConfig
     from lsds.contracts import Detector
 
-_LOADED = ("lift", "shake", "lower")
+_LOADED = ("take up", "lift", "shake", "lower")
 """Stages of the job `shake` in which the load changes."""
 SHAKE: dict[str, object] = {"closer_mm": 2.5, "still_s": 8.0, "shakes": 20}
 """Options of the job `shake` here, where the config has none: some 150 moving frames and 1200 still ones."""
@@ -94,7 +94,7 @@ def watched_rig(
         )
     say("gripping as the config does, and lifting: it should slide")
     if _moved(config, {"backend": "lift"}, {"lift": slide, "hold": slide}, detectors) < SLID_M:
-        say("nothing slid, so what is found is not known: choose a wider task.grip_aperture_m")
+        say("nothing slid, so what is found is not known: choose a smaller task.first_squeeze_m")
         return [still, load]
     return [still, load, slide]
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
-    from lsds.contracts.cycle import Cycle
+    from lsds.contracts.cycle import Cycle, FingerCycle
     from lsds.contracts.devices import Cell
     from lsds.contracts.values import ArmSpec, ArmState, GripperSpec, GripperState, PoseSample, Twist
     from lsds.task import TaskOptions
@@ -50,7 +50,8 @@ class Wanted:
 class Setting:
     """The input of a job's `begin`, at `t_ns`: the `[task]` table, and the specs of gripper and arm (None if absent).
 
-    `cell` is the simulated cell of the sensors, None for a real one; a job may read the truth from it.
+    `cell` is the simulated cell of the sensors, None for a real one; a job may read the truth from it. `fingers` are
+    the names of the rig's; `apertures_m` the least and greatest aperture that gripper and `[safety]` allow.
     """
 
     t_ns: int
@@ -58,6 +59,8 @@ class Setting:
     gripper: GripperSpec | None = None
     arm: ArmSpec | None = None
     cell: Cell | None = None
+    fingers: tuple[str, ...] = ()
+    apertures_m: tuple[float, float] = (0.0, math.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +68,8 @@ class Situation:
     """The input of a job's `step`, at `t_ns`.
 
     `referenced`: every finger has a reference image of its gel without contact. `arrived`: the fingers rest at the last
-    wanted grip, or on an object on the way there; true without a gripper. `cycle` is the newest cycle; the states are
-    the newest that were read, None before the first.
+    wanted grip, or on an object on the way there; true without a gripper. `cycle` is the newest cycle; `fingers` what
+    each finger saw last, in the rig's order; the states are the newest that were read, None before the first.
     """
 
     t_ns: int
@@ -76,6 +79,7 @@ class Situation:
     gripper: GripperState | None = None
     arm: ArmState | None = None
     pose: PoseSample | None = None
+    fingers: tuple[FingerCycle, ...] = ()
 
 
 @runtime_checkable

@@ -21,6 +21,8 @@ FORGET_S = 4.0
 """Time in which what held loses two thirds of its weight: a surface may get wet."""
 RECENT = 5
 """Frames of a slip that its ratio is the median of."""
+MEDIAN = 3
+"""Frames whose median ratio counts: one frame's load may be wrong, and too high a limit is too weak a grip."""
 
 
 class FrictionLimit:
@@ -34,7 +36,9 @@ class FrictionLimit:
         """Know nothing: another object, or another grip of it."""
         self.held = 0.0
         self.limit = math.nan
+        self._suspected = math.nan
         self._sliding: deque[float] = deque(maxlen=RECENT)
+        self._newest: deque[float] = deque(maxlen=MEDIAN)
 
     @property
     def known(self) -> bool:
@@ -44,15 +48,25 @@ class FrictionLimit:
     def holds(self, ratio: float, dt_s: float) -> None:
         """Take a frame in which nothing slips."""
         self._sliding.clear()
+        self._newest.append(ratio)
+        ratio = median(self._newest)
         self.held = max(ratio, self.held * math.exp(-dt_s / FORGET_S) if dt_s > 0 else self.held)
         if self.known:
             self.limit = max(self.limit, ratio)
 
-    def slips(self, ratio: float) -> None:
-        """Take a frame that slips."""
+    def slips(self, ratio: float, *, sure: bool) -> None:
+        """Take a frame that slips. A slip is one, and its limit known, where it is `sure` or shown by a second frame in
+        a row."""
         self.held = min(self.held, ratio)
-        self.limit = max(self.limit, ratio) if self._sliding else ratio
+        self._newest.append(ratio)
+        begins = not self._sliding
         self._sliding.append(ratio)
+        if begins:
+            self._suspected = ratio
+        else:
+            self._suspected = max(self._suspected, median(self._newest))
+        if sure or len(self._sliding) > 1:
+            self.limit = self._suspected
 
     def refutes(self, ratio: float) -> bool:
         """Tell whether an alarm contradicts what was held, or the slip that it is said to continue.

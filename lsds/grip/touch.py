@@ -33,14 +33,18 @@ TOUCHED = 6.0
 """Change, in standard deviations, that is a touch."""
 APERTURES = 256
 """States of the gripper that are remembered."""
+LEAST_CHANGE = 1e-3
+"""Standard deviation, in levels, that the change of a camera without noise is taken to have."""
 SCATTER = 1 / math.sqrt(2 * 3 * BLOCKS[0] * BLOCKS[1])
 """Relative standard deviation of the RMS of so many independent numbers: that of a few frames may come out smaller."""
 
 
 class TouchSense:
-    """Tells contact from the frames of one sensor. `score` is the last frame's change in standard deviations.
+    """Tells contact from the frames of one sensor. `score` is the last frame's change in standard deviations; `frozen`
+    whether it is the frame before again, from a camera whose noise was different in every frame.
 
-    It learns from frames without contact, from `reset` until the first touch.
+    It learns from frames without contact, from `reset` until the first touch: what touches from the start is taken for
+    the gel.
     """
 
     def __init__(self) -> None:
@@ -48,7 +52,9 @@ class TouchSense:
 
     def reset(self) -> None:
         """Begin without contact."""
-        self.score = 0.0
+        self.score, self.frozen = 0.0, False
+        self._newest: Blocks | None = None
+        self._noisy = True
         self._free: deque[Blocks] = deque(maxlen=LEARNT)
         self._changes: deque[float] = deque(maxlen=LEARNT)
         self._waiting: deque[tuple[Blocks, float]] = deque()
@@ -58,6 +64,11 @@ class TouchSense:
         # In floats: block means rounded to whole levels would hide a faint relief.
         image = frame.image.astype(np.float32)
         blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
+        repeated = self._newest is not None and np.array_equal(blocks, self._newest)
+        if len(self._changes) < LEAST:
+            # Without noise a camera that is frozen cannot be told from one that sees nothing new.
+            self._noisy = self._noisy and not repeated
+        self.frozen, self._newest = repeated and self._noisy, blocks
         if not self._free:
             self._free.append(blocks)
             return False
@@ -72,7 +83,7 @@ class TouchSense:
             self._learn(blocks, change)
             return False
         mean = float(np.mean(self._changes))
-        self.score = (change - mean) / max(float(np.std(self._changes)), SCATTER * mean)
+        self.score = (change - mean) / max(float(np.std(self._changes)), SCATTER * mean, LEAST_CHANGE)
         if self.score > TOUCHED:
             self._waiting.clear()
             return True
@@ -99,26 +110,44 @@ def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:
 class TouchFinder:
     """Finds the aperture at which each finger touches, while the fingers close.
 
-    Feed it every situation. A frame is older than the gripper's newest state: its aperture is that of its own time.
+    `names` are the rig's fingers: one that shows nothing is missed, too. Feed it every situation. A frame is older than
+    the gripper's newest state: its aperture is that of its own time.
     """
 
-    def __init__(self) -> None:
-        self._senses: dict[str, TouchSense] = {}
+    def __init__(self, names: Sequence[str], start_ns: int) -> None:
+        self._senses = {name: TouchSense() for name in names}
         self._apertures: deque[tuple[int, float]] = deque(maxlen=APERTURES)
-        self._seen_ns: dict[str, int] = {}
+        # Of each finger: time of its newest frame, and when that came; how many came.
+        self._seen_ns = dict.fromkeys(names, -1)
+        self._heard_ns = dict.fromkeys(names, start_ns)
+        self._count = dict.fromkeys(names, 0)
         self._free_m: dict[str, float] = {}
         self._touched_m: dict[str, tuple[float, float]] = {}
-        self._touching: dict[str, bool] = {}
-        self.frames = 0
+        self._touching = dict.fromkeys(names, False)
 
     def see(self, now: Situation) -> None:
         """Take what is new."""
         if now.gripper is not None and (not self._apertures or now.gripper.t_ns > self._apertures[-1][0]):
             self._apertures.append((now.gripper.t_ns, now.gripper.aperture_m))
-        for finger in now.cycle.fingers if now.cycle is not None else ():
-            if self._seen_ns.get(finger.finger) != finger.frame.t_ns:
-                self._seen_ns[finger.finger] = finger.frame.t_ns
-                self._take(finger.finger, finger.frame)
+        for finger in now.fingers:
+            name, frame = finger.finger, finger.frame
+            if self._seen_ns[name] != frame.t_ns:
+                self._seen_ns[name] = frame.t_ns
+                self._take(name, frame, now.t_ns)
+
+    @property
+    def frames(self) -> int:
+        """Frames of the finger that has shown the fewest; a frozen camera shows none."""
+        return min(self._count.values(), default=0)
+
+    @property
+    def seen_ns(self) -> int:
+        """Time that every finger has been seen at, or later."""
+        return min(self._seen_ns.values(), default=-1)
+
+    def silent_s(self, now_ns: int) -> tuple[float, str]:
+        """Return for how long a finger has shown nothing new, and which."""
+        return max(((now_ns - heard) * 1e-9, name) for name, heard in self._heard_ns.items())
 
     @property
     def touching(self) -> bool:
@@ -126,9 +155,9 @@ class TouchFinder:
         return any(self._touching.values())
 
     @property
-    def untouched(self) -> tuple[str, ...]:
-        """The fingers that have not touched anything yet."""
-        return tuple(name for name in self._senses if name not in self._touched_m)
+    def apart(self) -> tuple[str, ...]:
+        """The fingers whose newest frame shows no touch."""
+        return tuple(name for name, touches in self._touching.items() if not touches)
 
     @property
     def touch_m(self) -> float:
@@ -144,9 +173,12 @@ class TouchFinder:
         """Forget the touch, not what the gel looks like without one."""
         self._touched_m.clear()
 
-    def _take(self, name: str, frame: Frame) -> None:
-        self.frames += 1
-        touches = self._senses.setdefault(name, TouchSense()).update(frame)
+    def _take(self, name: str, frame: Frame, now_ns: int) -> None:
+        touches = self._senses[name].update(frame)
+        if self._senses[name].frozen:
+            return
+        self._count[name] += 1
+        self._heard_ns[name] = now_ns
         self._touching[name] = touches
         aperture = aperture_at(self._apertures, frame.t_ns)
         if not touches:

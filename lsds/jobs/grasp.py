@@ -43,21 +43,24 @@ class Grasping(Protocol):
 
 
 def begin_grasp(task: TaskOptions, setting: Setting) -> Grasping:
-    """Return the grasp that `[task]` asks for. A rig without a gripper grasps nothing, to an aperture."""
+    """Return the grasp that `[task]` asks for. A rig without a gripper grasps nothing, to an aperture.
+
+    Raises ConfigError where the gripper cannot be as careful as `[task]` asks for.
+    """
     if task.grasp == "touch" and setting.gripper is not None:
-        return TouchGrasp(task, setting.gripper, setting.t_ns)
-    return Grasp(task, setting.t_ns)
+        return TouchGrasp(task, setting.gripper, setting)
+    return Grasp(task, setting)
 
 
 class Grasp:
-    """The stages "reference" and "grasp", starting at `start_ns`: close to the aperture of the `[task]` table."""
+    """The stages "reference" and "grasp": close to the aperture of the `[task]` table."""
 
-    def __init__(self, task: TaskOptions, start_ns: int) -> None:
+    def __init__(self, task: TaskOptions, setting: Setting) -> None:
         self._wanted = Grip(task.grip_aperture_m, task.grip_speed_m_s, task.grip_force_n)
         self.stage = "reference"
         self._timeout_s = task.timeout_s
-        self._since_ns = start_ns
-        self._finder = TouchFinder()
+        self._since_ns = setting.t_ns
+        self._finder = TouchFinder(setting.fingers, setting.t_ns)
 
     @property
     def grip(self) -> Grip | None:

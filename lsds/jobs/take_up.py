@@ -11,9 +11,11 @@ if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, Situation
 
 LEAST_S, MOST_S = 0.4, 3.0
-"""Least and greatest duration."""
+"""Least duration, and the greatest while nothing slips."""
 STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
 """The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
+SURE = 2.0
+"""A load of so many standard deviations is one: before the arm has moved, nothing pulls either."""
 
 
 class TakeUp:
@@ -22,29 +24,33 @@ class TakeUp:
     def __init__(self, start_ns: int) -> None:
         self._start_ns = start_ns
         self._zero: ContactLoad | None = None
-        self._loads: deque[tuple[int, float]] = deque()
-        self._seen_ns = -1
+        self._loads: deque[tuple[int, ContactLoad]] = deque()
+        self._seen_ns = self._slipped_ns = -1
 
     def step(self, now: Situation) -> bool:
         """Return whether the load is taken up."""
         self._see(now)
         elapsed = now.t_ns - self._start_ns
-        if elapsed < nanoseconds(LEAST_S):
+        if elapsed < nanoseconds(LEAST_S) or now.t_ns - self._slipped_ns < nanoseconds(STEADY_S):
+            # What slips while it is lifted slowly would slip faster.
             return False
-        forces = [force for _, force in self._loads]
+        forces = [load.force_n for _, load in self._loads]
         spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S - 0.1)
-        steady = bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
+        pulls = bool(forces) and forces[-1] > SURE * self._loads[-1][1].shear_std_n
+        steady = pulls and bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
         return steady or elapsed > nanoseconds(MOST_S)
 
     def _see(self, now: Situation) -> None:
         if now.cycle is None or now.cycle.t_ns == self._seen_ns:
             return
         self._seen_ns = now.cycle.t_ns
+        if now.cycle.detection.slip:
+            self._slipped_ns = now.t_ns
         load = now.cycle.observation.load
         if load is None or now.cycle.detection.slip:
             self._loads.clear()
             return
         self._zero = load if self._zero is None else self._zero
-        self._loads.append((now.cycle.t_ns, load.since(self._zero).force_n))
+        self._loads.append((now.cycle.t_ns, load.since(self._zero)))
         while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
             self._loads.popleft()

@@ -4,6 +4,8 @@
 
 The fingers close until the gel shows a touch, open a little, and close again tick by tick, which places the touch to a
 fraction of a millimetre. Then they squeeze by a little. A fragile object is approached tick by tick from the start.
+Until the squeeze the gripper pushes with its least force, and the fingers go on only while every camera shows something
+new: what touch rests on must not fail unseen.
 """
 
 from __future__ import annotations
@@ -13,11 +15,11 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.contracts import Contact, Grip
-from lsds.errors import SafetyStop
+from lsds.errors import ConfigError, ConfigIssue, SafetyStop
 from lsds.grip.touch import TouchFinder
 
 if TYPE_CHECKING:
-    from lsds.contracts import GripperSpec, Situation
+    from lsds.contracts import GripperSpec, Setting, Situation
     from lsds.task import TaskOptions
 
 LEARNING_FRAMES = 16
@@ -28,45 +30,49 @@ FREE_FRAMES = 3
 """Frames without touch in a row that show that the gel is free."""
 STIFFEST_N_M = 2000.0
 """Normal force over squeeze of a hard object (simulated: 1500 to 1900): what a fragile one may get at first."""
+BLIND_S, LOST_S = 0.15, 1.0
+"""Without a new frame of every finger the fingers wait after the first time, and the cell stops after the second."""
 
 
 class TouchGrasp:
-    """The stages from the reference to the first squeeze, with the parameters of the `[task]` table."""
+    """The stages from the reference to the first squeeze, with the parameters of the `[task]` table.
 
-    def __init__(self, task: TaskOptions, gripper: GripperSpec, start_ns: int) -> None:
+    Raises ConfigError where a single tick of the gripper is too much for the fragile object.
+    """
+
+    def __init__(self, task: TaskOptions, gripper: GripperSpec, setting: Setting) -> None:
+        _require_fine_ticks(task, gripper)
         self._task, self._gripper = task, gripper
-        self._finder = TouchFinder()
+        self._finder = TouchFinder(setting.fingers, setting.t_ns)
+        least_m, most_m = setting.apertures_m
+        self._least_m, self._most_m = max(least_m, 0.0), min(most_m, gripper.stroke_m)
         self.stage = "reference"
         self.grip: Grip | None = None
         self.touch_m = math.nan
-        self._since_ns = start_ns
-        self._stepped_ns = start_ns
+        self._since_ns = setting.t_ns
+        self._stepped_ns = setting.t_ns
+        self._settled_ns: int | None = None
         self._opened_m = 0.0
         self._free = 0
         self._frames = 0
 
     def step(self, now: Situation) -> bool:
         """Advance; return whether the object is grasped. Raises SafetyStop where it cannot be, with the reason."""
-        new = self._sees(now)
-        stage = self.stage
-        self._require_time(now)
-        if stage == "reference":
-            if now.referenced and self._finder.frames >= LEARNING_FRAMES and now.gripper is not None:
-                self._begin(now)
-        elif stage == "approach":
-            self._approach(now)
-        elif stage == "back off":
-            self._back_off(now, new)
-        elif stage == "touch":
-            self._close_by_ticks(now)
-        elif now.arrived:
-            return self._is_held(now)
-        return False
-
-    def _sees(self, now: Situation) -> bool:
         self._finder.see(now)
         new, self._frames = self._finder.frames > self._frames, self._finder.frames
-        return new
+        self._require_time(now)
+        if self.stage == "reference":
+            if now.referenced and self._frames >= LEARNING_FRAMES and now.gripper is not None:
+                self._begin(now)
+        elif self.stage == "approach":
+            self._approach(now)
+        elif self.stage == "back off":
+            self._back_off(now, new)
+        elif self.stage == "touch":
+            self._close_by_ticks(now, new)
+        else:
+            return self._is_held(now)
+        return False
 
     def _begin(self, now: Situation) -> None:
         if self._finder.touching:
@@ -74,14 +80,18 @@ class TouchGrasp:
         if self._task.fragile_n is not None:
             self._enter("touch", now)
             return
-        self._enter("approach", now, self._grip(0.0, self._task.approach_speed_m_s))
+        self._enter("approach", now, self._gently(self._least_m, self._task.approach_speed_m_s))
 
     def _approach(self, now: Situation) -> None:
         if self._finder.touching:
             self._opened_m = BACK_OFF_M
             top_m = self._finder.touch_m + self._finder.std_m * math.sqrt(3)
-            self._enter("back off", now, self._grip(top_m + self._opened_m, self._task.approach_speed_m_s))
+            self._enter("back off", now, self._gently(top_m + self._opened_m, self._task.approach_speed_m_s))
+        elif self._is_blind(now):
+            if self.grip is not None and self.grip.aperture_m == self._least_m and now.gripper is not None:
+                self.grip = self._gently(now.gripper.aperture_m, self._task.approach_speed_m_s)
         else:
+            self.grip = self._gently(self._least_m, self._task.approach_speed_m_s)
             self._require_something(now)
 
     def _back_off(self, now: Situation, new: bool) -> None:
@@ -95,48 +105,104 @@ class TouchGrasp:
                 if self._opened_m > FARTHEST_M:
                     raise SafetyStop(
                         f"task: the gel still shows a touch after the fingers opened by {self._opened_m * 1e3:.0f} mm "
-                        "(does the object stick to it? clean the pads)"
+                        "(does the object stick to it? does the light change? clean the pads, shield the gel)"
                     )
-                self.grip = self._grip(self.grip.aperture_m + BACK_OFF_M, self._task.approach_speed_m_s)
+                self.grip = self._gently(self.grip.aperture_m + BACK_OFF_M, self._task.approach_speed_m_s)
         if self._free >= FREE_FRAMES:
             self._finder.again()
             self._enter("touch", now)
 
-    def _close_by_ticks(self, now: Situation) -> None:
+    def _close_by_ticks(self, now: Situation, new: bool) -> None:
         if self._finder.touching:
-            self.touch_m = self._finder.touch_m
-            # At the speed that corrections will have, too.
-            self._enter("squeeze", now, self._grip(self.touch_m - self._squeeze_m(), self._task.grip_speed_m_s))
-            return
-        self._require_something(now)
+            self._squeeze(now)
+        elif not self._is_blind(now) and self._may_step(now, new):
+            self._require_something(now)
+            # Every step is progress: only one that does not come is late.
+            self._stepped_ns = self._since_ns = now.t_ns
+            self._settled_ns = None
+            self.grip = self._gently(self._last_m(now) - self._gripper.resolution_m, self._task.touch_speed_m_s)
+
+    def _may_step(self, now: Situation, new: bool) -> bool:
+        """Tell whether the next tick may come: in time, and with the gel seen since the last one.
+
+        For a fragile object the fingers must have come to rest before the frames that show no touch.
+        """
         tick_m = self._gripper.resolution_m
-        if now.gripper is not None and now.t_ns - self._stepped_ns >= nanoseconds(tick_m / self._task.touch_speed_m_s):
-            self._stepped_ns = now.t_ns
-            last_m = now.gripper.aperture_m if self.grip is None else self.grip.aperture_m
-            self.grip = self._grip(last_m - tick_m, self._task.touch_speed_m_s)
+        if now.gripper is None or now.t_ns - self._stepped_ns < nanoseconds(tick_m / self._task.touch_speed_m_s):
+            return False
+        if self._task.fragile_n is None or self.grip is None:
+            return new
+        state = now.gripper
+        if state.t_ns <= self._stepped_ns or state.moving or abs(state.aperture_m - self._last_m(now)) > tick_m:
+            return False
+        self._settled_ns = state.t_ns if self._settled_ns is None else self._settled_ns
+        return self._finder.seen_ns > self._settled_ns
+
+    def _squeeze(self, now: Situation) -> None:
+        self.touch_m = self._finder.touch_m
+        squeezed_m = self.touch_m - self._squeeze_m()
+        if squeezed_m < self._least_m - self._gripper.resolution_m:
+            raise SafetyStop(
+                f"task: the object was touched at {self.touch_m * 1e3:.1f} mm, and a first squeeze of "
+                f"{self._squeeze_m() * 1e3:.1f} mm needs less than safety.min_aperture_m allows (lower one of them)"
+            )
+        # At the speed and force that corrections will have, too; ticks under way are not taken back.
+        aperture_m = min(squeezed_m, self._last_m(now))
+        self._settled_ns = None
+        self._enter("squeeze", now, self._grip(aperture_m, self._task.grip_speed_m_s, self._task.grip_force_n))
 
     def _is_held(self, now: Situation) -> bool:
-        """Tell whether every finger has touched; while the squeeze settles they may differ a little."""
-        untouched = self._finder.untouched
-        if untouched:
+        """Tell whether every finger touches in a frame of after the squeeze; a false alarm goes on closing."""
+        if not now.arrived or now.gripper is None:
+            return False
+        self._settled_ns = now.gripper.t_ns if self._settled_ns is None else self._settled_ns
+        if self._finder.seen_ns <= self._settled_ns:
+            return False
+        apart = self._finder.apart
+        if apart and not self._finder.touching:
+            # It was the light that changed: nothing is between the fingers yet.
+            self._finder.again()
+            self.touch_m = math.nan
+            self._enter("touch", now)
+            return False
+        if apart:
             raise SafetyStop(
-                f"task: finger {', '.join(untouched)} does not touch the object, the others do "
-                "(is it between the pads?)"
+                f"task: finger {', '.join(apart)} does not touch the object, the others do (is it between the pads?)"
             )
         self.touch_m = self._finder.touch_m
         return True
+
+    def _last_m(self, now: Situation) -> float:
+        """Return the aperture asked for last, m."""
+        if self.grip is not None:
+            return self.grip.aperture_m
+        return self._most_m if now.gripper is None else now.gripper.aperture_m
 
     def _squeeze_m(self) -> float:
         task = self._task
         allowed = math.inf if task.fragile_n is None else task.fragile_n / STIFFEST_N_M
         return min(task.first_squeeze_m, allowed)
 
-    def _grip(self, aperture_m: float, speed_m_s: float) -> Grip:
-        return Grip(min(max(aperture_m, 0.0), self._gripper.stroke_m), speed_m_s, self._task.grip_force_n)
+    def _gently(self, aperture_m: float, speed_m_s: float) -> Grip:
+        """Return a grip with the least force: nothing is to be held yet."""
+        return self._grip(aperture_m, speed_m_s, min(self._gripper.force_n[0], self._task.grip_force_n))
+
+    def _grip(self, aperture_m: float, speed_m_s: float, force_n: float) -> Grip:
+        return Grip(min(max(aperture_m, self._least_m), self._most_m), speed_m_s, force_n)
 
     def _enter(self, stage: str, now: Situation, grip: Grip | None = None) -> None:
         self.stage, self._since_ns = stage, now.t_ns
         self.grip = grip if grip is not None else self.grip
+
+    def _is_blind(self, now: Situation) -> bool:
+        """Tell whether a finger shows nothing new. Raises SafetyStop where that lasts."""
+        silent_s, name = self._finder.silent_s(now.t_ns)
+        if silent_s > LOST_S:
+            raise SafetyStop(
+                f"task: finger {name} has shown nothing new for {silent_s:.1f} s while the fingers close "
+                "(check its camera)"
+            )
+        return silent_s > BLIND_S
 
     def _require_something(self, now: Situation) -> None:
         """Raise SafetyStop where the fingers have come to the end without a touch."""
@@ -148,18 +214,25 @@ class TouchGrasp:
                 f"task: the fingers stopped at {state.aperture_m * 1e3:.1f} mm on something that the gel does not feel "
                 "(does it touch beside the pads?)"
             )
-        if now.arrived and state.aperture_m <= 2 * self._gripper.resolution_m:
-            raise SafetyStop("task: nothing there: the fingers have closed without a touch")
+        if now.arrived and state.aperture_m <= self._least_m + 2 * self._gripper.resolution_m:
+            where = f" to {self._least_m * 1e3:.1f} mm, as far as they may," if self._least_m > 0 else ""
+            raise SafetyStop(f"task: nothing there: the fingers have closed{where} without a touch")
 
     def _require_time(self, now: Situation) -> None:
-        # Ticks take the time that the whole stroke takes; everything else is a matter of seconds.
+        # The approach takes the time that the whole stroke takes; everything else is a matter of seconds.
         limit_s = self._task.timeout_s
-        if self.stage == "touch":
-            limit_s += self._gripper.stroke_m / self._task.touch_speed_m_s
-        elif self.stage == "approach":
+        if self.stage == "approach":
             limit_s += self._gripper.stroke_m / self._task.approach_speed_m_s
         if now.t_ns - self._since_ns > nanoseconds(limit_s):
             raise SafetyStop(
                 f"task: nothing was grasped: stage '{self.stage}' took longer than {limit_s:.0f} s "
                 "(does the gripper follow? raise task.timeout_s if that is normal)"
             )
+
+
+def _require_fine_ticks(task: TaskOptions, gripper: GripperSpec) -> None:
+    tick_n = STIFFEST_N_M * gripper.resolution_m
+    if task.fragile_n is not None and task.fragile_n < tick_n:
+        problem = f"{task.fragile_n:g} N: one tick of the gripper, {gripper.resolution_m * 1e3:.2f} mm, "
+        problem += f"may be {tick_n:.2f} N on a hard object"
+        raise ConfigError("the config", [ConfigIssue("task.fragile_n", problem, "choose a finer gripper")])

@@ -147,6 +147,15 @@ def test_a_sensor_that_stops_seeing_stops_the_arm_and_keeps_the_grip(option, at_
     assert rigged.arm.tcp_twist.linear_m_s == pytest.approx((0, 0, 0), abs=1e-6)
 
 
+@pytest.mark.parametrize("option", ["silent_at_s", "freeze_at_s"])
+@pytest.mark.parametrize("at_s", [1.4, 3.6])
+def test_a_camera_that_stops_while_the_fingers_close_crushes_nothing(option, at_s):
+    session = run(f"sensor.mock-gelsight-mini.{option}={at_s}")
+    assert isinstance(session.fault, SafetyStop)
+    assert session.truths[-1].supported
+    assert max(truth.normal_force_n for truth in session.truths) < 5
+
+
 def test_a_sensor_that_stops_seeing_is_a_fault_in_the_summary():
     session = run("sensor.mock-gelsight-mini.silent_at_s=6.0")
     assert session.summary["outcome"] == "fault"

@@ -23,25 +23,47 @@ def test_nothing_is_known_before_something_slips():
 @given(ratios, st.lists(ratios, max_size=20))
 def test_the_limit_is_the_greatest_ratio_since_the_slip_began(begins, later):
     limit = FrictionLimit()
-    limit.slips(begins)
+    limit.slips(begins, sure=True)
     for ratio in later:
-        limit.holds(ratio, 0.04)
+        for _ in range(3):
+            limit.holds(ratio, 0.04)
     assert limit.limit == max([begins, *later])
+
+
+@given(ratios, st.floats(1, 100))
+def test_one_frame_alone_does_not_raise_the_limit(begins, share):
+    limit = FrictionLimit()
+    limit.slips(begins, sure=True)
+    for ratio in (begins, begins, share * begins, begins, begins):
+        limit.holds(ratio, 0.04)
+    assert limit.limit == begins
 
 
 @given(ratios, ratios)
 def test_a_later_slip_begins_anew(first, second):
     limit = FrictionLimit()
-    limit.slips(first)
+    limit.slips(first, sure=True)
     limit.holds(0.5 * first, 0.04)
-    limit.slips(second)
+    limit.slips(second, sure=True)
     assert limit.limit == second
+
+
+@given(ratios)
+def test_a_single_alarm_is_no_limit_and_a_second_one_in_a_row_is(ratio):
+    limit = FrictionLimit()
+    limit.slips(ratio, sure=False)
+    assert not limit.known
+    limit.holds(ratio, 0.04)
+    limit.slips(ratio, sure=False)
+    assert not limit.known
+    limit.slips(ratio, sure=False)
+    assert limit.limit == ratio
 
 
 @given(ratios, st.floats(0.1, 10), st.floats(1, 3))
 def test_the_squeeze_carries_the_load_with_the_margin_in_any_unit(ratio, load, margin):
     limit = FrictionLimit()
-    limit.slips(ratio)
+    limit.slips(ratio, sure=True)
     squeeze = limit.squeeze_m(load, margin)
     assert load / squeeze == pytest.approx(ratio / margin)
 
@@ -56,7 +78,7 @@ def test_an_alarm_below_what_sliding_friction_carries_is_refuted(held, share):
 def test_a_slip_that_goes_on_keeps_its_ratio():
     limit = FrictionLimit()
     for ratio in (1.0, 0.8, 0.8):
-        limit.slips(ratio)
+        limit.slips(ratio, sure=False)
     assert not limit.refutes(0.75)
     assert limit.refutes(0.99 * CAUGHT_SHARE * 0.8)
 

@@ -65,8 +65,8 @@ def test_an_aperture_between_two_states_is_interpolated(first, second, share):
 
 def situation(t_ns, aperture_m, fingers=()):
     state = GripperState(t_ns, 0, aperture_m, 0.0, moving=True)
-    cycle = SimpleNamespace(fingers=tuple(SimpleNamespace(finger=name, frame=own) for name, own in fingers))
-    return Situation(t_ns, cycle=cycle, gripper=state)
+    seen = tuple(SimpleNamespace(finger=name, frame=own) for name, own in fingers)
+    return Situation(t_ns, gripper=state, fingers=seen)
 
 
 def closing(finder, touches_mm, names=("left", "right"), speed_mm_s=8.0):
@@ -84,21 +84,43 @@ def closing(finder, touches_mm, names=("left", "right"), speed_mm_s=8.0):
 
 
 def test_the_touch_is_placed_between_frame_and_gripper_samples():
-    finder = TouchFinder()
+    finder = TouchFinder(["left", "right"], 0)
     closing(finder, {"left": 9.0, "right": 9.0})
     assert finder.touching
-    assert not finder.untouched
+    assert not finder.apart
     assert finder.touch_m == pytest.approx(9e-3, abs=4e-4)
     assert finder.std_m == pytest.approx(0.32e-3 / math.sqrt(12), rel=0.2)
 
 
 def test_a_finger_that_does_not_touch_is_named():
-    finder = TouchFinder()
+    finder = TouchFinder(["left", "right"], 0)
     closing(finder, {"left": 9.0})
-    assert finder.untouched == ("right",)
+    assert finder.apart == ("right",)
+
+
+def test_a_finger_that_shows_nothing_is_missed():
+    finder = TouchFinder(["left", "right"], 0)
+    closing(finder, {"left": 9.0}, names=("left",))
+    assert finder.frames == 0
+    assert finder.apart == ("right",)
+    assert finder.silent_s(400 * 8 * MS) == (pytest.approx(3.2), "right")
+
+
+def test_a_camera_that_is_frozen_shows_nothing_new():
+    finder = TouchFinder(["left"], 0)
+    for step in range(60):
+        finder.see(situation(step * 40 * MS, 0.02, [("left", Frame(image(min(step, 30)), step * 40 * MS, step))]))
+    assert finder.frames == 31
+    assert finder.silent_s(60 * 40 * MS) == (pytest.approx(1.2), "left")
+
+
+def test_a_camera_without_noise_is_not_taken_for_a_frozen_one():
+    sense = TouchSense()
+    assert not any(sense.update(frame(1)) or sense.frozen for _ in range(60))
+    assert sense.update(frame(1, pressed=20.0))
 
 
 def test_the_last_finger_to_touch_counts():
-    finder = TouchFinder()
+    finder = TouchFinder(["left", "right"], 0)
     closing(finder, {"left": 10.0, "right": 7.0})
     assert finder.touch_m == pytest.approx(7e-3, abs=4e-4)

@@ -8,7 +8,7 @@ import pytest
 from lsds_research.collecting.objects import PLANS
 
 from lsds.contracts import Contact, GripperSpec, GripperState, Setting, Situation, Wanted
-from lsds.errors import SafetyStop
+from lsds.errors import ConfigError, SafetyStop
 from lsds.jobs.grasp import Grasp, begin_grasp
 from lsds.jobs.touch import TouchGrasp
 from lsds.session.run import run
@@ -55,16 +55,48 @@ def test_a_fragile_object_is_approached_by_ticks_from_the_start():
     assert peak_n < 0.6
 
 
+SETTING = Setting(0, TaskOptions(), SPEC, fingers=("left", "right"))
+
+
 def situation(t_ms, aperture_m, **more):
     state = GripperState(t_ms * MS, 0, aperture_m, 0.0, **{"moving": True, "contact": Contact.NONE, **more})
     return Situation(t_ms * MS, referenced=True, gripper=state, arrived=not state.moving)
 
 
-def approaching():
-    grasp = TouchGrasp(TaskOptions(timeout_s=2.0), SPEC, 0)
-    grasp._finder.frames = 100
+class Finder:
+    """What a finder says, as told."""
+
+    def __init__(self, **told):
+        self.frames, self.seen_ns, self.touching, self.apart, self.touch_m, self.std_m = 100, 10**12, False, (), 0.02, 0
+        self.silent = 0.0
+        vars(self).update(told)
+
+    def see(self, now):
+        self.frames += 1
+
+    def silent_s(self, now_ns):
+        return self.silent, "left"
+
+    def again(self):
+        pass
+
+
+def beginning(setting=SETTING, **options):
+    grasp = TouchGrasp(TaskOptions(**{"timeout_s": 2.0, **options}), SPEC, setting)
+    grasp._finder = Finder()
+    return grasp
+
+
+def approaching(**options):
+    grasp = beginning(**options)
     grasp.step(situation(10, 0.05, moving=False))
     assert grasp.stage == "approach"
+    return grasp
+
+
+def squeezing(**told):
+    grasp = approaching()
+    grasp.stage, grasp._finder = "squeeze", Finder(**told)
     return grasp
 
 
@@ -87,20 +119,95 @@ def test_fingers_that_do_not_follow_stop_the_cell():
 
 
 def test_a_touch_before_the_fingers_close_stops_the_cell():
-    grasp = TouchGrasp(TaskOptions(), SPEC, 0)
-    grasp._finder.frames = 100
-    grasp._finder._touching["left"] = True
+    grasp = beginning()
+    grasp._finder.touching = True
     with pytest.raises(SafetyStop, match="before the fingers close"):
         grasp.step(situation(10, 0.05, moving=False))
 
 
 def test_a_finger_without_touch_is_named():
-    grasp = approaching()
-    grasp.stage = "squeeze"
-    grasp._finder._senses = {"left": None, "right": None}
-    grasp._finder._touched_m = {"left": (0.02, 1e-4)}
+    grasp = squeezing(touching=True, apart=("right",))
     with pytest.raises(SafetyStop, match="finger right does not touch"):
         grasp.step(situation(100, 0.019, moving=False))
+
+
+def test_a_touch_that_was_light_only_is_no_grasp():
+    grasp = squeezing(apart=("left", "right"))
+    assert not grasp.step(situation(100, 0.019, moving=False))
+    assert grasp.stage == "touch"
+    assert math.isnan(grasp.touch_m)
+
+
+def test_a_grasp_is_judged_by_frames_of_after_the_squeeze():
+    grasp = squeezing(touching=True, seen_ns=90 * MS)
+    assert not grasp.step(situation(100, 0.019, moving=False))
+    grasp._finder.seen_ns = 101 * MS
+    assert grasp.step(situation(120, 0.019, moving=False))
+
+
+def test_blind_fingers_wait_and_then_stop_the_cell():
+    grasp = approaching()
+    assert grasp.grip.aperture_m == 0
+    grasp._finder.silent = 0.2
+    grasp.step(situation(200, 0.041))
+    assert grasp.grip.aperture_m == pytest.approx(0.041)
+    grasp._finder.silent = 0.0
+    grasp.step(situation(300, 0.041))
+    assert grasp.grip.aperture_m == 0
+    grasp._finder.silent = 1.1
+    with pytest.raises(SafetyStop, match=r"finger left has shown nothing new for 1\.1 s.*check its camera"):
+        grasp.step(situation(400, 0.041))
+
+
+def test_until_the_squeeze_the_gripper_pushes_with_its_least_force():
+    grasp = approaching()
+    assert grasp.grip.force_n == SPEC.force_n[0]
+    grasp.stage, grasp._finder.touching = "touch", True
+    grasp.step(situation(200, 0.02))
+    assert grasp.stage == "squeeze"
+    assert grasp.grip.force_n == TaskOptions().grip_force_n
+
+
+def test_ticks_wait_for_frames_and_those_of_a_fragile_object_for_rest():
+    grasp = approaching()
+    grasp.stage, grasp.grip = "touch", None
+    grasp.step(situation(200, 0.02))
+    first_m = grasp.grip.aperture_m
+    grasp._finder.see = lambda now: None
+    for t_ms in range(210, 500, 10):
+        grasp.step(situation(t_ms, first_m))
+    assert grasp.grip.aperture_m == first_m
+
+    grasp = beginning(fragile_n=0.6)
+    grasp.step(situation(10, 0.05, moving=False))
+    assert grasp.stage == "touch"
+    grasp.step(situation(200, 0.05, moving=False))
+    first_m = grasp.grip.aperture_m
+    grasp.step(situation(300, 0.05, moving=True))
+    assert grasp.grip.aperture_m == first_m, "before it has come to rest"
+    grasp._finder.seen_ns = 390 * MS
+    grasp.step(situation(400, first_m, moving=False))
+    assert grasp.grip.aperture_m == first_m, "before the gel was seen then"
+    grasp._finder.seen_ns = 410 * MS
+    grasp.step(situation(450, first_m, moving=False))
+    assert grasp.grip.aperture_m < first_m
+
+
+def test_what_a_tick_may_crush_is_refused():
+    with pytest.raises(ConfigError, match=r"task\.fragile_n: 0\.3 N: one tick of the gripper, 0\.22 mm"):
+        beginning(fragile_n=0.3)
+
+
+def test_the_least_aperture_of_the_cell_ends_the_approach_and_refuses_a_squeeze():
+    setting = Setting(0, TaskOptions(), SPEC, fingers=("left",), apertures_m=(0.0196, math.inf))
+    grasp = beginning(setting)
+    grasp.step(situation(10, 0.05, moving=False))
+    assert grasp.grip.aperture_m == 0.0196
+    with pytest.raises(SafetyStop, match=r"closed to 19\.6 mm, as far as they may, without a touch"):
+        grasp.step(situation(2000, 0.0197, moving=False))
+    grasp.stage, grasp._finder.touching = "touch", True
+    with pytest.raises(SafetyStop, match=r"touched at 20\.0 mm.*safety\.min_aperture_m"):
+        grasp.step(situation(2000, 0.02))
 
 
 def test_an_aperture_that_is_told_is_meant():

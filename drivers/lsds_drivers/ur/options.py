@@ -30,7 +30,7 @@ class UrOptions(BaseModel):
     )
     stale_after_ms: float = Field(default=100.0, ge=10, le=2000, description="age above which a state is stale")
     watchdog_hz: float = Field(
-        default=10.0, ge=2, le=50, description="the controller stops its program where commands come less often than this"
+        default=10.0, ge=2, le=50, description="rate of commands below which the controller stops its program"
     )
     connect_timeout_s: float = Field(default=10.0, gt=0, le=60, description="time limit for connecting, and for arming")
     tcp_offset: Six | None = Field(default=None, description="tool centre point to set when arming (m, rad)")

@@ -1,48 +1,50 @@
 """Controller `margin`: the squeeze that carries the load with a margin, and no more.
 
-    quiet    squeeze = margin x load / limit, closing at once, opening slowly; unchanged where the limit is not known
+    quiet    squeeze = margin x load / limit, closing at once, opening slowly; where the limit is not known, what held
+             the load while it was steady, in proportion to a load that has grown since
     slip     squeeze = what was seen slipping x (1 + growth v / (v + v0)), v being the slip speed; or, where the load
              has fallen while it slips, x margin x load before / load now: that is what is missing
 
 Squeeze is the aperture at touch less the aperture at the time of the frame: a frame shows what was, and what is under
 way since must not be added again. When slip has ended, the fingers open slowly to the margin and stop there. They never
-open on an abstention or on a failure.
+open on an abstention, on a doubt, on a failure, or while the load is gone.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, GripInput
+from lsds.grip.carried import LEAST_N, CarriedLoad
 from lsds.grip.limit import FrictionLimit
-
-if TYPE_CHECKING:
-    from lsds.contracts import ContactLoad
 
 SLOW_M_S = 0.01
 """Slip speed at which half of the growth is asked for."""
-SEEN_M_S, SURE = 0.005, 2.0
-"""An estimate that is above this speed by so many standard deviations, in two frames in a row, is a slip, too: a smooth
-slide does not tremble, and detectors may miss it."""
+SEEN_M_S, SURE, SURE_S = 0.005, 2.0, 0.03
+"""An estimate that is above this speed by so many standard deviations, for so long, is a slip, too: a smooth slide does
+not tremble, and detectors may miss it."""
 UNTOLD_M = 1.5e-3
 """Squeeze that is taken where the job did not tell the aperture at touch."""
 LEAST_M = 1e-4
 """A smaller squeeze is not known well enough to divide by."""
-LEAST_N = 1e-3
-"""A smaller load is noise."""
-REMEMBERED_S = 1.0
-"""The load to be carried is the greatest of this time: an arm that brakes lightens it for a moment only."""
 FALLEN = 0.85
 """A load below this share of the greatest of late has fallen: what was held before does not refute an alarm."""
-PATIENCE = 5
-"""So many alarms in a row are not refuted."""
+LIGHT = 0.5
+"""With less than this share of the load that slipped, the object stands on something or hangs otherwise: no reason to
+open."""
+PATIENCE_S = 0.18
+"""Alarms that go on for longer are not refuted."""
 MOST = 3.0
-"""Greatest growth of the squeeze in one frame."""
+"""Greatest growth of the squeeze in one frame on a slip."""
+FOLLOWED = 1.5
+"""Greatest growth of the squeeze in one frame where it follows the load."""
+GROWN, MOST_GROWN = 1.1, 2.5
+"""A load that has grown by this factor since it was steady is followed, before anything has slipped; and how far."""
+LOST_M = 4e-4
+"""Fingers that rest wider than this beyond the last command have not received it."""
 STILL_M = 2e-6
 """An opening by less in a frame is none."""
 OPENING_S = 0.4
@@ -75,69 +77,88 @@ class MarginController:
     def reset(self) -> None:
         """Forget the object: load, limit and touch."""
         self._limit = FrictionLimit()
-        self._zero: dict[str, ContactLoad] = {}
-        self._loads: deque[tuple[int, float]] = deque()
+        self._load = CarriedLoad()
         self._touch_m = math.nan
         self._quiet_s = 0.0
-        self._suspected = False
-        self._alarms = 0
+        self._moves_ns: int | None = None
+        self._alarmed_ns: int | None = None
+        self._slipped_n = 0.0
+        self._steady_ratio = self._steady_m = math.nan
         self._opened_to: float | None = None
 
     def update(self, state: GripInput) -> float | None:
         """Return the new aperture in metres, or None to leave the gripper unchanged."""
-        load_n = self._load_n(state)
         aperture = state.frame_aperture_m if math.isfinite(state.frame_aperture_m) else state.measured_aperture_m
-        if not (math.isfinite(load_n) and math.isfinite(aperture)):
+        if not (math.isfinite(aperture) and math.isfinite(state.aperture_m)):
             return None
+        load = self._load
+        load.take(state.t_ns, state.fingers)
         self._touch_m = self._touched_at(state, aperture)
         squeeze_m = max(self._touch_m - aperture, LEAST_M)
-        ratio = load_n / squeeze_m
-        slips = self._slips(state)
-        greatest_n = self._greatest_n(state.t_ns, load_n)
-        self._alarms = self._alarms + 1 if slips else 0
-        carried = load_n > FALLEN * greatest_n and self._alarms <= PATIENCE
-        if slips and carried and self._limit.refutes(ratio):
-            slips = False
+        sure = self._is_sure(state)
+        slips = True if sure else state.detection.slip
         if slips is None:
             return None
-        if slips:
-            self._limit.slips(ratio)
-            missing = greatest_n / max(load_n, LEAST_N) if load_n < FALLEN * greatest_n else 1.0
-            return self._caught(state, squeeze_m, missing)
-        self._quiet_s += max(state.dt_s, 0.0) if math.isfinite(state.dt_s) else 0.0
+        if not math.isfinite(load.now_n):
+            return self._caught(state, squeeze_m, 1.0) if slips else None
+        ratio = load.now_n / squeeze_m
+        refuted = slips and self._is_refuted(state, ratio)
+        if slips and not refuted:
+            if load.now_n > LEAST_N:
+                self._limit.slips(ratio, sure=sure)
+                self._slipped_n = load.greatest_n
+            fallen = load.now_n < FALLEN * load.greatest_n
+            return self._caught(state, squeeze_m, load.greatest_n / max(load.now_n, LEAST_N) if fallen else 1.0)
+        if not slips:
+            self._alarmed_ns = None
+            self._quiet_s += max(state.dt_s, 0.0) if math.isfinite(state.dt_s) else 0.0
         self._limit.holds(ratio, state.dt_s)
-        return self._followed(state, greatest_n)
+        self._note_steady(squeeze_m)
+        return self._followed(state, squeeze_m, doubted=bool(slips))
 
-    def _slips(self, state: GripInput) -> bool | None:
-        """Tell whether it slips: the detector says so, or the estimator is sure of a speed for the second time."""
+    def _is_sure(self, state: GripInput) -> bool:
+        """Tell whether the estimator is sure of a speed, for long enough."""
         estimate = state.estimate
-        seen = not estimate.abstained and estimate.speed_m_s - SURE * estimate.speed_std_m_s > SEEN_M_S
-        twice, self._suspected = seen and self._suspected, seen
-        return True if twice else state.detection.slip
+        moves = not estimate.abstained and estimate.speed_m_s - SURE * estimate.speed_std_m_s > SEEN_M_S
+        if not moves:
+            self._moves_ns = None
+            return False
+        self._moves_ns = state.t_ns if self._moves_ns is None else self._moves_ns
+        return state.t_ns - self._moves_ns >= nanoseconds(SURE_S)
+
+    def _is_refuted(self, state: GripInput, ratio: float) -> bool:
+        """Tell whether an alarm contradicts what was held, while the load is what it was."""
+        self._alarmed_ns = state.t_ns if self._alarmed_ns is None else self._alarmed_ns
+        if state.t_ns - self._alarmed_ns > nanoseconds(PATIENCE_S):
+            return False
+        carried = self._load.now_n > FALLEN * self._load.greatest_n
+        return carried and self._limit.refutes(ratio)
 
     def _caught(self, state: GripInput, squeeze_m: float, missing: float) -> float | None:
         """Close on a slip; `missing` is the load to be carried over what friction carries now."""
         self._quiet_s, self._opened_to = 0.0, None
+        self._steady_ratio = math.nan
         speed = state.estimate.speed_m_s
         if state.estimate.abstained or not math.isfinite(speed):
             speed = 0.0
         growth = 1 + self._options.growth * speed / (speed + SLOW_M_S)
         if missing > 1:
             growth = max(growth, min(self._options.margin * missing, MOST))
-        wanted_m = squeeze_m * growth
-        aperture = max(0.0, self._touch_m - wanted_m)
-        return aperture if aperture < state.aperture_m else None
+        return self._closed(state, squeeze_m * growth, slips=True)
 
-    def _followed(self, state: GripInput, load_n: float) -> float | None:
+    def _followed(self, state: GripInput, squeeze_m: float, *, doubted: bool) -> float | None:
         """Follow the load: close at once, open slowly when it has been quiet for long enough."""
-        squeeze_m = self._limit.squeeze_m(load_n, self._options.margin)
-        if not math.isfinite(squeeze_m):
-            return None
-        wanted = max(0.0, self._touch_m - squeeze_m)
-        if wanted <= state.aperture_m:
+        load = self._load
+        wanted_m = self._limit.squeeze_m(load.greatest_n, self._options.margin)
+        if not math.isfinite(wanted_m):
+            return self._closed(state, self._grown_m(squeeze_m), slips=False)
+        wanted_m = min(wanted_m, FOLLOWED * squeeze_m) if wanted_m > squeeze_m else wanted_m
+        wanted = max(0.0, self._touch_m - wanted_m)
+        if not wanted > state.aperture_m:
             self._opened_to = None
-            return wanted if wanted < state.aperture_m else None
-        if self._quiet_s < self._options.quiet_s or not state.dt_s > 0:
+            return self._closed(state, wanted_m, slips=False)
+        doubted |= load.stale or load.greatest_n < LIGHT * self._slipped_n
+        if doubted or self._quiet_s < self._options.quiet_s or not state.dt_s > 0 or not self.may_open:
             return None
         # The device rounds steps smaller than a tick, so integrate what was asked for, not what was sent.
         base = state.aperture_m if self._opened_to is None else self._opened_to
@@ -146,21 +167,26 @@ class MarginController:
         # An opening that is lost leaves the grip tighter, so it need not be said twice.
         return None if before is not None and self._opened_to - before < STILL_M else self._opened_to
 
-    def _load_n(self, state: GripInput) -> float:
-        """Return the load of a finger (N), the mean over the fingers; NaN where none tells."""
-        loads = []
-        for finger in state.fingers:
-            own = finger.observation.load
-            if own is not None:
-                loads.append(own.since(self._zero.setdefault(finger.finger, own)).force_n)
-        return sum(loads) / len(loads) if loads else math.nan
+    def _closed(self, state: GripInput, squeeze_m: float, *, slips: bool) -> float | None:
+        """Return the aperture of a squeeze where that closes, or the last one again where it was not received."""
+        aperture = max(0.0, self._touch_m - squeeze_m)
+        if aperture < state.aperture_m:
+            return aperture
+        behind = state.measured_aperture_m > state.aperture_m + LOST_M
+        return state.aperture_m if behind and (slips or self._quiet_s > self._options.quiet_s) else None
 
-    def _greatest_n(self, t_ns: int, load_n: float) -> float:
-        """Return the greatest load (N) of late."""
-        self._loads.append((t_ns, load_n))
-        while t_ns - self._loads[0][0] > nanoseconds(REMEMBERED_S):
-            self._loads.popleft()
-        return max(load for _, load in self._loads)
+    def _note_steady(self, squeeze_m: float) -> None:
+        """Remember what held while the load was steady: it is no limit, but it is known to hold."""
+        load = self._load
+        if not math.isfinite(self._steady_ratio) and load.steady and load.now_n > LEAST_N:
+            self._steady_ratio, self._steady_m = load.greatest_n / squeeze_m, squeeze_m
+
+    def _grown_m(self, squeeze_m: float) -> float:
+        """Return the squeeze (m) in proportion to a load that has grown since it was steady, 0 before it was."""
+        if not math.isfinite(self._steady_ratio):
+            return 0.0
+        grown_m = self._load.greatest_n / (GROWN * self._steady_ratio)
+        return min(grown_m, MOST_GROWN * self._steady_m, FOLLOWED * squeeze_m)
 
     def _touched_at(self, state: GripInput, aperture_m: float) -> float:
         if math.isfinite(state.touch_m):

@@ -28,7 +28,7 @@ class ShakeOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     closer_mm: float = Field(
-        default=2.5, ge=0, le=50, description="how far to close beyond task.grip_aperture_m, to hold firmly"
+        default=2.5, ge=0, le=50, description="how far to close beyond the grip of [task], to hold firmly"
     )
     still_s: float = Field(default=4.0, ge=0, le=600, description="how long to hold still before and after")
     lift_s: float = Field(default=1.0, gt=0, le=60, description="how long to lift")
@@ -62,6 +62,7 @@ class ShakeJob:
             raise ConfigError("the rig", [issue])
         own, task = self._options, setting.task
         closer_m = own.closer_mm * 1e-3
+        # What a fragile object stands still limits the first squeeze: it is shaken as it is gripped.
         firm = task.model_copy(
             update={
                 "grip_aperture_m": max(0.0, task.grip_aperture_m - closer_m),

@@ -1,0 +1,79 @@
+"""The load that a grip carries, over time: the mean over the fingers, since the grip began."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from statistics import fmean, median
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds
+
+if TYPE_CHECKING:
+    from lsds.contracts import ContactLoad, FingerCycle
+
+REMEMBERED_S = 1.0
+"""The load to be carried is the greatest of this time: an arm that brakes lightens it for a moment only."""
+ZERO_S = 0.3
+"""A finger that is first seen later than this after the first has no zero: it may be under load already."""
+STEADY_S, STEADY = 0.5, 0.06
+"""A load that has changed by less than this share for this time is steady."""
+LEAST_N = 0.03
+"""A smaller load tells nothing of friction: noise and creep of the gel are as large."""
+MEDIAN = 3
+"""Frames whose median counts where one alone might be wrong."""
+
+
+class CarriedLoad:
+    """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's
+    is an earlier one, because it tells none now."""
+
+    def __init__(self) -> None:
+        self.now_n = math.nan
+        self.stale = False
+        self._began_ns: int | None = None
+        self._zero: dict[str, ContactLoad] = {}
+        self._last: dict[str, float] = {}
+        self._newest: deque[float] = deque(maxlen=MEDIAN)
+        self._loads: deque[tuple[int, float]] = deque()
+
+    def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
+        """Take what the fingers see at a time."""
+        told = set()
+        for finger in fingers:
+            load = finger.observation.load
+            if load is not None:
+                told.add(finger.finger)
+                self._take(finger.finger, load, t_ns)
+        self.stale = not self._last.keys() <= told
+        if not self._last:
+            return
+        self.now_n = fmean(self._last.values())
+        self._newest.append(self.now_n)
+        self._loads.append((t_ns, median(self._newest)))
+        while t_ns - self._loads[0][0] > nanoseconds(REMEMBERED_S):
+            self._loads.popleft()
+
+    @property
+    def greatest_n(self) -> float:
+        """The greatest load of late; one frame alone does not count."""
+        return max((load for _, load in self._loads), default=math.nan)
+
+    @property
+    def steady(self) -> bool:
+        """Whether the load has not changed for a time: the object hangs, or nothing pulls."""
+        if not self._loads:
+            return False
+        last_ns = self._loads[-1][0]
+        late = [load for at, load in self._loads if last_ns - at <= nanoseconds(STEADY_S)]
+        spans = last_ns - self._loads[0][0] >= nanoseconds(STEADY_S)
+        return spans and max(late) - min(late) < STEADY * max(late)
+
+    def _take(self, name: str, load: ContactLoad, t_ns: int) -> None:
+        self._began_ns = t_ns if self._began_ns is None else self._began_ns
+        if name not in self._zero:
+            if t_ns - self._began_ns > nanoseconds(ZERO_S):
+                return
+            self._zero[name] = load
+        self._last[name] = load.since(self._zero[name]).force_n
