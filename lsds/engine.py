@@ -64,6 +64,7 @@ class Engine:
         self.observers: Observers[Cycle] = observers if observers is not None else Observers(threaded=False)
         self._clock = rig.clock
         self._safety = config.safety
+        self._fragile_n = math.inf if config.task.fragile_n is None else config.task.fragile_n
         start = rig.clock.now()
         self._recorded = rig.is_recording
         self.lines = tuple(FingerLine(finger, config, start, live=not self._recorded) for finger in rig.fingers)
@@ -229,6 +230,9 @@ class Engine:
                 known,
                 self._wanted.touch_m,
                 self._states.aperture_at(first.t_ns),
+                self._wanted.probes,
+                self._fragile_n,
+                0.0 if self._rig.gripper is None else self._rig.gripper.spec.resolution_m,
             )
             aperture = _call(self._controller_name, self._rig.controller.update, asked)
             if aperture is not None:

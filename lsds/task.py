@@ -29,6 +29,11 @@ class TaskOptions(BaseModel):
         le=1,
         description="lifting speed after a grasp by touch, until the object hangs",
     )
+    probe: bool = Field(
+        default=False,
+        description="after a grasp by touch: take up the load, open carefully until the object begins to slip, and "
+        "lift with what that shows to be needed",
+    )
     fragile_n: float | None = Field(
         default=None, gt=0, le=500, description="greatest normal force a finger that the object stands"
     )

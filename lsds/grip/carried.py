@@ -17,8 +17,8 @@ REMEMBERED_S = 1.0
 """The load to be carried is the greatest of this time: an arm that brakes lightens it for a moment only."""
 ZERO_S = 0.3
 """A finger that is first seen later than this after the first has no zero: it may be under load already."""
-STEADY_S, STEADY = 0.5, 0.06
-"""A load that has changed by less than this share for this time is steady."""
+STEADY_S, STEADY, NOISE_N = 0.5, 0.06, 0.01
+"""A load that has changed by less than this share and the noise for this time is steady."""
 LEAST_N = 0.03
 """A smaller load tells nothing of friction: noise and creep of the gel are as large."""
 MEDIAN = 3
@@ -68,7 +68,7 @@ class CarriedLoad:
         last_ns = self._loads[-1][0]
         late = [load for at, load in self._loads if last_ns - at <= nanoseconds(STEADY_S)]
         spans = last_ns - self._loads[0][0] >= nanoseconds(STEADY_S)
-        return spans and max(late) - min(late) < STEADY * max(late)
+        return spans and max(late) - min(late) < STEADY * max(late) + NOISE_N
 
     def _take(self, name: str, load: ContactLoad, t_ns: int) -> None:
         self._began_ns = t_ns if self._began_ns is None else self._began_ns

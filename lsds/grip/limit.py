@@ -3,14 +3,15 @@
 The ratio r = load / squeeze needs no unit: load follows the tangential force and squeeze the normal force, each to a
 constant, so at the limit of friction r is the coefficient times these constants, and they cancel where r is used.
 No frame can show more than the limit: what holds is below static friction, what slides is at kinetic friction, which is
-lower. Once something has slipped, the greatest ratio since that slip began is therefore the best estimate of it.
+lower. Once something has slipped, the greatest ratio since shortly before that slip is therefore the best estimate of
+it, unless the slip is at a ratio so much lower that the surface must have changed.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from statistics import median
+from statistics import median, median_low
 
 KINETIC_SHARE = 0.7
 """Sliding friction is at least this share of static friction: an alarm at a lower ratio than was held is none."""
@@ -21,13 +22,15 @@ FORGET_S = 4.0
 """Time in which what held loses two thirds of its weight: a surface may get wet."""
 RECENT = 5
 """Frames of a slip that its ratio is the median of."""
+BEFORE = 6
+"""Frames before a slip that tell of static friction."""
 MEDIAN = 3
 """Frames whose median ratio counts: one frame's load may be wrong, and too high a limit is too weak a grip."""
 
 
 class FrictionLimit:
     """What is known of the limit, in units of load over squeeze. `held` is the greatest ratio that was held lately;
-    `limit` the greatest since the last slip began, NaN as long as nothing slipped."""
+    `limit` the greatest since shortly before the last slip, NaN as long as nothing slipped."""
 
     def __init__(self) -> None:
         self.reset()
@@ -39,6 +42,7 @@ class FrictionLimit:
         self._suspected = math.nan
         self._sliding: deque[float] = deque(maxlen=RECENT)
         self._newest: deque[float] = deque(maxlen=MEDIAN)
+        self._before: deque[float] = deque(maxlen=BEFORE)
 
     @property
     def known(self) -> bool:
@@ -49,7 +53,8 @@ class FrictionLimit:
         """Take a frame in which nothing slips."""
         self._sliding.clear()
         self._newest.append(ratio)
-        ratio = median(self._newest)
+        ratio = median_low(self._newest)
+        self._before.append(ratio)
         self.held = max(ratio, self.held * math.exp(-dt_s / FORGET_S) if dt_s > 0 else self.held)
         if self.known:
             self.limit = max(self.limit, ratio)
@@ -62,9 +67,11 @@ class FrictionLimit:
         begins = not self._sliding
         self._sliding.append(ratio)
         if begins:
-            self._suspected = ratio
+            static = max(self._before, default=0.0)
+            self._suspected = static if KINETIC_SHARE * static < ratio < static else ratio
+            self._before.clear()
         else:
-            self._suspected = max(self._suspected, median(self._newest))
+            self._suspected = max(self._suspected, median_low(self._newest))
         if sure or len(self._sliding) > 1:
             self.limit = self._suspected
 

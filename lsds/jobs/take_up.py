@@ -6,6 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
+from lsds.grip.carried import LEAST_N
 
 if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, Situation
@@ -14,17 +15,15 @@ LEAST_S, MOST_S = 0.4, 3.0
 """Least duration, and the greatest while nothing slips."""
 STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
 """The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
-SURE = 2.0
-"""A load of so many standard deviations is one: before the arm has moved, nothing pulls either."""
 
 
 class TakeUp:
-    """Tells when the load has been taken up, from the load of the first finger."""
+    """Tells when the load has been taken up, from that of the first finger. `zero` is its load before."""
 
-    def __init__(self, start_ns: int) -> None:
+    def __init__(self, start_ns: int, zero: ContactLoad | None = None) -> None:
         self._start_ns = start_ns
-        self._zero: ContactLoad | None = None
-        self._loads: deque[tuple[int, ContactLoad]] = deque()
+        self.zero = zero
+        self._loads: deque[tuple[int, float]] = deque()
         self._seen_ns = self._slipped_ns = -1
 
     def step(self, now: Situation) -> bool:
@@ -34,9 +33,10 @@ class TakeUp:
         if elapsed < nanoseconds(LEAST_S) or now.t_ns - self._slipped_ns < nanoseconds(STEADY_S):
             # What slips while it is lifted slowly would slip faster.
             return False
-        forces = [load.force_n for _, load in self._loads]
+        forces = [force for _, force in self._loads]
         spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S - 0.1)
-        pulls = bool(forces) and forces[-1] > SURE * self._loads[-1][1].shear_std_n
+        # Before the arm has moved, nothing changes either.
+        pulls = bool(forces) and forces[-1] > LEAST_N
         steady = pulls and bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
         return steady or elapsed > nanoseconds(MOST_S)
 
@@ -50,7 +50,7 @@ class TakeUp:
         if load is None or now.cycle.detection.slip:
             self._loads.clear()
             return
-        self._zero = load if self._zero is None else self._zero
-        self._loads.append((now.cycle.t_ns, load.since(self._zero)))
+        self.zero = load if self.zero is None else self.zero
+        self._loads.append((now.cycle.t_ns, load.since(self.zero).force_n))
         while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
             self._loads.popleft()

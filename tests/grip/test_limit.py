@@ -45,7 +45,9 @@ def test_a_later_slip_begins_anew(first, second):
     limit.slips(first, sure=True)
     limit.holds(0.5 * first, 0.04)
     limit.slips(second, sure=True)
-    assert limit.limit == second
+    # What held just before tells of static friction, unless the surface has changed.
+    static = KINETIC_SHARE * 0.5 * first < second < 0.5 * first
+    assert limit.limit == (0.5 * first if static else second)
 
 
 @given(ratios)

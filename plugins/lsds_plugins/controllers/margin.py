@@ -32,19 +32,27 @@ LEAST_M = 1e-4
 """A smaller squeeze is not known well enough to divide by."""
 FALLEN = 0.85
 """A load below this share of the greatest of late has fallen: what was held before does not refute an alarm."""
+GIVES_WAY = 0.9
+"""While probing, a load below this share of the greatest of late has slipped: the arm is at rest."""
 LIGHT = 0.5
 """With less than this share of the load that slipped, the object stands on something or hangs otherwise: no reason to
 open."""
 PATIENCE_S = 0.18
 """Alarms that go on for longer are not refuted."""
+PERSISTS = 2.5
+"""Least growth of the squeeze for every second that a slip goes on: a fast one looks slow to a camera."""
 MOST = 3.0
 """Greatest growth of the squeeze in one frame on a slip."""
 FOLLOWED = 1.5
 """Greatest growth of the squeeze in one frame where it follows the load."""
 GROWN, MOST_GROWN = 1.1, 2.5
 """A load that has grown by this factor since it was steady is followed, before anything has slipped; and how far."""
+COARSE = 0.08
+"""Half a tick that is a greater share of the squeeze is coarse."""
 LOST_M = 4e-4
 """Fingers that rest wider than this beyond the last command have not received it."""
+LEAST_PROBED_M = 4.5e-4
+"""Probing opens so far at most: what is held by less is not known to touch."""
 STILL_M = 2e-6
 """An opening by less in a frame is none."""
 OPENING_S = 0.4
@@ -56,10 +64,11 @@ class MarginOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    margin: float = Field(default=1.25, ge=1, le=5, description="squeeze over what the load needs")
+    margin: float = Field(default=1.2, ge=1, le=5, description="squeeze over what the load needs")
     growth: float = Field(default=0.8, gt=0, le=10, description="growth of the squeeze at a fast slip")
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time without slip before the fingers open")
     release_m_s: float = Field(default=0.006, ge=0, le=0.05, description="greatest opening speed; 0: never open")
+    probe_m_s: float = Field(default=0.003, gt=0, le=0.01, description="opening speed where task.probe lets it probe")
 
 
 class MarginController:
@@ -84,6 +93,7 @@ class MarginController:
         self._alarmed_ns: int | None = None
         self._slipped_n = 0.0
         self._steady_ratio = self._steady_m = math.nan
+        self._probed_m = 0.0
         self._opened_to: float | None = None
 
     def update(self, state: GripInput) -> float | None:
@@ -101,6 +111,10 @@ class MarginController:
             return None
         if not math.isfinite(load.now_n):
             return self._caught(state, squeeze_m, 1.0) if slips else None
+        if state.probes and self._gives_way():
+            self._limit.slips(load.greatest_n / squeeze_m, sure=True)
+            self._slipped_n, self._quiet_s, self._opened_to = load.greatest_n, 0.0, None
+            return self._closed(state, squeeze_m * self._options.margin, slips=True)
         ratio = load.now_n / squeeze_m
         refuted = slips and self._is_refuted(state, ratio)
         if slips and not refuted:
@@ -141,9 +155,14 @@ class MarginController:
         speed = state.estimate.speed_m_s
         if state.estimate.abstained or not math.isfinite(speed):
             speed = 0.0
-        growth = 1 + self._options.growth * speed / (speed + SLOW_M_S)
+        # Before anything pulls, alarms that go on are noise.
+        since_s = 0.0
+        if self._alarmed_ns is not None and self._load.now_n > LEAST_N:
+            since_s = (state.t_ns - self._alarmed_ns) * 1e-9
+        growth = 1 + max(self._options.growth * speed / (speed + SLOW_M_S), PERSISTS * since_s)
         if missing > 1:
-            growth = max(growth, min(self._options.margin * missing, MOST))
+            growth = max(growth, self._options.margin * missing)
+        growth = min(growth, MOST)
         return self._closed(state, squeeze_m * growth, slips=True)
 
     def _followed(self, state: GripInput, squeeze_m: float, *, doubted: bool) -> float | None:
@@ -151,29 +170,55 @@ class MarginController:
         load = self._load
         wanted_m = self._limit.squeeze_m(load.greatest_n, self._options.margin)
         if not math.isfinite(wanted_m):
+            if state.probes:
+                self._probed_m = squeeze_m
+                return None if doubted else self._probed(state)
             return self._closed(state, self._grown_m(squeeze_m), slips=False)
         wanted_m = min(wanted_m, FOLLOWED * squeeze_m) if wanted_m > squeeze_m else wanted_m
-        wanted = max(0.0, self._touch_m - wanted_m)
+        wanted = self._aperture_m(state, wanted_m)
         if not wanted > state.aperture_m:
             self._opened_to = None
             return self._closed(state, wanted_m, slips=False)
         doubted |= load.stale or load.greatest_n < LIGHT * self._slipped_n
-        if doubted or self._quiet_s < self._options.quiet_s or not state.dt_s > 0 or not self.may_open:
+        return None if doubted else self._opened(state, wanted, self._options.release_m_s)
+
+    def _gives_way(self) -> bool:
+        """Tell whether the load of an object at rest has fallen while the fingers opened: it slides, or stands again."""
+        load = self._load
+        return not self._limit.known and load.greatest_n > LEAST_N and load.now_n < GIVES_WAY * load.greatest_n
+
+    def _probed(self, state: GripInput) -> float | None:
+        """Open carefully where the object hangs still and it is not known what holds it."""
+        load = self._load
+        if not (state.probes and load.steady and load.now_n > LEAST_N) or load.stale or not self.may_open:
+            return None
+        # What is opened on purpose is no load that has grown.
+        self._steady_ratio = math.nan
+        return self._opened(state, self._touch_m - LEAST_PROBED_M, self._options.probe_m_s)
+
+    def _opened(self, state: GripInput, wanted: float, most_m_s: float) -> float | None:
+        """Return the next aperture on the way to a wider one, when it has been quiet for long enough."""
+        if self._quiet_s < self._options.quiet_s or not state.dt_s > 0 or wanted <= state.aperture_m:
             return None
         # The device rounds steps smaller than a tick, so integrate what was asked for, not what was sent.
         base = state.aperture_m if self._opened_to is None else self._opened_to
-        speed = min(self._options.release_m_s, (wanted - base) / OPENING_S)
+        speed = min(most_m_s, (wanted - base) / OPENING_S)
         before, self._opened_to = self._opened_to, min(base + speed * state.dt_s, wanted)
         # An opening that is lost leaves the grip tighter, so it need not be said twice.
         return None if before is not None and self._opened_to - before < STILL_M else self._opened_to
 
     def _closed(self, state: GripInput, squeeze_m: float, *, slips: bool) -> float | None:
         """Return the aperture of a squeeze where that closes, or the last one again where it was not received."""
-        aperture = max(0.0, self._touch_m - squeeze_m)
+        aperture = self._aperture_m(state, squeeze_m)
         if aperture < state.aperture_m:
             return aperture
         behind = state.measured_aperture_m > state.aperture_m + LOST_M
         return state.aperture_m if behind and (slips or self._quiet_s > self._options.quiet_s) else None
+
+    def _aperture_m(self, state: GripInput, squeeze_m: float) -> float:
+        """Return the aperture of at least a squeeze: a device goes to its nearest tick, which may eat the margin."""
+        half_m = state.resolution_m / 2
+        return max(0.0, self._touch_m - squeeze_m - (half_m if half_m > COARSE * squeeze_m else 0.0))
 
     def _note_steady(self, squeeze_m: float) -> None:
         """Remember what held while the load was steady: it is no limit, but it is known to hold."""
@@ -182,11 +227,15 @@ class MarginController:
             self._steady_ratio, self._steady_m = load.greatest_n / squeeze_m, squeeze_m
 
     def _grown_m(self, squeeze_m: float) -> float:
-        """Return the squeeze (m) in proportion to a load that has grown since it was steady, 0 before it was."""
-        if not math.isfinite(self._steady_ratio):
-            return 0.0
-        grown_m = self._load.greatest_n / (GROWN * self._steady_ratio)
-        return min(grown_m, MOST_GROWN * self._steady_m, FOLLOWED * squeeze_m)
+        """Return the squeeze (m) in proportion to a load that has grown since it was steady, 0 before it was.
+
+        What held at the end of probing gets its margin, too: a smooth object slips unseen.
+        """
+        wanted_m = self._options.margin * self._probed_m
+        if math.isfinite(self._steady_ratio):
+            grown_m = self._load.greatest_n / (GROWN * self._steady_ratio)
+            wanted_m = max(wanted_m, min(grown_m, MOST_GROWN * self._steady_m))
+        return min(wanted_m, FOLLOWED * squeeze_m)
 
     def _touched_at(self, state: GripInput, aperture_m: float) -> float:
         if math.isfinite(state.touch_m):

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
+from dataclasses import replace
 
-from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
-from lsds.jobs.grasp import Grasping, begin_grasp
+from lsds.clock import nanoseconds
+from lsds.contracts import BuildContext, ContactLoad, Setting, Situation, Twist, Wanted
+from lsds.jobs.grasp import begin_grasp
+from lsds.jobs.probe import SPEED_M_S, Probe
 from lsds.jobs.take_up import TakeUp
+
+Stage = Generator[Wanted, Situation, Situation]
+"""A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
 
 
 class LiftJob:
     """A `Job` in stages: reference, grasp, settle, lift, hold. Slip is corrected in the last two.
 
-    After a grasp by touch the lift begins slowly, until the load is taken up; what that rises counts as lifted.
+    After a grasp by touch the lift begins slowly, until the load is taken up; what that rises counts as lifted. With
+    `task.probe` the controller looks for the least grip then.
 
     In a simulated cell it ends when the object has dropped. Its options are in `[task]`.
     """
@@ -20,62 +28,74 @@ class LiftJob:
     def __init__(self, options: None = None, context: BuildContext | None = None) -> None: ...
 
     def begin(self, setting: Setting) -> None:
-        """Start with the gel without contact."""
-        self._task = task = setting.task
+        """Start with the gel without contact. Raises ConfigError where the gripper cannot grasp as `[task]` wants."""
+        self._task = setting.task
         self._cell = setting.cell
-        #: Each timed stage with its duration (s), in order.
-        self._stages = (("settle", task.settle_s), ("lift", task.lift_s), ("hold", task.hold_s))
-        self._by_touch = task.grasp == "touch" and setting.gripper is not None
-        self._take_up: TakeUp | None = None
-        self._grasp: Grasping | None = begin_grasp(task, setting)
+        self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None
+        self._grasp = begin_grasp(setting.task, setting)
         self._touch_m = math.nan
-        self._lifted_s = 0.0
-        self._at = 0
-        self._since_ns = setting.t_ns
+        self._zero: ContactLoad | None = None
+        self._left_s = setting.task.lift_s
+        self._stages = self._all_stages()
+        next(self._stages)
 
     def step(self, now: Situation) -> Wanted:
         """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
-        if self._grasp is not None:
-            if not self._grasp.step(now):
-                return Wanted(self._grasp.stage, grip=self._grasp.grip, done=self._dropped(now.t_ns))
-            self._touch_m = self._grasp.touch_m
-            self._grasp, self._since_ns = None, now.t_ns
-        elif self._take_up is not None and not self._is_over(now):
-            if self._take_up.step(now):
-                self._lifted_s = self._elapsed_s(now)
-                self._take_up, self._since_ns = None, now.t_ns
-        elif self._is_over(now):
-            self._at, self._since_ns, self._lifted_s = self._at + 1, now.t_ns, 0.0
-            if self._at == len(self._stages):
-                return Wanted("done", done=True)
-            begins = self._stages[self._at][0] == "lift" and self._task.lift_s > 0
-            slower = self._task.take_up_speed_m_s < self._task.lift_speed_m_s
-            self._take_up = TakeUp(now.t_ns) if self._by_touch and begins and slower else None
-        stage = self._stages[self._at][0]
-        if stage == "settle":
-            return Wanted(stage, done=self._dropped(now.t_ns))
-        speed = self._task.lift_speed_m_s if stage == "lift" else 0.0
-        if self._take_up is not None:
-            stage, speed = "take up", min(speed, self._task.take_up_speed_m_s)
+        try:
+            wanted = self._stages.send(now)
+        except StopIteration:
+            return Wanted("done", done=True)
+        return replace(wanted, done=self._dropped(now.t_ns))
+
+    def _all_stages(self) -> Stage:
+        task, grasp = self._task, self._grasp
+        now = yield Wanted("begin")
+        while not grasp.step(now):
+            now = yield Wanted(grasp.stage, grip=grasp.grip)
+        self._touch_m = grasp.touch_m
+        now = yield from self._timed(Wanted("settle"), task.settle_s, now)
+        if self._by_touch and task.lift_s > 0:
+            if task.probe:
+                now = yield from self._take_up(SPEED_M_S, now)
+                now = yield from self._probe(now)
+            now = yield from self._take_up(task.take_up_speed_m_s, now)
+        now = yield from self._timed(self._rising("lift", task.lift_speed_m_s), self._left_s, now)
+        return (yield from self._timed(self._rising("hold", 0.0), task.hold_s, now))
+
+    def _timed(self, wanted: Wanted, duration_s: float, now: Situation) -> Stage:
+        ends_ns = now.t_ns + nanoseconds(duration_s)
+        while True:
+            now = yield wanted
+            if now.t_ns >= ends_ns:
+                return now
+
+    def _take_up(self, speed_m_s: float, now: Situation) -> Stage:
+        """Rise slowly until the object hangs, at most as far as it is to be lifted."""
+        share = speed_m_s / self._task.lift_speed_m_s if self._task.lift_speed_m_s > 0 else 1.0
+        if share >= 1:
+            return now
+        take_up, began_ns, left_s = TakeUp(now.t_ns, self._zero), now.t_ns, self._left_s
+        while True:
+            now = yield self._rising("take up", speed_m_s)
+            self._zero = take_up.zero
+            self._left_s = max(0.0, left_s - share * (now.t_ns - began_ns) * 1e-9)
+            if self._left_s == 0 or take_up.step(now):
+                return now
+
+    def _probe(self, now: Situation) -> Stage:
+        probe = Probe(now.t_ns)
+        while not probe.step(now):
+            now = yield replace(self._rising("probe", 0.0), probes=True)
+        return now
+
+    def _rising(self, stage: str, speed_m_s: float) -> Wanted:
         return Wanted(
             stage,
             corrects=True,
-            twist=Twist(linear_m_s=(0.0, 0.0, speed)),
+            twist=Twist(linear_m_s=(0.0, 0.0, speed_m_s)),
             acceleration_m_s2=self._task.lift_acceleration_m_s2,
-            done=self._dropped(now.t_ns),
             touch_m=self._touch_m,
         )
-
-    def _is_over(self, now: Situation) -> bool:
-        """Tell whether the present stage has had its time."""
-        return self._lifted_s + self._elapsed_s(now) >= self._stages[self._at][1] - 1e-9
-
-    def _elapsed_s(self, now: Situation) -> float:
-        """Return the time since the stage began; of a slow lift, what the same height takes at lifting speed."""
-        share = 1.0
-        if self._take_up is not None:
-            share = self._task.take_up_speed_m_s / self._task.lift_speed_m_s
-        return share * (now.t_ns - self._since_ns) * 1e-9
 
     def _dropped(self, now_ns: int) -> bool:
         if self._cell is None:

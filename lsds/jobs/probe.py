@@ -1,0 +1,37 @@
+"""Probe: let the controller open the fingers until the object begins to slip, just above what it stood on.
+
+An object that begins to slip in the air falls by a centimetre before any camera and gripper can answer. Right after its
+load has been taken up, it falls by what it was lifted: a millimetre or two.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds
+
+if TYPE_CHECKING:
+    from lsds.contracts import Situation
+
+SPEED_M_S = 0.003
+"""Lifting speed before it: the load is taken up within a millimetre or two."""
+REST_S, MOST_S = 0.8, 10.0
+"""It is over when the fingers have rested for the first time, or after the second."""
+STILL_M = 5e-5
+"""Fingers that move by less rest."""
+
+
+class Probe:
+    """Tells when the controller has found what it can find: the fingers rest."""
+
+    def __init__(self, start_ns: int) -> None:
+        self._start_ns = self._moved_ns = start_ns
+        self._aperture_m: float | None = None
+
+    def step(self, now: Situation) -> bool:
+        """Return whether it is over."""
+        aperture = None if now.gripper is None else now.gripper.aperture_m
+        if aperture is not None and (self._aperture_m is None or abs(aperture - self._aperture_m) > STILL_M):
+            self._aperture_m, self._moved_ns = aperture, now.t_ns
+        rests = now.t_ns - self._moved_ns > nanoseconds(REST_S)
+        return rests or now.t_ns - self._start_ns > nanoseconds(MOST_S)
