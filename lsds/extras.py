@@ -15,6 +15,9 @@ EXTRAS = {
     "torch": "train",
     "matplotlib": "plot",
     "numba": "sim",
+    "joblib": "cluster",
+    "distributed": "cluster",
+    "ray": "ray",
 }
 """Import name -> extra of lsds that installs it."""
 

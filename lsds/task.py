@@ -35,7 +35,10 @@ class TaskOptions(BaseModel):
         "lift with what that shows to be needed",
     )
     fragile_n: float | None = Field(
-        default=None, gt=0, le=500, description="greatest normal force a finger that the object stands"
+        default=None,
+        gt=0,
+        le=500,
+        description="greatest normal force a finger that the object stands; a hard one may get a tick's worth more",
     )
     grip_speed_m_s: float = Field(default=0.05, gt=0, le=1, description="finger speed of grasping and correcting")
     grip_force_n: float = Field(default=60.0, gt=0, le=500, description="maximum force of the gripper")

@@ -1,4 +1,4 @@
-"""`lsds calibrate`: calibrate cameras and the detection of slip on a cell of one's own."""
+"""`lsds calibrate`: calibrate cameras, the detection of slip and the load on a cell of one's own."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lsds.cli.calibrate_grip import grip
 from lsds.cli.calibrate_slip import slip
 from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.errors import DataError
@@ -15,16 +16,18 @@ _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 @click.group(context_settings=_HELP)
 def calibrate() -> None:
-    """Calibrate a camera, or the detection of slip on your own gel.
+    """Calibrate a camera, or the detection of slip and the load on your own gel.
 
     \b
     Examples:
+      lsds calibrate grip rig.toml --mass-g 320                loads in newtons
       lsds calibrate slip rig.toml --by-hand                   thresholds for this gel, two minutes
       lsds calibrate camera --board board.pdf                  print the board
       lsds calibrate camera views/ --out camera.yaml           calibrate from pictures of it
     """
 
 
+calibrate.add_command(grip)
 calibrate.add_command(slip)
 
 

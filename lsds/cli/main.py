@@ -20,7 +20,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "study": ("lsds.cli.study:study", "Run a study: measure speed against accuracy."),
     "chart": ("lsds.cli.study:study", "Another name for study."),
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol."),
-    "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera, or the detection of slip on your own gel."),
+    "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera, or slip and load on your own gel."),
     "plugins": ("lsds.cli.plugins:plugins", "List the installed backends and the plugins that failed to load."),
     "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),
     "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend is missing."),

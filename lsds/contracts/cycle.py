@@ -41,8 +41,9 @@ class GripInput:
     `detection` and `estimate` are fused over all fingers; `fingers` holds the newest view of each. `dt_s` is the
     measured time since the previous frame, of the finger that came first. `touch_m` is the aperture at which the
     fingers touched the object, NaN if the job did not tell. `measured_aperture_m` is the newest; `frame_aperture_m` is
-    that at the time of the newest frame, which is older, NaN if not known. `probes`: the job lets it open on purpose, to
-    find the least grip. `fragile_n` is the greatest normal force a finger that the object stands, `resolution_m` the gripper's tick.
+    that at the time of the newest frame, which is older, NaN if not known. `probes`: the job lets it open on purpose,
+    to find the least grip. `fragile_n` is the greatest normal force a finger that the object stands, `resolution_m` the
+    gripper's tick.
     """
 
     t_ns: int

@@ -7,7 +7,7 @@ arrival. `seq` counts from zero at the source, so a gap means a lost sample.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -252,18 +252,21 @@ class ContactLoad:
     """What the object exerts on the gel of one finger, in the sensor's plane (x right, y down in the image).
 
     `shear_n` force and `torque_nm` about the image's centre (positive from x to y), with one sigma of each. In newtons
-    after calibration, else to a common factor.
+    after calibration, else to a common factor. `normal_n` is what presses on the gel, NaN where the imprint does not
+    tell.
     """
 
     shear_n: Vector2
     torque_nm: float
     shear_std_n: float
     torque_std_nm: float
+    normal_n: float = math.nan
+    normal_std_n: float = math.nan
 
     def since(self, before: ContactLoad) -> ContactLoad:
-        """Return what has been added since another load."""
+        """Return what has been added since another load; the normal force is that of now."""
         (x, y), (x0, y0) = self.shear_n, before.shear_n
-        return ContactLoad((x - x0, y - y0), self.torque_nm - before.torque_nm, self.shear_std_n, self.torque_std_nm)
+        return replace(self, shear_n=(x - x0, y - y0), torque_nm=self.torque_nm - before.torque_nm)
 
     @property
     def force_n(self) -> float:

@@ -26,11 +26,11 @@ MEDIAN = 3
 
 
 class CarriedLoad:
-    """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's
-    is an earlier one, because it tells none now."""
+    """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's is an earlier one,
+    because it tells none now. `normal_n` is the greatest normal force of a finger, NaN where none is told."""
 
     def __init__(self) -> None:
-        self.now_n = math.nan
+        self.now_n = self.normal_n = math.nan
         self.stale = False
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
@@ -41,10 +41,12 @@ class CarriedLoad:
     def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
         """Take what the fingers see at a time."""
         told = set()
+        self.normal_n = math.nan
         for finger in fingers:
             load = finger.observation.load
             if load is not None:
                 told.add(finger.finger)
+                self.normal_n = load.normal_n if not load.normal_n <= self.normal_n else self.normal_n
                 self._take(finger.finger, load, t_ns)
         self.stale = not self._last.keys() <= told
         if not self._last:

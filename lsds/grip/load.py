@@ -17,8 +17,6 @@ from lsds.contracts.values import ContactLoad
 if TYPE_CHECKING:
     from lsds.contracts import DeformationField
 
-SHEAR_N_M3 = 2.72e7
-"""(G / h) of a GelSight Mini's gel as it is simulated; `lsds calibrate grip` finds that of one's own."""
 SHEAR_SHARE = 0.12
 """Relative standard deviation from object to object."""
 DOT_M = 2e-6
@@ -27,8 +25,10 @@ LEAST = 0.5
 """With fewer of the dots than this share nothing is told."""
 
 
-def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float = SHEAR_N_M3) -> ContactLoad | None:
+def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) -> ContactLoad | None:
     """Return the force and torque that the object exerts on the gel since the reference; None with too few dots.
+
+    `shear_n_m3` is (G / h), in the config `tactile.shear_kpa_mm`.
 
     Pressing alone spreads the dots: off the pad's centre this looks like shear, so take the difference to a frame in
     which the grip has settled and nothing is lifted (`ContactLoad.since`).

@@ -43,10 +43,7 @@ class Grasping(Protocol):
 
 
 def begin_grasp(task: TaskOptions, setting: Setting) -> Grasping:
-    """Return the grasp that `[task]` asks for. A rig without a gripper grasps nothing, to an aperture.
-
-    Raises ConfigError where the gripper cannot be as careful as `[task]` asks for.
-    """
+    """Return the grasp that `[task]` asks for. A rig without a gripper grasps nothing, to an aperture."""
     if task.grasp == "touch" and setting.gripper is not None:
         return TouchGrasp(task, setting.gripper, setting)
     return Grasp(task, setting)

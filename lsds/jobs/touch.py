@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.contracts import Contact, Grip
-from lsds.errors import ConfigError, ConfigIssue, SafetyStop
+from lsds.errors import SafetyStop
+from lsds.grip.fragile import STIFFEST_N_M, allowed_squeeze_m
 from lsds.grip.touch import TouchFinder
 
 if TYPE_CHECKING:
@@ -28,20 +29,16 @@ BACK_OFF_M, FARTHEST_M = 1.5e-3, 8e-3
 """How far the fingers open after the first touch, and at most, before the gel has to be free."""
 FREE_FRAMES = 3
 """Frames without touch in a row that show that the gel is free."""
-STIFFEST_N_M = 2000.0
-"""Normal force over squeeze of a hard object (simulated: 1500 to 1900): what a fragile one may get at first."""
+FIRST_SHARE = 0.8
+"""Share of the squeeze that a fragile object stands which it gets at first."""
 BLIND_S, LOST_S = 0.15, 1.0
 """Without a new frame of every finger the fingers wait after the first time, and the cell stops after the second."""
 
 
 class TouchGrasp:
-    """The stages from the reference to the first squeeze, with the parameters of the `[task]` table.
-
-    Raises ConfigError where a single tick of the gripper is too much for the fragile object.
-    """
+    """The stages from the reference to the first squeeze, with the parameters of the `[task]` table."""
 
     def __init__(self, task: TaskOptions, gripper: GripperSpec, setting: Setting) -> None:
-        _require_fine_ticks(task, gripper)
         self._task, self._gripper = task, gripper
         self._finder = TouchFinder(setting.fingers, setting.t_ns)
         least_m, most_m = setting.apertures_m
@@ -170,6 +167,23 @@ class TouchGrasp:
                 f"task: finger {', '.join(apart)} does not touch the object, the others do (is it between the pads?)"
             )
         self.touch_m = self._finder.touch_m
+        return not self._squeezes_on(now)
+
+    def _squeezes_on(self, now: Situation) -> bool:
+        """Squeeze a fragile object on, up to the first squeeze, as far as its imprint tells that it stands it."""
+        if self._task.fragile_n is None or self.grip is None or now.gripper is None:
+            return False
+        loads = [finger.observation.load for finger in now.fingers]
+        normal_n = max((load.normal_n for load in loads if load is not None), default=math.nan)
+        if not math.isfinite(normal_n):
+            return False
+        squeeze_m = max(self.touch_m - now.gripper.aperture_m, 0.0)
+        allowed_m = FIRST_SHARE * allowed_squeeze_m(self._task.fragile_n, squeeze_m, normal_n, math.nan)
+        aperture_m = self.touch_m - min(allowed_m, self._task.first_squeeze_m)
+        if aperture_m > self.grip.aperture_m - self._gripper.resolution_m:
+            return False
+        self._settled_ns = None
+        self.grip = self._grip(aperture_m, self._task.grip_speed_m_s, self._task.grip_force_n)
         return True
 
     def _last_m(self, now: Situation) -> float:
@@ -228,11 +242,3 @@ class TouchGrasp:
                 f"task: nothing was grasped: stage '{self.stage}' took longer than {limit_s:.0f} s "
                 "(does the gripper follow? raise task.timeout_s if that is normal)"
             )
-
-
-def _require_fine_ticks(task: TaskOptions, gripper: GripperSpec) -> None:
-    tick_n = STIFFEST_N_M * gripper.resolution_m
-    if task.fragile_n is not None and task.fragile_n < tick_n:
-        problem = f"{task.fragile_n:g} N: one tick of the gripper, {gripper.resolution_m * 1e3:.2f} mm, "
-        problem += f"may be {tick_n:.2f} N on a hard object"
-        raise ConfigError("the config", [ConfigIssue("task.fragile_n", problem, "choose a finer gripper")])

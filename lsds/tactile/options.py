@@ -19,4 +19,10 @@ class TactileOptions(BaseModel):
         default=5, ge=1, le=500, description="untouched frames averaged into the reference frame"
     )
     contact_threshold_mm: float = Field(default=0.05, gt=0, le=5, description="depth that counts as contact")
+    shear_kpa_mm: float = Field(
+        default=27.2,
+        gt=0,
+        le=1000,
+        description="shear traction of the gel over its displacement; lsds calibrate grip finds that of your own",
+    )
     depth_scale: Literal[2, 4, 8, 16] = Field(default=8, description="depth is solved at 1/depth_scale of the image")

@@ -7,10 +7,12 @@ and online numbers are the same numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Observation
 from lsds.grip.load import load_of
+from lsds.grip.normal import normal_force_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
@@ -32,7 +34,9 @@ class Perception:
         self._tracker = tracker
         self._spec = spec
         self._options = options
+        self._shear_n_m3 = options.shear_kpa_mm * 1e6
         self.metres_per_px = spec.metres_per_px if options.mm_per_px is None else options.mm_per_px * 1e-3
+        self._pad_m2 = spec.width_px * spec.height_px * self.metres_per_px**2
         self._viewer = Viewer()
         self._features = FeatureExtractor()
         self.reference: MarkerReference | None = None
@@ -73,6 +77,9 @@ class Perception:
         features = self._features.extract(field, contact)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        load = load_of(field, self.metres_per_px)
+        load = load_of(field, self.metres_per_px, self._shear_n_m3)
+        normal = normal_force_of(contact, self._pad_m2)
+        if load is not None and normal is not None:
+            load = replace(load, normal_n=normal[0], normal_std_n=normal[1])
         shown = Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint, load)
         return shown, tracks

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import ContactLoad, DeformationField, MarkerReference
-from lsds.grip.load import SHEAR_N_M3, load_of
+from lsds.grip.load import load_of
 
+SHEAR_N_M3 = 2.72e7
 M_PER_PX = 6e-5
 PITCH_PX = 32.0
 
@@ -38,7 +39,7 @@ micrometres = st.floats(-300, 300).map(lambda um: um * 1e-6)
 
 @given(micrometres, micrometres)
 def test_a_pad_that_is_sheared_evenly_carries_its_area_times_the_shear(x, y):
-    load = load_of(field([x, y]), M_PER_PX)
+    load = load_of(field([x, y]), M_PER_PX, SHEAR_N_M3)
     assert load.shear_n == pytest.approx((63 * CELL_M2 * SHEAR_N_M3 * x, 63 * CELL_M2 * SHEAR_N_M3 * y), abs=1e-9)
     assert load.torque_nm == pytest.approx(0.0, abs=1e-9)
 
@@ -48,7 +49,7 @@ def test_a_pad_that_is_turned_carries_a_torque_of_its_sign_and_no_force(angle):
     own = reference()
     position = (own.xy_px - [160.0, 120.0]) * M_PER_PX
     turned = angle * np.stack([-position[:, 1], position[:, 0]], axis=1)
-    load = load_of(field(turned), M_PER_PX)
+    load = load_of(field(turned), M_PER_PX, SHEAR_N_M3)
     assert load.force_n == pytest.approx(0.0, abs=1e-9)
     assert load.torque_nm == pytest.approx(angle * CELL_M2 * SHEAR_N_M3 * float((position**2).sum()), abs=1e-12)
 
@@ -57,19 +58,19 @@ def test_a_pad_that_is_turned_carries_a_torque_of_its_sign_and_no_force(angle):
 def test_lost_dots_stand_for_the_mean_of_the_others(lost, y):
     valid = np.ones(63, bool)
     valid[list(lost)] = False
-    assert load_of(field([0, y], valid), M_PER_PX).shear_n[1] == pytest.approx(
-        load_of(field([0, y]), M_PER_PX).shear_n[1]
+    assert load_of(field([0, y], valid), M_PER_PX, SHEAR_N_M3).shear_n[1] == pytest.approx(
+        load_of(field([0, y]), M_PER_PX, SHEAR_N_M3).shear_n[1]
     )
 
 
 def test_with_too_few_dots_nothing_is_told():
     valid = np.zeros(63, bool)
     valid[:20] = True
-    assert load_of(field([0, 1e-4], valid), M_PER_PX) is None
+    assert load_of(field([0, 1e-4], valid), M_PER_PX, SHEAR_N_M3) is None
 
 
 def test_the_uncertainty_grows_with_the_load_and_never_vanishes():
-    still, pulled = load_of(field([0, 0]), M_PER_PX), load_of(field([0, 2e-4]), M_PER_PX)
+    still, pulled = load_of(field([0, 0]), M_PER_PX, SHEAR_N_M3), load_of(field([0, 2e-4]), M_PER_PX, SHEAR_N_M3)
     assert 0 < still.shear_std_n < pulled.shear_std_n < pulled.force_n
     assert still.torque_std_nm > 0
 

@@ -8,7 +8,7 @@ import pytest
 from lsds_research.collecting.objects import PLANS
 
 from lsds.contracts import Contact, GripperSpec, GripperState, Setting, Situation, Wanted
-from lsds.errors import ConfigError, SafetyStop
+from lsds.errors import SafetyStop
 from lsds.jobs.grasp import Grasp, begin_grasp
 from lsds.jobs.touch import TouchGrasp
 from lsds.session.run import run
@@ -191,11 +191,6 @@ def test_ticks_wait_for_frames_and_those_of_a_fragile_object_for_rest():
     grasp._finder.seen_ns = 410 * MS
     grasp.step(situation(450, first_m, moving=False))
     assert grasp.grip.aperture_m < first_m
-
-
-def test_what_a_tick_may_crush_is_refused():
-    with pytest.raises(ConfigError, match=r"task\.fragile_n: 0\.3 N: one tick of the gripper, 0\.22 mm"):
-        beginning(fragile_n=0.3)
 
 
 def test_the_least_aperture_of_the_cell_ends_the_approach_and_refuses_a_squeeze():

@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, GripInput
 from lsds.grip.carried import LEAST_N, CarriedLoad
+from lsds.grip.fragile import allowed_squeeze_m
 from lsds.grip.limit import FrictionLimit
 
 SLOW_M_S = 0.01
@@ -94,6 +95,7 @@ class MarginController:
         self._slipped_n = 0.0
         self._steady_ratio = self._steady_m = math.nan
         self._probed_m = 0.0
+        self._allowed_m = math.inf
         self._opened_to: float | None = None
 
     def update(self, state: GripInput) -> float | None:
@@ -105,6 +107,7 @@ class MarginController:
         load.take(state.t_ns, state.fingers)
         self._touch_m = self._touched_at(state, aperture)
         squeeze_m = max(self._touch_m - aperture, LEAST_M)
+        self._allowed_m = allowed_squeeze_m(state.fragile_n, squeeze_m, load.normal_n, self._limit.limit)
         sure = self._is_sure(state)
         slips = True if sure else state.detection.slip
         if slips is None:
@@ -183,7 +186,7 @@ class MarginController:
         return None if doubted else self._opened(state, wanted, self._options.release_m_s)
 
     def _gives_way(self) -> bool:
-        """Tell whether the load of an object at rest has fallen while the fingers opened: it slides, or stands again."""
+        """Tell whether the load of an object at rest has fallen while the fingers opened: it slides, or stands."""
         load = self._load
         return not self._limit.known and load.greatest_n > LEAST_N and load.now_n < GIVES_WAY * load.greatest_n
 
@@ -216,9 +219,13 @@ class MarginController:
         return state.aperture_m if behind and (slips or self._quiet_s > self._options.quiet_s) else None
 
     def _aperture_m(self, state: GripInput, squeeze_m: float) -> float:
-        """Return the aperture of at least a squeeze: a device goes to its nearest tick, which may eat the margin."""
+        """Return the aperture of a squeeze; what the object stands comes first.
+
+        A device goes to its nearest tick. Where that could eat the margin, it is sent to the next one.
+        """
         half_m = state.resolution_m / 2
-        return max(0.0, self._touch_m - squeeze_m - (half_m if half_m > COARSE * squeeze_m else 0.0))
+        finer_m = half_m if half_m > COARSE * squeeze_m else 0.0
+        return max(0.0, self._touch_m - min(squeeze_m + finer_m, self._allowed_m))
 
     def _note_steady(self, squeeze_m: float) -> None:
         """Remember what held while the load was steady: it is no limit, but it is known to hold."""

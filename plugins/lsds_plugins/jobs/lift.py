@@ -28,7 +28,7 @@ class LiftJob:
     def __init__(self, options: None = None, context: BuildContext | None = None) -> None: ...
 
     def begin(self, setting: Setting) -> None:
-        """Start with the gel without contact. Raises ConfigError where the gripper cannot grasp as `[task]` wants."""
+        """Start with the gel without contact."""
         self._task = setting.task
         self._cell = setting.cell
         self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None

@@ -52,6 +52,9 @@ class Lift:
     change: str
     seed: int
     weight_n: float
+    probe: bool = False
+    fragile_n: float | None = None
+    settings: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -79,7 +82,11 @@ class Lift:
             keys["controller.enabled"] = False
         else:
             keys["controller.backend"] = self.controller
-        return [f"{path}={value_text(value)}" for path, value in keys.items()]
+        if self.fragile_n is not None:
+            keys["task.fragile_n"] = self.fragile_n
+        if self.probe:
+            keys["task.probe"] = True
+        return [*(f"{path}={value_text(value)}" for path, value in keys.items()), *self.settings]
 
 
 def lift(what: Lift) -> dict[str, Any] | str:
@@ -97,11 +104,15 @@ def lift(what: Lift) -> dict[str, Any] | str:
         session = run(None, what.overrides(), observe=take)
     except LsdsError as error:
         return f"{what.key}: {error}"
-    return asdict(what) | figures(session.summary, session.truths, closings)
+    after_s = CHANGES[what.change].get("cell.simulated.changes_after_s")
+    found = asdict(what) | figures(session.summary, session.truths, closings, after_s)
+    crushed = None if what.fragile_n is None else found["peak_n"] > what.fragile_n
+    return found | {"crushed": crushed}
 
 
-def figures(summary: dict[str, Any], truths: Any, closings: list[int]) -> dict[str, Any]:
-    """Return what came of a run, from its summary, the truth and the times (ns) of closings."""
+def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: float | None) -> dict[str, Any]:
+    """Return what came of a run, from its summary, the truth, the times (ns) of closings, and how long after the lift
+    (s) its load changed, if it did."""
     t_s, normal, required, slip = _columns(truths)
     lifted = np.array([not truth.supported for truth in truths])
     start = int(np.argmax(normal > 0)) if not lifted.any() else int(np.argmax(lifted))
@@ -111,11 +122,14 @@ def figures(summary: dict[str, Any], truths: Any, closings: list[int]) -> dict[s
     without = [at for at in closings if not np.any((sliding <= at * 1e-9) & (sliding > at * 1e-9 - AFTER_SLIP_S))]
     needed = float(required[start:].max())
     first = float(normal[max(0, start - 1)])
+    slipped_m = np.array([truth.slip_distance_m for truth in truths])
+    changes = len(t_s) if after_s is None else int(np.searchsorted(t_s, t_s[start] + after_s))
     return {
         "outcome": summary["outcome"],
         "fault": summary["fault"],
         "held": held,
-        "slip_mm": 1e3 * float(truths[-1].slip_distance_m),
+        "slip_mm": 1e3 * float(slipped_m[-1]),
+        "change_slip_mm": 1e3 * float(slipped_m[-1] - slipped_m[changes]) if changes < len(t_s) else None,
         "arrest_s": summary["time_to_arrest_s"],
         "needed_n": needed,
         "first_over_needed": first / needed,

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
+from lsds_research.cluster import HELP
 from lsds_research.collecting.objects import PLANS
 
 Change = Literal["none", "pour", "shove", "wet", "brisk"]
@@ -23,6 +24,8 @@ class GripOptions(BaseModel):
       lsds evaluate grip --quick
       lsds evaluate grip --controller margin --controller pd --out runs.jsonl --plot grip.png
       lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
+      lsds evaluate grip --controller margin --probe --set gripper.mock-hand-e.latency_ms=200
+      lsds evaluate grip --cluster tcp://10.0.0.5:8786
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -63,6 +66,18 @@ class GripOptions(BaseModel):
         json_schema_extra={"flag": "--change", "metavar": "NAME"},
     )
     seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    probe: bool = Field(default=False, description="look for the least grip before the lift (task.probe)")
+    fragile: float = Field(
+        default=0.0,
+        ge=0,
+        le=100,
+        description="objects that stand this many times the needed force (task.fragile_n); 0: any",
+    )
+    settings: list[str] = Field(
+        default=[],
+        description="one more config key of every run",
+        json_schema_extra={"flag": "--set", "metavar": "KEY=VALUE"},
+    )
     out: str = Field(
         default="",
         description="keep each run in this file (JSON lines); the same command goes on where it ended",
@@ -70,3 +85,4 @@ class GripOptions(BaseModel):
     )
     quick: bool = Field(default=False, description="one speed, and every third object")
     jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")
+    cluster: str = Field(default="", description=HELP, json_schema_extra={"metavar": "ADDRESS"})

@@ -15,8 +15,9 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds.processes import DIED, spread
+from lsds.processes import DIED
 from lsds_research.chosen import chosen
+from lsds_research.cluster import shared_out
 from lsds_research.collecting.objects import PLANS
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
@@ -30,6 +31,12 @@ MET_MM = 0.05
 GREW = 1.1
 FRICTION = 0.55
 """Static friction of the catalogue's middle, to tell an object's weight from the force it needs."""
+EXPLAINED = (
+    "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
+    f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs whose "
+    "grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that did not "
+    "slip when the load changed"
+)
 _COLUMNS = (
     ("controller", "controller", ""),
     ("change", "change", ""),
@@ -46,6 +53,9 @@ _COLUMNS = (
     ("grew", "grown where it held", ".3f"),
     ("steady_held", "steady there", ".2f"),
     ("false_closings", "closings without slip", ".2f"),
+    ("change_kept", "change held fast", ".2f"),
+    ("change_90_mm", "its slip, 90 %", ".1f"),
+    ("crushed", "crushed", ".3f"),
 )
 
 
@@ -64,7 +74,8 @@ class GripStudy:
         rows = [known[each.key] for each in planned if each.key in known]
         missing = [each for each in planned if each.key not in known]
         failures: dict[str, str] = {}
-        for done, (what, result) in enumerate(spread(lift, missing, options.jobs), start=len(rows) + 1):
+        shared = shared_out(lift, missing, options.jobs, options.cluster)
+        for done, (what, result) in enumerate(shared, start=len(rows) + 1):
             if isinstance(result, dict):
                 rows.append(result)
                 _keep(kept, what.key, result)
@@ -81,11 +92,7 @@ class GripStudy:
             _COLUMNS,
             table,
             partial(plot_grip, rows=rows),
-            [
-                "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians "
-                f"and 95 % quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share "
-                "of the other runs whose grip grew by more than a tenth; closings without slip: per run",
-            ],
+            [EXPLAINED],
             {"runs": rows, "failures": failures, "figures_are": "simulated", "seed": self._seed},
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
@@ -108,7 +115,19 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
     )
     weight_n = {name: round(2 * FRICTION * PLANS[name].needed_n, 3) for name in objects}
     return [
-        Lift(who, name, squeeze, speed, friction, change, seed + 1 + own, weight_n[name])
+        Lift(
+            who,
+            name,
+            squeeze,
+            speed,
+            friction,
+            change,
+            seed + 1 + own,
+            weight_n[name],
+            options.probe,
+            round(options.fragile * PLANS[name].needed_n, 3) if options.fragile else None,
+            tuple(options.settings),
+        )
         for who, name, squeeze, speed, friction, change, own in cases
     ]
 
@@ -137,7 +156,14 @@ def _summary(controller: str, change: str, rows: Sequence[Row]) -> Row:
         "grew": float(np.mean(grew)) if grew else None,
         "steady_held": _quantile(other, "steady_over_needed", 0.5),
         "false_closings": float(np.mean([row["closings_without_slip"] for row in rows])),
+        "change_kept": _mean([row["change_slip_mm"] <= MET_MM for row in rows if row["change_slip_mm"] is not None]),
+        "change_90_mm": _quantile(rows, "change_slip_mm", 0.9),
+        "crushed": _mean([row["crushed"] for row in rows if row["crushed"] is not None]),
     }
+
+
+def _mean(values: Sequence[bool]) -> float | None:
+    return float(np.mean(values)) if values else None
 
 
 def _quantile(rows: Sequence[Row], name: str, share: float) -> float | None:

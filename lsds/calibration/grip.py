@@ -1,0 +1,133 @@
+"""Calibration of load: lift an object of known weight, and set what the dots show against it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from statistics import fmean, stdev
+from typing import TYPE_CHECKING, Any
+
+from lsds.config.toml import dumps
+from lsds.engine import Engine
+from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.rig import Rig
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lsds.config import RigConfig
+    from lsds.contracts import ContactLoad, Cycle
+
+BEFORE, CARRIED = "settle", "hold"
+"""Stages of the job `lift` in which nothing pulls, and in which the object hangs still."""
+FINGERS = 2
+LEAST_FRAMES = 10
+"""Fewer frames of a stage tell nothing."""
+STEADY = 0.1
+"""A load that scatters by a greater share while the object hangs still is none to calibrate on."""
+LEAST_RATIO = 5.0
+"""The load has to be so many times the scatter of the gel at rest."""
+_HEAD = """\
+# Written by `lsds calibrate grip`. Name it in the config: calibration = ["this file"]
+# {weight:.3g} N hung in the grip; {frames} frames; from object to object it differs by some 12 %.
+
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class GripCalibration:
+    """What was found: the gel's shear stiffness (kPa/mm) as it was and as it is, and what it rests on.
+
+    `shares` is the share of the weight that each finger with a sensor carried, by the new stiffness.
+    """
+
+    weight_n: float
+    shear_kpa_mm: float
+    shear_std_kpa_mm: float
+    before_kpa_mm: float
+    shares: dict[str, float]
+    frames: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return asdict(self)
+
+    def toml(self) -> str:
+        """Return the text of the file that a config names."""
+        found = {"tactile": {"shear_kpa_mm": round(self.shear_kpa_mm, 3)}}
+        return _HEAD.format(weight=self.weight_n, frames=self.frames) + dumps(found)
+
+
+def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str], object]) -> GripCalibration:
+    """Run the rig's job `lift` and return what the load shows.
+
+    `weight_n` is the weight of the object; a simulated cell knows its own. Raises ConfigError, DataError where the run
+    tells nothing, and what ends a run.
+    """
+    lifting = type(config.section("job")).model_validate({"backend": "lift"})
+    loads: dict[str, dict[str, list[ContactLoad]]] = {BEFORE: {}, CARRIED: {}}
+    true_n = list[float]()
+    with Rig(config.model_copy(update={"job": lifting})) as rig:
+        _require_what_lifts(rig, weight_n)
+        say("lifting the object and holding it")
+        rig.arm_devices()
+        for cycle in Engine(rig):
+            _take(cycle, loads)
+            if rig.own_cell is not None and cycle.stage == CARRIED:
+                true_n.append(FINGERS * rig.own_cell.truth().tangential_force_n)
+        if rig.own_cell is not None and rig.own_cell.truth().dropped:
+            raise DataError("the object dropped: nothing can be learnt from that (raise task.first_squeeze_m)")
+    if weight_n is None:
+        weight_n = fmean(true_n) if true_n else math.nan
+    return _compared(loads, weight_n, config.tactile.shear_kpa_mm)
+
+
+def _require_what_lifts(rig: Rig, weight_n: float | None) -> None:
+    """Raise ConfigError where nothing can be lifted, or where nobody knows what is."""
+    if rig.gripper is None or rig.arm is None:
+        issue = ConfigIssue("gripper.backend, arm.backend", "a weight has to be lifted", "choose both")
+        raise ConfigError("the rig", [issue])
+    if weight_n is None and rig.own_cell is None:
+        issue = ConfigIssue("--mass-g", "what is lifted has to be known", "weigh the object, and tell its mass")
+        raise ConfigError("the command", [issue])
+
+
+def _take(cycle: Cycle, loads: dict[str, dict[str, list[ContactLoad]]]) -> None:
+    for finger in cycle.fingers:
+        load = finger.observation.load
+        if cycle.stage in loads and load is not None:
+            loads[cycle.stage].setdefault(finger.finger, []).append(load)
+
+
+def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, before_kpa_mm: float) -> GripCalibration:
+    fingers = [name for name, seen in loads[CARRIED].items() if len(seen) >= LEAST_FRAMES]
+    fingers = [name for name in fingers if len(loads[BEFORE].get(name, ())) >= LEAST_FRAMES]
+    if not fingers:
+        raise DataError(
+            f"fewer than {LEAST_FRAMES} frames showed the load before the lift or while the object hung (raise "
+            "task.settle_s and task.hold_s; is the reference of the gel without contact?)"
+        )
+    # Two fingers carry the weight; one that has no sensor carries half of it.
+    carried_n = weight_n * min(len(fingers), FINGERS) / FINGERS
+    forces = {name: _forces(loads[BEFORE][name], loads[CARRIED][name]) for name in fingers}
+    count = min(map(len, forces.values()))
+    sums = [sum(each[at] for each in forces.values()) for at in range(count)]
+    still = sum(stdev(load.shear_n[1] for load in loads[BEFORE][name]) for name in fingers)
+    if fmean(sums) < LEAST_RATIO * still or fmean(sums) <= 0:
+        raise DataError("the gel shows no load while the object hangs (did it hang? take a heavier one)")
+    if stdev(sums) > STEADY * fmean(sums):
+        raise DataError(
+            f"the load scatters by {stdev(sums) / fmean(sums):.0%} while the object hangs: did it slip or swing? "
+            "(grip more firmly: raise task.first_squeeze_m)"
+        )
+    scale = carried_n / fmean(sums)
+    shares = {name: fmean(each) * scale / weight_n for name, each in forces.items()}
+    std = before_kpa_mm * scale * stdev(sums) / fmean(sums)
+    return GripCalibration(weight_n, before_kpa_mm * scale, std, before_kpa_mm, shares, count)
+
+
+def _forces(before: list[ContactLoad], carried: list[ContactLoad]) -> list[float]:
+    """Return the force (N) in each frame of the second, since the last half of the first, which has settled."""
+    settled = before[len(before) // 2 :]
+    x, y = (fmean(load.shear_n[axis] for load in settled) for axis in (0, 1))
+    return [math.hypot(load.shear_n[0] - x, load.shear_n[1] - y) for load in carried]

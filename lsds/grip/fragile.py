@@ -1,0 +1,31 @@
+"""How far a fragile object may be squeezed: by the normal force that its imprint tells, or by the hardest object's."""
+
+from __future__ import annotations
+
+import math
+
+STIFFEST_N_M = 2350.0
+"""Normal force over squeeze of the hardest object (simulated: 1700 to 2350 for flat faces, less for round ones)."""
+LEAST_FRICTION = 0.3
+"""No gel slides more easily: what slides at a load is pressed with at most the load over this."""
+SAFE = 0.85
+"""Share of what the object stands that is used: imprint and ticks are not exact."""
+STEEPNESS = 1.3
+"""Normal force of a round object grows with this power of the squeeze."""
+
+
+def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float) -> float:
+    """Return the greatest squeeze (m) with at most `fragile_n` of normal force.
+
+    `squeeze_m` is that of now and `normal_n` what is measured at it, NaN if nothing is; `limit_n_m` the friction limit
+    (load over squeeze), NaN if not known.
+    """
+    if not math.isfinite(fragile_n):
+        return math.inf
+    force_n = normal_n
+    if not math.isfinite(force_n):
+        force_n = STIFFEST_N_M * squeeze_m
+        if limit_n_m > 0:
+            force_n = min(force_n, limit_n_m / LEAST_FRICTION * squeeze_m)
+    share = SAFE * fragile_n / max(force_n, 1e-6)
+    return squeeze_m * (share ** (1 / STEEPNESS) if share > 1 else share)

@@ -1,0 +1,60 @@
+"""Work on a cluster: a local one of two workers gives the figures that this machine gives."""
+
+from __future__ import annotations
+
+import json
+import sys
+import types
+
+import pytest
+from lsds_research.cluster import shared_out
+
+from lsds.cli.main import main
+from lsds.errors import DataError, MissingExtra
+
+LIFT = ["evaluate", "grip", "--controller", "margin", "--object", "pvc-pipe", "--squeeze-mm", "1.0"]
+LIFT += ["--speed", "0.08", "--speed", "0.06"]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_two_dask_workers_find_what_this_machine_finds(tmp_path, installed_host):
+    distributed = pytest.importorskip("distributed")
+    figures = []
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, scheduler_port=0
+    ) as cluster:
+        for place in ([], ["--cluster", cluster.scheduler_address]):
+            told = tmp_path / f"{len(place)}.json"
+            assert main([*LIFT, "--jobs", "1", *place, "--json", str(told)]) == 0
+            figures.append(sorted(json.loads(told.read_text())["runs"], key=lambda run: run["speed_m_s"]))
+    assert len(figures[0]) == 2
+    assert figures[0] == figures[1]
+
+
+def test_ray_is_joined_and_left(monkeypatch):
+    """Ray itself is large: a stand-in shows what is asked of it."""
+    joblib = pytest.importorskip("joblib")
+    told = []
+    ray = types.ModuleType("ray")
+    ray.init = lambda **options: told.append(options["address"])
+    ray.shutdown = lambda: told.append("left")
+    util, own = types.ModuleType("ray.util"), types.ModuleType("ray.util.joblib")
+    own.register_ray = lambda: joblib.register_parallel_backend("ray", joblib._parallel_backends.ThreadingBackend)
+    for name, module in (("ray", ray), ("ray.util", util), ("ray.util.joblib", own)):
+        module.__spec__ = types.SimpleNamespace(name=name)
+        monkeypatch.setitem(sys.modules, name, module)
+    assert sorted(shared_out(abs, [-1, 2, -3], 1, "ray://head:10001")) == [(-3, 3), (-1, 1), (2, 2)]
+    assert told == ["ray://head:10001", "left"]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_cluster_that_is_none_is_one_line():
+    pytest.importorskip("distributed")
+    with pytest.raises(DataError, match="name tcp://HOST:PORT"):
+        list(shared_out(abs, [1], 1, "moon"))
+
+
+def test_a_missing_library_names_its_extra(monkeypatch):
+    monkeypatch.setattr("lsds.extras.importable", lambda name: False)
+    with pytest.raises(MissingExtra, match=r"lsds\[cluster\]"):
+        list(shared_out(abs, [1], 1, "tcp://host:1"))
