@@ -62,6 +62,14 @@ _STUDIES = (
         "controllers on objects that nobody described: grip over needed, slip, drops",
     ),
     (
+        "loop",
+        "studies.loop.study:LoopStudy",
+        "studies.loop.options:LoopOptions",
+        ("numba",),
+        "sim",
+        "whole configurations: computing time of a frame against slip and steady grip",
+    ),
+    (
         "learning",
         "studies.models.curve:LearningStudy",
         "studies.models.options:LearningOptions",
@@ -144,6 +152,7 @@ _COMMANDS = (
         "Fit a detector or an estimator and write its ONNX model.",
     ),
     ("evaluate", ("pyarrow",), "data", "Score models on unseen data, such as real recordings."),
+    ("choose", ("numba",), "sim", "Print the cheapest rig file that slips and grips no more than asked for."),
     ("label", (), "plot", "Label slip in recordings by eye, frame by frame."),
     (
         "reproduce",

@@ -24,7 +24,7 @@ class GripOptions(BaseModel):
       lsds evaluate grip --quick
       lsds evaluate grip --controller margin --controller pd --out runs.jsonl --plot grip.png
       lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
-      lsds evaluate grip --controller margin --probe --set gripper.mock-hand-e.latency_ms=200
+      lsds evaluate grip --controller margin --probe --with gripper.mock-hand-e.latency_ms=200
       lsds evaluate grip --cluster tcp://10.0.0.5:8786
     """
 
@@ -76,7 +76,7 @@ class GripOptions(BaseModel):
     settings: list[str] = Field(
         default=[],
         description="one more config key of every run",
-        json_schema_extra={"flag": "--set", "metavar": "KEY=VALUE"},
+        json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"},
     )
     out: str = Field(
         default="",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
@@ -19,6 +18,7 @@ from lsds.processes import DIED
 from lsds_research.chosen import chosen
 from lsds_research.cluster import shared_out
 from lsds_research.collecting.objects import PLANS
+from lsds_research.studies.grip.kept import keep, read_kept
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
@@ -33,9 +33,9 @@ FRICTION = 0.55
 """Static friction of the catalogue's middle, to tell an object's weight from the force it needs."""
 EXPLAINED = (
     "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
-    f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs whose "
-    "grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that did not "
-    "slip when the load changed"
+    f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs "
+    "whose grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that "
+    "did not slip when the load changed"
 )
 _COLUMNS = (
     ("controller", "controller", ""),
@@ -70,7 +70,7 @@ class GripStudy:
         options = self._options
         planned = _planned(options, self._seed)
         kept = Path(options.out) if options.out else None
-        known = _read(kept)
+        known = read_kept(kept)
         rows = [known[each.key] for each in planned if each.key in known]
         missing = [each for each in planned if each.key not in known]
         failures: dict[str, str] = {}
@@ -78,7 +78,7 @@ class GripStudy:
         for done, (what, result) in enumerate(shared, start=len(rows) + 1):
             if isinstance(result, dict):
                 rows.append(result)
-                _keep(kept, what.key, result)
+                keep(kept, what.key, result)
             else:
                 failures[what.key] = result or DIED
             tick(done, len(planned))
@@ -169,32 +169,3 @@ def _mean(values: Sequence[bool]) -> float | None:
 def _quantile(rows: Sequence[Row], name: str, share: float) -> float | None:
     values = [row[name] for row in rows if row[name] is not None]
     return float(np.quantile(values, share)) if values else None
-
-
-def _read(path: Path | None) -> dict[str, Row]:
-    """Return the runs that are kept already. Raises DataError for a file that is no such list."""
-    if path is None or not path.exists():
-        return {}
-    found: dict[str, Row] = {}
-    lines = path.read_text(encoding="utf-8").splitlines()
-    for number, line in enumerate(lines, start=1):
-        try:
-            item = json.loads(line)
-            found[item["key"]] = item["run"]
-        except (json.JSONDecodeError, TypeError, KeyError) as error:
-            # A run that was cut off while it was written is the last line.
-            if number == len(lines):
-                break
-            raise DataError(f"{path}, line {number}: no run of lsds evaluate grip (choose another file)") from error
-    return found
-
-
-def _keep(path: Path | None, key: str, row: Row) -> None:
-    if path is None:
-        return
-    try:
-        text = path.read_text(encoding="utf-8") if path.exists() else ""
-        with path.open("a", encoding="utf-8") as file:
-            file.write(("\n" if text and not text.endswith("\n") else "") + json.dumps({"key": key, "run": row}) + "\n")
-    except OSError as error:
-        raise DataError(f"{path}: cannot be written: {error}") from error

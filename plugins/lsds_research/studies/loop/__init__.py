@@ -1,0 +1,1 @@
+"""Study `loop`: whole configurations, computing time against slip and grip."""

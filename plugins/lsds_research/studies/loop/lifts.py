@@ -1,0 +1,95 @@
+"""The lifts of whole configurations, and what each configuration comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from lsds.config.toml import value_text
+from lsds.errors import DataError
+from lsds_research.collecting.objects import PLANS
+from lsds_research.studies.grip.lift import Lift
+
+if TYPE_CHECKING:
+    from lsds_research.studies.loop.options import LoopOptions
+
+    Row = dict[str, Any]
+
+SPEED_M_S = 0.038
+MET_MM = 0.05
+
+
+class Configuration(NamedTuple):
+    """Backends of a rig, by kind."""
+
+    tracker: str
+    detector: str
+    estimator: str
+    controller: str
+
+    def __str__(self) -> str:
+        return f"{self.tracker} {self.detector}+{self.estimator} {self.controller}"
+
+    def settings(self) -> tuple[str, ...]:
+        """Return the config's keys, without the controller's."""
+        kinds = {"tracker": self.tracker, "detector": self.detector, "estimator": self.estimator}
+        return tuple(f"{kind}.backend={value_text(name)}" for kind, name in kinds.items())
+
+
+def configurations(options: LoopOptions) -> list[Configuration]:
+    """Return what is compared. Raises DataError for brains that are no pair."""
+    pairs = [each.partition("+") for each in options.brains]
+    if wrong := ["".join(pair) for pair in pairs if not all(pair) or "+" in pair[2]]:
+        raise DataError(f"brains {', '.join(wrong)}: write DETECTOR+ESTIMATOR, such as fused+fused")
+    trackers = options.trackers[:1] if options.quick else options.trackers
+    return [
+        Configuration(who, eye, gauge, law)
+        for who, (eye, _, gauge), law in product(trackers, pairs, options.controllers)
+    ]
+
+
+def planned(options: LoopOptions, seed: int) -> Iterator[tuple[Configuration, Lift]]:
+    """Yield each lift with its configuration. Raises DataError for an unknown object."""
+    if unknown := [name for name in options.objects if name not in PLANS]:
+        raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
+    objects = options.objects[::2] if options.quick else options.objects
+    squeezes = options.squeezes_mm[:1] if options.quick else options.squeezes_mm
+    for each, name, squeeze in product(configurations(options), objects, squeezes):
+        settings = each.settings()
+        yield each, Lift(each.controller, name, squeeze, SPEED_M_S, 1.0, "none", seed + 1, 0.0, settings=settings)
+
+
+def summarized(each: Configuration, rows: Sequence[Row]) -> Row:
+    """Return the row of a configuration: medians over its lifts, slip and grip of those that slipped."""
+    met = [row for row in rows if row["slip_mm"] > MET_MM] or rows
+    return {
+        "configuration": str(each),
+        **each._asdict(),
+        "runs": len(rows),
+        "held": float(np.mean([row["held"] for row in rows])),
+        "frame_us": _median(rows, "frame_us"),
+        "cost": _median(rows, "cost"),
+        "slip_mm": _median(met, "slip_mm"),
+        "steady": _median([row for row in met if row["steady_over_needed"] is not None], "steady_over_needed"),
+        "steady_all": _median([row for row in rows if row["steady_over_needed"] is not None], "steady_over_needed"),
+    }
+
+
+def _median(rows: Sequence[Row], name: str) -> float | None:
+    return float(np.median([row[name] for row in rows])) if rows else None
+
+
+def mark_front(rows: Sequence[Row]) -> None:
+    """Mark the rows that no other one beats in time, slip and steady grip at once; one that drops is on no front."""
+    for row in rows:
+        row["front"] = row["held"] == 1 and not any(_beats(other, row) for other in rows)
+
+
+def _beats(other: Row, row: Row) -> bool:
+    if other["held"] < 1 or other["steady"] is None:
+        return False
+    names = ("frame_us", "slip_mm", "steady")
+    return all(other[n] <= row[n] for n in names) and any(other[n] < row[n] for n in names)

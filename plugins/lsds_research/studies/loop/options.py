@@ -1,0 +1,72 @@
+"""Options of the study `loop`."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.cli.threads import processes
+
+OBJECTS = ("pvc-pipe", "can", "battery", "book", "candle", "scissors")
+BRAINS = (
+    "threshold+field",
+    "rigid-residual+field",
+    "monotone+field",
+    "field-mlp+field-gru",
+    "imprint+imprint",
+    "fused+fused",
+)
+
+
+class LoopOptions(BaseModel):
+    """Whole configurations: computing time of a frame against slip distance and steady grip.
+
+    A configuration is a tracker, a detector and an estimator ("brains"; some see the object's imprint, some the dots
+    only), and a controller. Each lifts every object; slip and grip are simulated, the time is this machine's. Those
+    that no other beats are on the front: cheaper, less slip and less grip at once.
+
+    \b
+    Examples:
+      lsds chart loop --quick
+      lsds chart loop --tracker lk --controller margin --out loop.jsonl
+      lsds choose --max-slip 5mm --max-grip 1.5 --budget 1ms --runs loop.jsonl
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    trackers: list[str] = Field(
+        default=["lk", "centroid"],
+        min_length=1,
+        description="tracker",
+        json_schema_extra={"flag": "--tracker", "metavar": "NAME"},
+    )
+    brains: list[str] = Field(
+        default=[*BRAINS],
+        min_length=1,
+        description="detector and estimator",
+        json_schema_extra={"flag": "--brains", "metavar": "DETECTOR+ESTIMATOR"},
+    )
+    controllers: list[str] = Field(
+        default=["margin", "pd"],
+        min_length=1,
+        description="controller",
+        json_schema_extra={"flag": "--controller", "metavar": "NAME"},
+    )
+    objects: list[str] = Field(
+        default=[*OBJECTS],
+        min_length=1,
+        description="object of the catalogue that is lifted",
+        json_schema_extra={"flag": "--object", "metavar": "NAME"},
+    )
+    squeezes_mm: list[float] = Field(
+        default=[0.7, 1.4],
+        min_length=1,
+        description="first squeeze beyond the touch, mm",
+        json_schema_extra={"flag": "--squeeze-mm", "metavar": "MM"},
+    )
+    out: str = Field(
+        default="",
+        description="keep each run in this file (JSON lines); the same command goes on where it ended",
+        json_schema_extra={"metavar": "FILE"},
+    )
+    quick: bool = Field(default=False, description="one tracker, every other object, one squeeze")
+    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")

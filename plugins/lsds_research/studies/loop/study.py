@@ -1,0 +1,87 @@
+"""Study `loop`: whole configurations, computing time of a frame against slip and steady grip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult
+from lsds.errors import DataError
+from lsds.plugins.host import PluginHost
+from lsds.processes import DIED, spread
+from lsds_research.chosen import chosen
+from lsds_research.studies.grip.kept import keep, read_kept
+from lsds_research.studies.grip.lift import lift
+from lsds_research.studies.loop.lifts import configurations, mark_front, planned, summarized
+from lsds_research.studies.loop.options import LoopOptions
+from lsds_research.studies.loop.plot import plot_loop
+
+if TYPE_CHECKING:
+    Row = dict[str, Any]
+
+_COLUMNS = (
+    ("configuration", "tracker detector+estimator controller", ""),
+    ("runs", "runs", "d"),
+    ("held", "held", ".2f"),
+    ("frame_us", "image to command, us", ".0f"),
+    ("cost", "CPU s per simulated s", ".2f"),
+    ("slip_mm", "slip, mm", ".2f"),
+    ("steady", "steady/needed", ".2f"),
+    ("steady_all", "of all", ".2f"),
+    ("front", "front", ""),
+)
+
+
+class LoopStudy:
+    """A `Study`."""
+
+    def __init__(self, options: LoopOptions, context: BuildContext) -> None:
+        self._options, self._seed = options, context.seed
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown backend."""
+        rows, runs, failures = measured(self._options, self._seed, tick)
+        rows.sort(key=lambda row: row["frame_us"])
+        return StudyResult(
+            "whole configurations: computing time, slip and grip (slip and grip simulated)",
+            _COLUMNS,
+            [{**row, "front": "*" if row["front"] else ""} for row in rows],
+            partial(plot_loop, rows=rows),
+            ["slip, steady: medians over the lifts that slipped; of all: over all lifts; front: no other one beats it"],
+            {"configurations": rows, "runs": runs, "failures": failures, "figures_are": "simulated"},
+            warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
+        )
+
+
+def measured(
+    options: LoopOptions, seed: int, tick: Callable[[int, int], None]
+) -> tuple[list[Row], list[Row], dict[str, str]]:
+    """Return a row for each configuration, one for each lift, and the lifts that failed. Raises as `run` does."""
+    host = PluginHost()
+    for each in configurations(options):
+        for kind, name in each._asdict().items():
+            chosen(host, kind, [name])
+    lifts = list(planned(options, seed))
+    kept = Path(options.out) if options.out else None
+    known = read_kept(kept)
+    missing = [what for _, what in lifts if what.key not in known]
+    failures: dict[str, str] = {}
+    for done, (what, result) in enumerate(spread(lift, missing, options.jobs), start=len(lifts) - len(missing) + 1):
+        if isinstance(result, dict):
+            known[what.key] = result
+            keep(kept, what.key, result)
+        else:
+            failures[what.key] = result or DIED
+        tick(done, len(lifts))
+    rows = []
+    for each in configurations(options):
+        own = [known[what.key] for of, what in lifts if of == each and what.key in known]
+        if own:
+            rows.append(summarized(each, own))
+    if not rows:
+        raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
+    mark_front(rows)
+    return rows, [known[what.key] for _, what in lifts if what.key in known], failures

@@ -1,0 +1,94 @@
+"""`lsds chart loop` and `lsds choose`: whole configurations, their front, and the cheapest that will do."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lsds_research.studies.loop.lifts import Configuration, mark_front, summarized
+
+from lsds.cli.main import main
+from lsds.config import load_config
+
+pytestmark = pytest.mark.usefixtures("installed_host")
+FEW = ["--tracker", "lk", "--brains", "threshold+field", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--jobs", "1"]
+
+
+@pytest.fixture
+def told(capsys):
+    """Runs a command; returns its exit code, what it prints, and its errors."""
+
+    def call(*arguments):
+        try:
+            code = main([*arguments])
+        except SystemExit as ended:
+            code = ended.code
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return call
+
+
+def lifts(*cases):
+    names = ("held", "frame_us", "cost", "slip_mm", "steady_over_needed")
+    return [dict(zip(names, case, strict=True)) for case in cases]
+
+
+def test_a_row_is_of_the_lifts_that_slipped():
+    rows = lifts((True, 900.0, 0.1, 0.0, 5.0), (True, 1100.0, 0.1, 2.0, 1.4), (True, 1000.0, 0.1, 4.0, 1.6))
+    row = summarized(Configuration("lk", "a", "b", "margin"), rows)
+    assert (row["frame_us"], row["slip_mm"], row["steady"], row["steady_all"]) == (1000.0, 3.0, 1.5, 1.6)
+    assert row["configuration"] == "lk a+b margin"
+
+
+@given(st.lists(st.tuples(st.booleans(), *[st.integers(1, 4)] * 3), min_size=1, max_size=12))
+def test_what_is_on_the_front_is_beaten_by_none_and_everything_else_is(points):
+    rows = [
+        {"held": float(held), "frame_us": time, "slip_mm": slip, "steady": grip} for held, time, slip, grip in points
+    ]
+    mark_front(rows)
+    names = ("frame_us", "slip_mm", "steady")
+    for row in rows:
+        better = [
+            o for o in rows if o["held"] and all(o[n] <= row[n] for n in names) and any(o[n] < row[n] for n in names)
+        ]
+        assert row["front"] == (row["held"] == 1 and not better)
+
+
+def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(told, tmp_path, monkeypatch):
+    runs, picture, rig = tmp_path / "loop.jsonl", tmp_path / "loop.png", tmp_path / "rig.toml"
+    code, out, err = told("chart", "loop", *FEW, "--out", str(runs), "--plot", str(picture), "--json", "-")
+    assert code == 0, err
+    rows = json.loads(out[out.index("{") :])["configurations"]
+    assert {row["controller"] for row in rows} == {"margin", "pd"}
+    assert any(row["front"] for row in rows)
+    assert picture.stat().st_size > 5000
+
+    few = {"trackers": ["lk"], "brains": ["threshold+field"], "objects": ["pvc-pipe"], "squeezes_mm": [1.0]}
+    from lsds_research.studies.loop import options
+
+    whole = options.LoopOptions
+    monkeypatch.setattr(options, "LoopOptions", lambda **own: whole(**few, **own))
+    code, out, err = told("choose", "--max-slip", "60mm", "--runs", str(runs), "--out", str(rig))
+    assert code == 0, err
+    assert out == rig.read_text()
+    assert load_config(rig).section("detector").backend == "threshold"
+    code, out, err = told("choose", "--max-slip", "1um", "--max-grip", "1.0", "--runs", str(runs))
+    assert code == 1
+    assert out == ""
+    assert "no configuration does it; nearest: lk threshold+field" in err
+
+
+@pytest.mark.parametrize("wrong", ["5", "5kg", "mm", "-1mm"])
+def test_a_limit_without_a_unit_is_refused(told, wrong):
+    code, _, err = told("choose", f"--max-slip={wrong}")
+    assert code == 2
+    assert "mm" in err
+
+
+def test_brains_that_are_no_pair_are_one_line(told):
+    code, _, err = told("chart", "loop", "--brains", "fused", "--no-plot")
+    assert code != 0
+    assert "write DETECTOR+ESTIMATOR" in err
