@@ -17,6 +17,7 @@ from lsds.clock import nanoseconds
 from lsds.contracts import Contact, Grip
 from lsds.errors import SafetyStop
 from lsds.grip.fragile import STIFFEST_N_M, allowed_squeeze_m
+from lsds.grip.place import edge_of
 from lsds.grip.touch import TouchFinder
 
 if TYPE_CHECKING:
@@ -166,6 +167,12 @@ class TouchGrasp:
             raise SafetyStop(
                 f"task: finger {', '.join(apart)} does not touch the object, the others do (is it between the pads?)"
             )
+        for finger in now.fingers:
+            if edge := edge_of(finger.observation.contact):
+                raise SafetyStop(
+                    f"task: finger {finger.finger} touches the object at the {edge} edge of its pad only "
+                    "(move the gripper so that the pads' centres meet it)"
+                )
         self.touch_m = self._finder.touch_m
         return not self._squeezes_on(now)
 

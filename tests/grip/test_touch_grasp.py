@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from lsds_research.collecting.objects import PLANS
 
-from lsds.contracts import Contact, GripperSpec, GripperState, Setting, Situation, Wanted
+from lsds.contracts import Contact, ContactPatch, GripperSpec, GripperState, Setting, Situation, Wanted
 from lsds.errors import SafetyStop
 from lsds.jobs.grasp import Grasp, begin_grasp
 from lsds.jobs.touch import TouchGrasp
@@ -129,6 +132,17 @@ def test_a_finger_without_touch_is_named():
     grasp = squeezing(touching=True, apart=("right",))
     with pytest.raises(SafetyStop, match="finger right does not touch"):
         grasp.step(situation(100, 0.019, moving=False))
+
+
+def test_a_contact_at_the_edge_of_a_pad_is_said():
+    depth = np.zeros((30, 40), np.float32)
+    depth[10:20, 34:] = 3e-4
+    seen = SimpleNamespace(
+        finger="left", frame=None, observation=SimpleNamespace(contact=ContactPatch(depth, 5e-5, 0.05), load=None)
+    )
+    grasp = squeezing(touching=True)
+    with pytest.raises(SafetyStop, match="finger left touches the object at the right edge of its pad only"):
+        grasp.step(replace(situation(100, 0.019, moving=False), fingers=(seen,)))
 
 
 def test_a_touch_that_was_light_only_is_no_grasp():

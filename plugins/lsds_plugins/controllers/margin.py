@@ -182,7 +182,8 @@ class MarginController:
         if not wanted > state.aperture_m:
             self._opened_to = None
             return self._closed(state, wanted_m, slips=False)
-        doubted |= load.stale or load.greatest_n < LIGHT * self._slipped_n
+        # Found while probing, the object stands on its support, which carries a part of it.
+        doubted |= state.probes or load.stale or load.greatest_n < LIGHT * self._slipped_n
         return None if doubted else self._opened(state, wanted, self._options.release_m_s)
 
     def _gives_way(self) -> bool:

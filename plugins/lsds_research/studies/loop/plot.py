@@ -14,6 +14,8 @@ _COLOURS = {"margin": "tab:blue", "pd": "tab:orange"}
 
 def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     """Write the chart: each configuration a point; those that no other one beats are joined and named."""
+    from matplotlib.ticker import LogLocator
+
     figure = new_figure(11.5, 5.2)
     panels = figure.subplots(1, 2, squeeze=False)[0]
     for panel, (name, label) in zip(panels, _PANELS, strict=True):
@@ -47,6 +49,7 @@ def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
         panel.set_xscale("log")
         panel.set_yscale("log")
         for axis in (panel.xaxis, panel.yaxis):
+            axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter("{x:g}")
         panel.tick_params(which="both", labelsize=7)

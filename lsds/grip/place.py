@@ -1,0 +1,42 @@
+"""Where on the pad the contact is: one at the edge carries little, turns easily, and is seen in part only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lsds.contracts import ContactPatch
+
+LEAST_SHARE = 0.02
+"""A contact on a smaller share of the pad may be relief or noise: nothing is told."""
+EDGE = 0.3
+"""A contact whose centre is farther from the pad's than this share of its width or height is at the edge."""
+
+
+def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
+    """Return how far the contact's centre of depth is right of and below the pad's, as shares of width and height.
+
+    (0, 0) where the imprint does not tell, as of a flat face that covers the pad.
+    """
+    if contact is None or contact.area_fraction < LEAST_SHARE:
+        return 0.0, 0.0
+    depth = np.clip(contact.depth_m - contact.threshold_m, 0.0, None)
+    total = float(depth.sum())
+    if not total > 0:
+        return 0.0, 0.0
+    rows, columns = depth.shape
+    x = float(depth.sum(axis=0) @ np.linspace(-0.5, 0.5, columns)) / total
+    y = float(depth.sum(axis=1) @ np.linspace(-0.5, 0.5, rows)) / total
+    return x, y
+
+
+def edge_of(contact: ContactPatch | None) -> str:
+    """Return which edge of the pad the contact is at: "right", "left", "lower" or "upper"; empty for none."""
+    x, y = off_centre(contact)
+    if max(abs(x), abs(y)) <= EDGE:
+        return ""
+    if abs(x) >= abs(y):
+        return "right" if x > 0 else "left"
+    return "lower" if y > 0 else "upper"

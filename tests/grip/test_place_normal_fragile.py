@@ -1,0 +1,83 @@
+"""Where the contact is, how hard it is pressed, and how far a fragile object may be squeezed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lsds.contracts import ContactPatch
+from lsds.grip.fragile import SAFE, STIFFEST_N_M, allowed_squeeze_m
+from lsds.grip.normal import normal_force_of
+from lsds.grip.place import edge_of, off_centre
+
+PAD_M2 = 3e-4
+positive = st.floats(1e-4, 50)
+
+
+def bump(x=0.0, y=0.0, radius=0.12, depth_m=4e-4):
+    """A round dent at a place of the pad, in shares of width and height from its centre."""
+    rows, columns = np.mgrid[0:30, 0:40]
+    away = np.hypot(columns / 39 - 0.5 - x, 0.75 * (rows / 29 - 0.5 - y))
+    depth = (depth_m * np.clip(1 - (away / radius) ** 2, 0, None)).astype(np.float32)
+    return ContactPatch(depth, 5e-5, float(np.mean(depth > 5e-5)))
+
+
+@pytest.mark.parametrize(
+    ("at", "edge"),
+    [
+        ((0, 0), ""),
+        ((0.2, 0.1), ""),
+        ((0.4, 0), "right"),
+        ((-0.4, 0.1), "left"),
+        ((0, 0.4), "lower"),
+        ((0, -0.4), "upper"),
+    ],
+)
+def test_a_contact_at_the_edge_is_named(at, edge):
+    assert edge_of(bump(*at)) == edge
+
+
+def test_nothing_is_told_without_an_imprint():
+    assert off_centre(None) == (0, 0)
+    assert off_centre(ContactPatch(np.zeros((30, 40), np.float32), 5e-5, 0.0)) == (0, 0)
+    assert normal_force_of(None, PAD_M2) is None
+    assert normal_force_of(ContactPatch(np.full((30, 40), 4e-5, np.float32), 5e-5, 0.0), PAD_M2) is None
+
+
+def test_a_soft_object_that_shows_little_of_itself_tells_nothing():
+    depth = np.full((30, 40), 4.9e-5, np.float32)
+    depth[:7, :7] = 1e-4
+    assert normal_force_of(ContactPatch(depth, 5e-5, 49 / 1200), PAD_M2) is None
+
+
+@given(st.floats(0.17, 0.3), st.floats(2e-4, 8e-4), st.floats(1.1, 2))
+def test_a_deeper_imprint_is_pressed_harder(radius, depth_m, more):
+    before, after = (normal_force_of(bump(radius=radius, depth_m=each), PAD_M2) for each in (depth_m, more * depth_m))
+    assert before is not None
+    assert after is not None
+    assert after[0] > before[0] > 0
+    assert 0 < before[1] < before[0]
+
+
+def test_without_a_limit_everything_is_allowed():
+    assert allowed_squeeze_m(math.inf, 1e-3, 2.0, 1000.0) == math.inf
+
+
+@given(positive, st.floats(1e-4, 5e-3), positive)
+def test_what_is_measured_stays_below_what_the_object_stands(fragile, squeeze, normal):
+    allowed = allowed_squeeze_m(fragile, squeeze, normal, math.nan)
+    # The force grows at most with the power that is reckoned with.
+    force = normal * (allowed / squeeze) ** (1.3 if allowed > squeeze else 1.0)
+    assert force == pytest.approx(SAFE * fragile, rel=1e-6)
+
+
+@given(positive, st.floats(1e-4, 5e-3))
+def test_what_is_not_measured_is_taken_for_the_hardest(fragile, squeeze):
+    hard = allowed_squeeze_m(fragile, squeeze, math.nan, math.nan)
+    assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * STIFFEST_N_M * squeeze, math.nan)
+    # What slid at a small load was pressed gently.
+    assert allowed_squeeze_m(fragile, squeeze, math.nan, 10.0) >= hard

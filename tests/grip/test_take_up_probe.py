@@ -1,0 +1,144 @@
+"""Taking up the load, and looking for the least grip: when they are over, and what the controller does meanwhile."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from lsds_plugins.controllers.margin import MarginController, MarginOptions
+
+from lsds.clock import VirtualClock
+from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripInput, GripperState, Situation
+from lsds.jobs.probe import Probe
+from lsds.jobs.take_up import TakeUp
+from lsds.session.run import run
+
+MS = 1_000_000
+TICK_M = 50e-3 / 225
+
+
+def seen(t_ms, load_n, *, slip=False, aperture_m=0.02):
+    load = None if load_n is None else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001)
+    cycle = SimpleNamespace(
+        t_ns=t_ms * MS, detection=SimpleNamespace(slip=slip), observation=SimpleNamespace(load=load)
+    )
+    state = GripperState(t_ms * MS, 0, aperture_m, 0.0, moving=False)
+    return Situation(t_ms * MS, cycle=cycle, gripper=state)
+
+
+def until_over(load_of, slips=lambda t_ms: False, zero=None):
+    take_up = TakeUp(0, zero)
+    for t_ms in range(0, 10_000, 40):
+        if take_up.step(seen(t_ms, load_of(t_ms), slip=slips(t_ms))):
+            return t_ms
+    return None
+
+
+def test_it_is_taken_up_when_the_load_does_not_grow_any_more():
+    assert 800 <= until_over(lambda t_ms: min(t_ms / 600, 1.0)) <= 1100
+
+
+def test_nothing_is_taken_up_before_anything_pulls():
+    assert until_over(lambda t_ms: 0.0) > 2900
+    assert 1800 < until_over(lambda t_ms: 0.0 if t_ms < 1600 else 1.0) < 2300
+
+
+def test_what_slips_is_not_lifted_faster():
+    assert until_over(lambda t_ms: 1.0 if t_ms else 0.0, slips=lambda t_ms: 100 < t_ms < 6000) > 6200
+
+
+def test_what_hangs_already_is_known_by_the_load_before():
+    before = ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001)
+    assert until_over(lambda t_ms: 1.0, zero=before) < 600
+
+
+def test_probing_is_over_when_the_fingers_rest():
+    probe = Probe(0)
+    assert not any(probe.step(seen(t, 1.0, aperture_m=0.02 + 1e-6 * t)) for t in range(0, 3000, 40))
+    assert [probe.step(seen(t, 1.0, aperture_m=0.023)) for t in range(3000, 4000, 40)].index(True) * 40 > 700
+    probe = Probe(0)
+    moving = [probe.step(seen(t, 1.0, aperture_m=0.02 + 1e-6 * t)) for t in range(0, 20_000, 100)]
+    assert moving.index(True) == 101
+
+
+class Hanging:
+    """An object of 1 N a finger that slips below 1 mm of squeeze; commands are carried out at once, in ticks."""
+
+    def __init__(self, squeeze_mm, **options):
+        self.controller = MarginController(MarginOptions(**options), BuildContext(VirtualClock(), 0))
+        self.aperture_m, self.t_ns, self.stands = 0.025 - squeeze_mm * 1e-3, 0, False
+
+    @property
+    def squeeze_mm(self):
+        return (0.025 - self.aperture_m) * 1e3
+
+    def frame(self, load_n, **more):
+        self.t_ns += 40 * MS
+        load = ContactLoad((0.0, load_n), 0.0, 0.01, 0.001, more.pop("normal_n", float("nan")))
+        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(load=load))
+        aperture = self.aperture_m
+        asked = GripInput(
+            self.t_ns, 0.04, Detection(False, 0.0, 0.5, 1.0), ABSTAINED, aperture, aperture, (finger,), 0.025, aperture,
+            **{"resolution_m": TICK_M, **more},
+        )  # fmt: skip
+        if (wanted := self.controller.update(asked)) is not None:
+            self.aperture_m = round(wanted / TICK_M) * TICK_M
+
+    def probe(self, frames=200):
+        self.frame(0.0)
+        for _ in range(frames):
+            self.stands |= self.squeeze_mm < 1.0
+            self.frame(0.8 if self.stands else 1.0, probes=True)
+
+
+def test_probing_opens_until_the_load_gives_way_and_closes_to_the_margin():
+    hanging = Hanging(3.0)
+    hanging.probe()
+    assert hanging.stands
+    assert 1.05 < hanging.squeeze_mm < 1.5
+
+
+def test_without_probing_nothing_opens():
+    hanging = Hanging(3.0)
+    hanging.frame(0.0)
+    for _ in range(100):
+        hanging.frame(1.0)
+    assert hanging.squeeze_mm == pytest.approx(3.0)
+
+
+def test_probing_that_finds_nothing_gives_what_held_its_margin():
+    hanging = Hanging(0.9)
+    hanging.stands = True
+    hanging.probe()
+    for _ in range(5):
+        hanging.frame(0.8)
+    assert 0.5 < hanging.squeeze_mm < 0.9
+
+
+def test_a_controller_that_never_opens_does_not_probe():
+    hanging = Hanging(3.0, release_m_s=0.0)
+    hanging.probe()
+    assert hanging.squeeze_mm == pytest.approx(3.0)
+
+
+def test_a_fragile_object_is_not_squeezed_beyond_what_it_stands():
+    hanging = Hanging(1.0)
+    hanging.frame(0.0)
+    for _ in range(30):
+        hanging.frame(0.5, fragile_n=2.0, normal_n=1.5)
+    for _ in range(30):
+        hanging.frame(5.0, fragile_n=2.0, normal_n=1.5)
+    assert 1.0 <= hanging.squeeze_mm < 1.2
+
+
+@pytest.mark.parametrize("name", ["battery", "candle"])
+def test_probing_finds_the_least_grip_in_the_cell(name, installed_host):
+    found = {}
+    for probe in (False, True):
+        keys = [f"cell.simulated.object={name}", "task.first_squeeze_m=0.0028", f"task.probe={str(probe).lower()}"]
+        session = run(None, [*keys, "task.lift_s=1.0"])
+        assert session.summary["outcome"] == "held", session.fault
+        found[probe] = session.summary
+    needed = found[True]["required_normal_force_n"]
+    assert found[True]["steady_normal_force_n"] < 1.8 * needed < found[False]["steady_normal_force_n"]
+    assert found[True]["slip_distance_m"] < 2e-3
