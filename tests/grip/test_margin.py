@@ -217,6 +217,13 @@ def test_two_fingers_see_the_same_frame_once():
     assert grip.frame(0.9, slip=False, speed=0.03) == 1.0
 
 
+def test_what_is_in_doubt_in_every_frame_is_certain_after_many():
+    grip = lifted()
+    for _ in range(30):
+        grip.frame(0.9, slip=False, speed=0.008, std=0.005)
+    assert grip.squeeze_mm > 1.0
+
+
 def test_a_doubtful_speed_is_none():
     grip = lifted()
     for _ in range(5):
@@ -247,10 +254,10 @@ def test_it_never_opens_beyond_the_touch_nor_on_a_doubt(frames, touch_m):
 
 
 def test_without_release_it_never_opens():
-    grip = lifted(release_m_s=0.0)
+    grip = slipped(speed=0.1, release_m_s=0.0)
     assert not grip.controller.may_open
-    grip.frame(1.0, True, 0.1)
-    closed = grip.frame(1.0, True, 0.1)
+    closed = grip.squeeze_mm
+    assert closed > 1.5
     assert grip.quiet(1.0, 5.0) == closed
 
 

@@ -13,6 +13,8 @@ open on an abstention, on a doubt, on a failure, or while the load is gone.
 from __future__ import annotations
 
 import math
+from collections import deque
+from statistics import fmean
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -27,6 +29,9 @@ SLOW_M_S = 0.01
 SEEN_M_S, SURE, SURE_S = 0.005, 2.0, 0.03
 """An estimate that is above this speed by so many standard deviations, for so long, is a slip, too: a smooth slide does
 not tremble, and detectors may miss it."""
+LONG_S, SLID_M_S = 0.4, 0.003
+"""A mean speed over so long that is above this by as many standard deviations is one as well: what is in doubt in every
+frame is not in doubt over ten of them."""
 UNTOLD_M = 1.5e-3
 """Squeeze that is taken where the job did not tell the aperture at touch."""
 LEAST_M = 1e-4
@@ -91,6 +96,7 @@ class MarginController:
         self._touch_m = math.nan
         self._quiet_s = 0.0
         self._moves_ns: int | None = None
+        self._speeds: deque[tuple[int, float, float]] = deque()
         self._alarmed_ns: int | None = None
         self._slipped_n = 0.0
         self._steady_ratio = self._steady_m = math.nan
@@ -115,9 +121,11 @@ class MarginController:
         if not math.isfinite(load.now_n):
             return self._caught(state, squeeze_m, 1.0) if slips else None
         if state.probes and self._gives_way():
-            self._limit.slips(load.greatest_n / squeeze_m, sure=True)
+            # It held at the last tick, and does not at this one: the limit is between them.
+            least_m = squeeze_m + state.resolution_m / 2
+            self._limit.slips(load.greatest_n / least_m, sure=True)
             self._slipped_n, self._quiet_s, self._opened_to = load.greatest_n, 0.0, None
-            return self._closed(state, squeeze_m * self._options.margin, slips=True)
+            return self._closed(state, least_m * self._options.margin, slips=True)
         ratio = load.now_n / squeeze_m
         refuted = slips and self._is_refuted(state, ratio)
         if slips and not refuted:
@@ -136,12 +144,25 @@ class MarginController:
     def _is_sure(self, state: GripInput) -> bool:
         """Tell whether the estimator is sure of a speed, for long enough."""
         estimate = state.estimate
+        if estimate.abstained or not math.isfinite(estimate.speed_std_m_s):
+            self._speeds.clear()
+        else:
+            self._speeds.append((state.t_ns, estimate.speed_m_s, estimate.speed_std_m_s))
+        while self._speeds and state.t_ns - self._speeds[0][0] > nanoseconds(LONG_S):
+            self._speeds.popleft()
         moves = not estimate.abstained and estimate.speed_m_s - SURE * estimate.speed_std_m_s > SEEN_M_S
         if not moves:
             self._moves_ns = None
-            return False
+            return self._has_slid()
         self._moves_ns = state.t_ns if self._moves_ns is None else self._moves_ns
         return state.t_ns - self._moves_ns >= nanoseconds(SURE_S)
+
+    def _has_slid(self) -> bool:
+        """Tell whether the speeds of a longer time are certain together."""
+        if not self._speeds or self._speeds[-1][0] - self._speeds[0][0] < nanoseconds(0.8 * LONG_S):
+            return False
+        speed, std = (fmean(each[of] for each in self._speeds) for of in (1, 2))
+        return speed - SURE * std / math.sqrt(len(self._speeds)) > SLID_M_S
 
     def _is_refuted(self, state: GripInput, ratio: float) -> bool:
         """Tell whether an alarm contradicts what was held, while the load is what it was."""
@@ -155,6 +176,8 @@ class MarginController:
         """Close on a slip; `missing` is the load to be carried over what friction carries now."""
         self._quiet_s, self._opened_to = 0.0, None
         self._steady_ratio = math.nan
+        # What was seen before the fingers close says nothing of what follows.
+        self._speeds.clear()
         speed = state.estimate.speed_m_s
         if state.estimate.abstained or not math.isfinite(speed):
             speed = 0.0
