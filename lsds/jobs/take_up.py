@@ -15,6 +15,8 @@ LEAST_S, MOST_S = 0.4, 3.0
 """Least duration, and the greatest while nothing slips."""
 STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
 """The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
+SUSPECTED_M_S = 0.004
+"""While the estimate is above this speed, however uncertain, the object may slide, and is lifted no faster for a time."""
 
 
 class TakeUp:
@@ -47,10 +49,13 @@ class TakeUp:
         if now.cycle.detection.slip:
             self._slipped_ns = now.t_ns
         load = now.cycle.observation.load
-        if load is None or now.cycle.detection.slip:
+        estimate = now.cycle.estimate
+        suspected = not estimate.abstained and estimate.speed_m_s > SUSPECTED_M_S
+        if self.zero is None:
+            self.zero = load
+        if load is None or self.zero is None or suspected or now.cycle.detection.slip:
             self._loads.clear()
             return
-        self.zero = load if self.zero is None else self.zero
         self._loads.append((now.cycle.t_ns, load.since(self.zero).force_n))
         while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
             self._loads.popleft()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -17,10 +18,13 @@ MS = 1_000_000
 TICK_M = 50e-3 / 225
 
 
-def seen(t_ms, load_n, *, slip=False, aperture_m=0.02):
+def seen(t_ms, load_n, *, slip=False, aperture_m=0.02, speed=0.0):
     load = None if load_n is None else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001)
     cycle = SimpleNamespace(
-        t_ns=t_ms * MS, detection=SimpleNamespace(slip=slip), observation=SimpleNamespace(load=load)
+        t_ns=t_ms * MS,
+        detection=SimpleNamespace(slip=slip),
+        estimate=replace(ABSTAINED, abstained=False, speed_m_s=speed),
+        observation=SimpleNamespace(load=load),
     )
     state = GripperState(t_ms * MS, 0, aperture_m, 0.0, moving=False)
     return Situation(t_ms * MS, cycle=cycle, gripper=state)
@@ -45,6 +49,15 @@ def test_nothing_is_taken_up_before_anything_pulls():
 
 def test_what_slips_is_not_lifted_faster():
     assert until_over(lambda t_ms: 1.0 if t_ms else 0.0, slips=lambda t_ms: 100 < t_ms < 6000) > 6200
+
+
+def test_what_may_slide_is_not_lifted_faster_for_a_time():
+    take_up = TakeUp(0)
+    over = [take_up.step(seen(t, min(t / 100, 1.0), speed=0.008 if t < 2000 else 0.0)) for t in range(0, 4000, 40)]
+    assert 2200 <= 40 * over.index(True) < 2600
+    take_up = TakeUp(0)
+    over = [take_up.step(seen(t, min(t / 100, 1.0), speed=0.008)) for t in range(0, 4000, 40)]
+    assert 2900 < 40 * over.index(True) < 3200
 
 
 def test_what_hangs_already_is_known_by_the_load_before():
