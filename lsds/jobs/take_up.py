@@ -16,7 +16,7 @@ LEAST_S, MOST_S = 0.4, 3.0
 STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
 """The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
 SUSPECTED_M_S = 0.004
-"""While the estimate is above this speed, however uncertain, the object may slide, and is lifted no faster for a time."""
+"""While the estimate is above this speed, however uncertain, the object may slide: it is lifted no faster yet."""
 
 
 class TakeUp:
