@@ -71,3 +71,5 @@ class VirtualClock:
 
 perf_ns = time.perf_counter_ns
 """A high-resolution counter in nanoseconds, for measuring computing time only, never for decisions in the loop."""
+cpu_ns = time.process_time_ns
+"""Computing time of this process, ns: other work on the machine does not count."""

@@ -93,7 +93,8 @@ def watched_rig(
             "file is written (grip more firmly: a larger --firm-mm, or job.shake.closer_mm in the config)"
         )
     say("gripping as the config does, and lifting: it should slide")
-    if _moved(config, {"backend": "lift"}, {"lift": slide, "hold": slide}, detectors) < SLID_M:
+    slides = dict.fromkeys(("take up", "lift", "hold"), slide)
+    if _moved(config, {"backend": "lift"}, slides, detectors) < SLID_M:
         say("nothing slid, so what is found is not known: choose a smaller task.first_squeeze_m")
         return [still, load]
     return [still, load, slide]

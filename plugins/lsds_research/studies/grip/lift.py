@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lsds.clock import cpu_ns
 from lsds.config.toml import value_text
 from lsds.errors import LsdsError
 from lsds.session.run import run
@@ -101,7 +101,7 @@ def lift(what: Lift) -> dict[str, Any] | str:
             closings.append(cycle.t_ns)
         held_m = cycle.held_m
 
-    began_s = time.process_time()
+    began_ns = cpu_ns()
     try:
         session = run(None, what.overrides(), observe=take)
     except LsdsError as error:
@@ -109,9 +109,8 @@ def lift(what: Lift) -> dict[str, Any] | str:
     after_s = CHANGES[what.change].get("cell.simulated.changes_after_s")
     found = asdict(what) | figures(session.summary, session.truths, closings, after_s)
     found["frame_us"] = session.summary["frame_to_command_us"]["p50"]
-    found["cost"] = (time.process_time() - began_s) / max(
-        (session.truths[-1].t_ns - session.truths[0].t_ns) * 1e-9, 1e-3
-    )
+    simulated_ns = session.truths[-1].t_ns - session.truths[0].t_ns
+    found["cost"] = (cpu_ns() - began_ns) / max(simulated_ns, 1)
     crushed = None if what.fragile_n is None else found["peak_n"] > what.fragile_n
     return found | {"crushed": crushed}
 
