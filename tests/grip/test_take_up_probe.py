@@ -108,7 +108,8 @@ def test_probing_opens_until_the_load_gives_way_and_closes_to_the_margin():
     hanging = Hanging(3.0)
     hanging.probe()
     assert hanging.stands
-    assert 1.05 < hanging.squeeze_mm < 1.5
+    # It slips at 0.78 mm, a tick below what held.
+    assert 0.99 < hanging.squeeze_mm < 1.3
 
 
 def test_without_probing_nothing_opens():

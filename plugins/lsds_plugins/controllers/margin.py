@@ -121,11 +121,10 @@ class MarginController:
         if not math.isfinite(load.now_n):
             return self._caught(state, squeeze_m, 1.0) if slips else None
         if state.probes and self._gives_way():
-            # It held at the last tick, and does not at this one: the limit is between them.
-            least_m = squeeze_m + state.resolution_m / 2
-            self._limit.slips(load.greatest_n / least_m, sure=True)
+            # It held at the last tick, and does not at this one; the next tick is added where ticks are coarse.
+            self._limit.slips(load.greatest_n / squeeze_m, sure=True)
             self._slipped_n, self._quiet_s, self._opened_to = load.greatest_n, 0.0, None
-            return self._closed(state, least_m * self._options.margin, slips=True)
+            return self._closed(state, squeeze_m * self._options.margin, slips=True)
         ratio = load.now_n / squeeze_m
         refuted = slips and self._is_refuted(state, ratio)
         if slips and not refuted:
