@@ -138,14 +138,17 @@ def check_arm_sends_within_its_spec(bench: Bench) -> None:
 def check_arm_moves_as_sent(bench: Bench) -> None:
     """While commands are renewed, the arm moves at the velocity that `command` returned."""
     with bench.device(Lifecycle.ARMED) as arm:
-        start = bench.read(arm).tcp_pose.position_m[2]
+        start = bench.read(arm)
         wanted = math.nan
         for _ in range(100):
             wanted = arm.command(a_command(bench, bench.in_future(0.1))).twist.linear_m_s[2]
             bench.advance(0.01)
-        moved = bench.read(arm).tcp_pose.position_m[2] - start
-        assert abs(bench.read(arm).tcp_twist.linear_m_s[2] - wanted) <= 0.1 * wanted
-        assert 0.7 * wanted <= moved <= 1.1 * wanted, f"moved {moved} m in 1 s at {wanted} m/s"
+        end = bench.read(arm)
+        moved = end.tcp_pose.position_m[2] - start.tcp_pose.position_m[2]
+        # A busy machine takes longer than it was asked to.
+        due = wanted * (end.t_ns - start.t_ns) * 1e-9
+        assert abs(end.tcp_twist.linear_m_s[2] - wanted) <= 0.1 * wanted
+        assert 0.7 * due <= moved <= 1.1 * due, f"moved {moved} m where {due} m are due at {wanted} m/s"
 
 
 def check_arm_rests_after_expiry(bench: Bench) -> None:
