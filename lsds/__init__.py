@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from lsds.config import RigConfig, load_config
-    from lsds.contracts import Cycle, FingerCycle, Grip, Job, Observation, Setting, Situation, Twist, Wanted
+    from lsds.contracts import Cycle, FingerCycle, Grip, Job, Observation, Setting, Situation, Slide, Twist, Wanted
     from lsds.engine import Engine
     from lsds.errors import LsdsError, SafetyStop
     from lsds.front import bring_up
@@ -40,6 +40,7 @@ _HOMES = {
         "Observation",
         "Setting",
         "Situation",
+        "Slide",
         "Twist",
         "Wanted",
     ),
@@ -70,6 +71,7 @@ __all__ = [
     "Session",
     "Setting",
     "Situation",
+    "Slide",
     "TrackResult",
     "Twist",
     "Wanted",

@@ -233,6 +233,7 @@ class Engine:
                 self._wanted.probes,
                 self._fragile_n,
                 0.0 if self._rig.gripper is None else self._rig.gripper.spec.resolution_m,
+                self._wanted.slide,
             )
             aperture = _call(self._controller_name, self._rig.controller.update, asked)
             if aperture is not None:
@@ -344,8 +345,10 @@ class Engine:
             numbers: list[float] = [] if grip is None else [grip.aperture_m, grip.speed_m_s, grip.force_n]
             if twist is not None:
                 numbers += [*twist.linear_m_s, *twist.angular_rad_s, wanted.acceleration_m_s2]
+            if wanted.slide is not None:
+                numbers += [wanted.slide.speed_m_s, wanted.slide.rate_rad_s]
             if not all(map(math.isfinite, numbers)):
-                problem = f"it wants {wanted.grip} and {wanted.twist}, which are not all finite numbers"
+                problem = f"it wants {wanted.grip}, {wanted.twist}, {wanted.slide}, which are not all finite numbers"
         if problem:
             raise PluginError(f"{self._job_label}: stage '{wanted.stage}': {problem} (a mistake in that job)")
 

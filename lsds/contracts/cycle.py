@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         MarkerTracks,
         Observation,
         PoseSample,
+        Slide,
         SlipEstimate,
         Twist,
     )
@@ -42,8 +43,8 @@ class GripInput:
     measured time since the previous frame, of the finger that came first. `touch_m` is the aperture at which the
     fingers touched the object, NaN if the job did not tell. `measured_aperture_m` is the newest; `frame_aperture_m` is
     that at the time of the newest frame, which is older, NaN if not known. `probes`: the job lets it open on purpose,
-    to find the least grip. `fragile_n` is the greatest normal force a finger that the object stands, `resolution_m` the
-    gripper's tick.
+    to find the least grip; `slide` is a slip that it wants, None if none is. `fragile_n` is the greatest normal force a
+    finger that the object stands, `resolution_m` the gripper's tick.
     """
 
     t_ns: int
@@ -58,6 +59,7 @@ class GripInput:
     probes: bool = False
     fragile_n: float = math.inf
     resolution_m: float = 0.0
+    slide: Slide | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from lsds.contracts.cycle import Cycle, FingerCycle
     from lsds.contracts.devices import Cell
-    from lsds.contracts.values import ArmSpec, ArmState, GripperSpec, GripperState, PoseSample, Twist
+    from lsds.contracts.values import ArmSpec, ArmState, GripperSpec, GripperState, PoseSample, Slide, Twist
     from lsds.task import TaskOptions
 
 
@@ -35,7 +35,8 @@ class Wanted:
     by closing the grip further. `twist` is the velocity of the TCP, streamed with `acceleration_m_s2`
     (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `touch_m` is the
     aperture at which the fingers touched the object, for the controller; NaN if not known. `probes` lets the controller
-    open on purpose, to find the least grip: the object falls by little now. `done` ends the run.
+    open on purpose, to find the least grip: the object falls by little now. `slide` is a slip that is wanted and not to
+    be corrected, None if none is. `done` ends the run.
     """
 
     stage: str
@@ -46,6 +47,7 @@ class Wanted:
     done: bool = False
     touch_m: float = math.nan
     probes: bool = False
+    slide: Slide | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -274,6 +274,14 @@ class ContactLoad:
         return math.hypot(*self.shear_n)
 
 
+@dataclass(frozen=True, slots=True)
+class Slide:
+    """A slip that is wanted: how fast the object is to slide and to turn against the gel, without sign."""
+
+    speed_m_s: float = 0.0
+    rate_rad_s: float = 0.0
+
+
 class Evidence(Protocol):
     """The signature of slip in the velocity field of a frame, see `lsds.tactile.slip_residual`."""
 

@@ -1,4 +1,5 @@
-"""The load that a grip carries, over time: the mean over the fingers, since the grip began."""
+"""The load that a grip carries, over time: the mean over the fingers, since the grip began; force and torque together,
+as a force (`lsds.grip.soft_finger`)."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
+from lsds.grip.soft_finger import pull_of
 
 if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, FingerCycle
@@ -78,4 +80,4 @@ class CarriedLoad:
             if t_ns - self._began_ns > nanoseconds(ZERO_S):
                 return
             self._zero[name] = load
-        self._last[name] = load.since(self._zero[name]).force_n
+        self._last[name] = pull_of(load.since(self._zero[name]))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.grip.carried import LEAST_N
+from lsds.grip.soft_finger import pull_of, speed_of
 
 if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, Situation
@@ -50,12 +51,12 @@ class TakeUp:
             self._slipped_ns = now.t_ns
         load = now.cycle.observation.load
         estimate = now.cycle.estimate
-        suspected = not estimate.abstained and estimate.speed_m_s > SUSPECTED_M_S
+        suspected = not estimate.abstained and speed_of(estimate)[0] > SUSPECTED_M_S
         if self.zero is None:
             self.zero = load
         if load is None or self.zero is None or suspected or now.cycle.detection.slip:
             self._loads.clear()
             return
-        self._loads.append((now.cycle.t_ns, load.since(self.zero).force_n))
+        self._loads.append((now.cycle.t_ns, pull_of(load.since(self.zero))))
         while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
             self._loads.popleft()

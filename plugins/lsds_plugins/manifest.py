@@ -121,6 +121,13 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "job",
+            "slide",
+            "lsds_plugins.jobs.slide:SlideJob",
+            "lsds_plugins.jobs.slide:SlideOptions",
+            summary="slide along an object that stands, or turn about it, at a wanted rate",
+        ),
+        BackendSpec(
+            "job",
             "hold",
             "lsds.jobs.hold:HoldJob",
             "lsds.jobs.hold:HoldOptions",

@@ -56,7 +56,7 @@ def _joined(cluster: str) -> Generator[Any, None, None]:
         import distributed
 
         try:
-            client: Any = distributed.Client(cluster, timeout=10)  # type: ignore[no-untyped-call]
+            client: Any = distributed.Client(cluster, timeout=10)
         except (OSError, ValueError) as error:
             raise DataError(f"{cluster}: no Dask scheduler answers ({error}); start one: dask scheduler") from error
         with client, joblib.parallel_config(backend="dask"):

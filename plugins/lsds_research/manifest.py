@@ -62,6 +62,14 @@ _STUDIES = (
         "controllers on objects that nobody described: grip over needed, slip, drops",
     ),
     (
+        "slide",
+        "studies.slide:SlideStudy",
+        "studies.slide:SlideOptions",
+        ("numba",),
+        "sim",
+        "slip that is wanted: how well objects slide and turn at the wanted rate",
+    ),
+    (
         "loop",
         "studies.loop.study:LoopStudy",
         "studies.loop.options:LoopOptions",

@@ -87,6 +87,7 @@ class Wants:
         (lsds.Wanted("close", grip=0.02), "stage 'close': grip is 0.02, not a Grip"),
         (lsds.Wanted("up", twist=lsds.Twist((0.0, 0.0, math.nan))), "not all finite"),
         (lsds.Wanted("close", grip=lsds.Grip(math.inf, 0.05, 60.0)), "not all finite"),
+        (lsds.Wanted("slide", slide=lsds.Slide(math.nan)), "not all finite"),
     ],
 )
 def test_a_malformed_wish_is_refused_before_anything_is_sent(wish, says):

@@ -56,7 +56,7 @@ STUDIES_IN_SHORT = {
     "gel": "--scene sphere --random 0 --repeats 1",
     "optics": "--scene sphere --repeats 1",
     "dynamics": "--step-ms 8 --reference-ms 1",
-    "frame": "--repeats 1",
+    "frame": "--help",
     "scheduler": "--repeats 1",
 }
 """Flags that make a study quick: that it measures what it says is asked of the study, here only that it runs."""

@@ -24,7 +24,7 @@ class Grip:
         self.controller = MarginController(MarginOptions(**options), BuildContext(VirtualClock(), 0))
         self.squeeze_mm, self.t_ns = squeeze_mm, 0
 
-    def frame(self, load_n, slip, speed=0.0, *, std=0.001, touch_m=TOUCH_M, sent_mm=None):
+    def frame(self, load_n, slip, speed=0.0, *, std=0.001, touch_m=TOUCH_M, sent_mm=None, slide=None):
         """Show a frame; return the squeeze (mm) then. `load_n` is of one finger, or by finger."""
         self.t_ns += FRAME_NS
         loads = load_n if isinstance(load_n, dict) else {"left": load_n}
@@ -49,6 +49,7 @@ class Grip:
                 tuple(fingers),
                 touch_m,
                 aperture,
+                slide=slide,
             )
         )
         if wanted is not None:

@@ -7,7 +7,7 @@
 
 Squeeze is the aperture at touch less the aperture at the time of the frame: a frame shows what was, and what is under
 way since must not be added again. When slip has ended, the fingers open slowly to the margin and stop there. They never
-open on an abstention, on a doubt, on a failure, or while the load is gone.
+open on an abstention, on a doubt, on a failure, or while the load is gone. A slip that the job wants is not caught.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from lsds.contracts import BuildContext, GripInput
 from lsds.grip.carried import LEAST_N, CarriedLoad
 from lsds.grip.fragile import allowed_squeeze_m
 from lsds.grip.limit import FrictionLimit
+from lsds.grip.soft_finger import speed_of
+from lsds.grip.wanted_slip import WantedSlip
 
 SLOW_M_S = 0.01
 """Slip speed at which half of the growth is asked for."""
@@ -103,6 +105,7 @@ class MarginController:
         self._probed_m = 0.0
         self._allowed_m = math.inf
         self._opened_to: float | None = None
+        self._wanted_slip = WantedSlip()
 
     def update(self, state: GripInput) -> float | None:
         """Return the new aperture in metres, or None to leave the gripper unchanged."""
@@ -114,6 +117,10 @@ class MarginController:
         self._touch_m = self._touched_at(state, aperture)
         squeeze_m = max(self._touch_m - aperture, LEAST_M)
         self._allowed_m = allowed_squeeze_m(state.fragile_n, squeeze_m, load.normal_n, self._limit.limit)
+        if state.slide is not None:
+            # The fingers neither open nor follow the load: it is that of the arm, which pushes.
+            falls = self._wanted_slip.falls(state.t_ns, state.estimate, state.slide)
+            return self._caught(state, squeeze_m, 1.0) if falls else None
         sure = self._is_sure(state)
         slips = True if sure else state.detection.slip
         if slips is None:
@@ -143,13 +150,14 @@ class MarginController:
     def _is_sure(self, state: GripInput) -> bool:
         """Tell whether the estimator is sure of a speed, for long enough."""
         estimate = state.estimate
-        if estimate.abstained or not math.isfinite(estimate.speed_std_m_s):
+        speed, std = speed_of(estimate)
+        if estimate.abstained or not math.isfinite(std):
             self._speeds.clear()
         else:
-            self._speeds.append((state.t_ns, estimate.speed_m_s, estimate.speed_std_m_s))
+            self._speeds.append((state.t_ns, speed, std))
         while self._speeds and state.t_ns - self._speeds[0][0] > nanoseconds(LONG_S):
             self._speeds.popleft()
-        moves = not estimate.abstained and estimate.speed_m_s - SURE * estimate.speed_std_m_s > SEEN_M_S
+        moves = not estimate.abstained and speed - SURE * std > SEEN_M_S
         if not moves:
             self._moves_ns = None
             return self._has_slid()
@@ -177,7 +185,7 @@ class MarginController:
         self._steady_ratio = math.nan
         # What was seen before the fingers close says nothing of what follows.
         self._speeds.clear()
-        speed = state.estimate.speed_m_s
+        speed, _ = speed_of(state.estimate)
         if state.estimate.abstained or not math.isfinite(speed):
             speed = 0.0
         # Before anything pulls, alarms that go on are noise.

@@ -69,7 +69,8 @@ class PdController:
         if estimate.abstained or not math.isfinite(estimate.speed_m_s):
             self._last_error = None
             return None
-        error = 100 * (estimate.speed_m_s - self._options.target_m_s)
+        target_m_s = max(self._options.target_m_s, 0.0 if state.slide is None else state.slide.speed_m_s)
+        error = 100 * (estimate.speed_m_s - target_m_s)
         change = 0.0 if self._last_error is None else error - self._last_error
         if state.dt_s > 0:
             change *= NOMINAL_DT_S / state.dt_s
@@ -78,7 +79,7 @@ class PdController:
         if self._options.literal_sign:
             ticks = -ticks
         # Start from the measured aperture, as in the paper, not from the last command: while a command is being
-        # executed, the # same correction is commanded again instead of added, so that delay does not accumulate
+        # executed, the same correction is commanded again instead of added, so that delay does not accumulate
         # corrections.
         aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
         wanted = max(0.0, aperture - TICK_M * ticks)

@@ -129,7 +129,7 @@ def _pass(
     net.train()
     for rows in torch.split(torch.randperm(len(x)), batch):
         adam.zero_grad(set_to_none=True)
-        loss(net(x[rows]), y[rows]).backward()  # type: ignore[no-untyped-call]
+        loss(net(x[rows]), y[rows]).backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 5.0)
         adam.step()
         then()

@@ -12,8 +12,11 @@ from lsds.clock import cpu_ns
 from lsds.config.toml import value_text
 from lsds.errors import LsdsError
 from lsds.session.run import run
+from lsds_research.collecting.objects import PLANS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lsds.contracts import CellTruth, Cycle
@@ -37,8 +40,10 @@ CHANGES: dict[str, dict[str, Any]] = {
     "shove": {"cell.simulated.changes_after_s": 2.5, "cell.simulated.shove_s": 0.2, "task.hold_s": 2.0},
     "wet": {"cell.simulated.changes_after_s": 2.5, "cell.simulated.wet_to": 0.5, "task.hold_s": 2.0},
     "brisk": {"task.lift_acceleration_m_s2": 2.0, "safety.max_arm_acceleration_m_s2": 2.0},
+    "turn": {"cell.simulated.centre_x_mm": 10.0},
 }
-"""Options of each change of load; a shove is half of the object's weight."""
+"""Options of each change of load; a shove is half of the object's weight, and what turns is gripped beside its middle,
+half-way up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +84,8 @@ class Lift:
         }
         if self.change == "shove":
             keys["cell.simulated.shove_n"] = 0.5 * self.weight_n
+        if self.change == "turn":
+            keys["cell.simulated.grip_height_mm"] = PLANS[self.object].length_mm / 2
         if self.controller == OFF:
             keys["controller.enabled"] = False
         else:
@@ -135,6 +142,7 @@ def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: 
         "held": held,
         "slip_mm": 1e3 * float(slipped_m[-1]),
         "change_slip_mm": 1e3 * float(slipped_m[-1] - slipped_m[changes]) if changes < len(t_s) else None,
+        "turned_deg": math.degrees(_turned_rad(truths)),
         "arrest_s": summary["time_to_arrest_s"],
         "needed_n": needed,
         "first_over_needed": first / needed,
@@ -145,6 +153,12 @@ def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: 
         "closings": len(closings),
         "closings_without_slip": len(without),
     }
+
+
+def _turned_rad(truths: Sequence[CellTruth]) -> float:
+    """Return how far the object has turned in the grip at the end."""
+    steps = np.diff([truth.t_ns for truth in truths], prepend=truths[0].t_ns) * 1e-9
+    return abs(float(np.dot(steps, [truth.slip_angular_rad_s for truth in truths])))
 
 
 def _columns(truths: list[CellTruth]) -> tuple[NDArray[np.float64], ...]:

@@ -10,7 +10,7 @@ from lsds.cli.threads import processes
 from lsds_research.cluster import HELP
 from lsds_research.collecting.objects import PLANS
 
-Change = Literal["none", "pour", "shove", "wet", "brisk"]
+Change = Literal["none", "pour", "shove", "wet", "brisk", "turn"]
 
 
 class GripOptions(BaseModel):
@@ -62,7 +62,7 @@ class GripOptions(BaseModel):
         default=["none"],
         min_length=1,
         description="change of load while the object hangs: none, pour (to twice the weight in 3 s), shove, wet (half "
-        "the friction), brisk (lift at 2 m/s^2)",
+        "the friction), brisk (lift at 2 m/s^2), turn (gripped 10 mm beside its middle)",
         json_schema_extra={"flag": "--change", "metavar": "NAME"},
     )
     seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")

@@ -35,7 +35,7 @@ EXPLAINED = (
     "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
     f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs "
     "whose grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that "
-    "did not slip when the load changed"
+    "did not slip when the load changed; needed of what turns: by its weight alone"
 )
 _COLUMNS = (
     ("controller", "controller", ""),
@@ -55,6 +55,7 @@ _COLUMNS = (
     ("false_closings", "closings without slip", ".2f"),
     ("change_kept", "change held fast", ".2f"),
     ("change_90_mm", "its slip, 90 %", ".1f"),
+    ("turned_90", "turned, deg, 90 %", ".1f"),
     ("crushed", "crushed", ".3f"),
 )
 
@@ -158,6 +159,7 @@ def _summary(controller: str, change: str, rows: Sequence[Row]) -> Row:
         "false_closings": float(np.mean([row["closings_without_slip"] for row in rows])),
         "change_kept": _mean([row["change_slip_mm"] <= MET_MM for row in rows if row["change_slip_mm"] is not None]),
         "change_90_mm": _quantile(rows, "change_slip_mm", 0.9),
+        "turned_90": _quantile(rows, "turned_deg", 0.9) if change == "turn" else None,
         "crushed": _mean([row["crushed"] for row in rows if row["crushed"] is not None]),
     }
 

@@ -1,0 +1,63 @@
+"""Force and torque together: what is near the limit, how fast it slips, and that an off-centre pick does not turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lsds.contracts import ABSTAINED, ContactLoad
+from lsds.grip.carried import CarriedLoad
+from lsds.grip.soft_finger import ARM_M, pull_of, speed_of
+from lsds.session.run import run
+
+number = st.floats(-50, 50)
+
+
+def finger(load):
+    return SimpleNamespace(finger="left", observation=SimpleNamespace(load=load))
+
+
+@given(number, number, st.floats(-0.5, 0.5), st.floats(0, 2))
+def test_a_torque_adds_to_the_force_never_takes_from_it(x, y, torque, share):
+    load = ContactLoad((x, y), torque, 0.01, 0.001)
+    pull = pull_of(load)
+    assert pull >= load.force_n * (1 - 1e-12)
+    assert pull == pytest.approx(math.hypot(load.force_n, torque / ARM_M))
+    # Force and torque in proportion: so is what friction has to hold.
+    assert pull_of(ContactLoad((share * x, share * y), share * torque, 0.01, 0.001)) == pytest.approx(share * pull)
+    assert pull_of(replace(load, torque_nm=-torque)) == pull
+
+
+def test_what_turns_slips_and_what_no_one_told_of_turning_is_left_out():
+    still = replace(ABSTAINED, abstained=False, speed_m_s=0.0, speed_std_m_s=0.001, angular_rad_s=2.0)
+    assert speed_of(replace(still, angular_std_rad_s=0.2)) == pytest.approx((2 * ARM_M, math.hypot(0.001, 0.2 * ARM_M)))
+    assert speed_of(replace(still, angular_rad_s=math.nan, angular_std_rad_s=math.nan)) == (0.0, 0.001)
+    assert math.isnan(speed_of(ABSTAINED)[0])
+
+
+def test_the_carried_load_counts_torque():
+    carried = CarriedLoad()
+    carried.take(0, [finger(ContactLoad((0.0, 0.0), 0.002, 0.01, 0.001))])
+    carried.take(40_000_000, [finger(ContactLoad((0.0, 1.0), 0.002 + ARM_M, 0.01, 0.001))])
+    assert carried.now_n == pytest.approx(math.sqrt(2))
+
+
+@pytest.mark.parametrize("squeeze_mm", [1.0, 2.0])
+def test_what_is_gripped_beside_its_middle_does_not_turn_far(squeeze_mm, installed_host):
+    config = [
+        "cell.simulated.fidelity=winkler",
+        "cell.simulated.centre_x_mm=10.0",
+        "cell.simulated.grip_height_mm=75.0",
+        "controller.backend=margin",
+        f"task.first_squeeze_m={squeeze_mm * 1e-3}",
+    ]
+    session = run(None, config)
+    step_s = (session.truths[1].t_ns - session.truths[0].t_ns) * 1e-9
+    turned = sum(truth.slip_angular_rad_s for truth in session.truths) * step_s
+    assert session.summary["outcome"] == "held"
+    assert abs(math.degrees(turned)) < 12
