@@ -76,7 +76,7 @@ def test_calibrating_on_pressed_balls_gives_the_calibration_back(lift):
     for seq in range(40):
         shape = ball(rng.uniform(-8, 8), rng.uniform(-5.5, 5.5))
         image = pressed(shape, lift_levels=lift).astype(np.uint8)
-        noise.apply(image, seq)
+        image = noise.photograph(image, np.full_like(image, 255), 1.0, seq)
         gx, gy = slopes(shape)
         crop = shape(X_M, Y_M) > 0.1e-3
         change = (image.astype(float) - BACKGROUND)[crop]
@@ -191,3 +191,18 @@ def test_overlapping_dots_show_the_darker_one():
     both = painter.paint(np.array([[100.0, 100.0], [106.0, 103.0]]))
     assert np.array_equal(both, np.minimum(one, other))
     assert cv2.countNonZero(255 - both) > cv2.countNonZero(255 - one)
+
+
+def test_a_lamp_that_fades_a_little_moves_no_contours_over_the_image():
+    """Block means follow the gain everywhere alike: noise comes before counting, in a camera."""
+    noise = CameraNoise(1.0, np.random.default_rng(4))
+    lit = np.clip(BACKGROUND, 0, 255).astype(np.uint8)
+    ink = np.full_like(lit, 255)
+
+    def blocks(gain):
+        frames = [noise.photograph(lit, ink, gain, seq) for seq in range(200)]
+        return np.mean([frame.reshape(48, 5, 64, 5, 3).mean(axis=(1, 3)) for frame in frames], axis=0)
+
+    change = blocks(0.998) - blocks(1.0)
+    expected = -0.002 * lit.reshape(48, 5, 64, 5, 3).mean(axis=(1, 3))
+    assert np.abs(change - expected).max() < 0.1

@@ -75,6 +75,7 @@ class Renderer:
             light, self.metres_per_px, look.tier, lift_levels=look.lift_levels, mirror=self._to_gel[0]
         )
         self._noise = CameraNoise(look.noise, noise_rng)
+        self._bare = np.full_like(light, 255, np.uint8)
         self._light = Brightness(look.start_up, look.drift, look.swing_levels, light_rng)
 
     @staticmethod
@@ -88,6 +89,7 @@ class Renderer:
         self._shader.lit(np.zeros((len(self._shader.y_m), len(self._shader.x_m)), np.float32))
         if self._dots is not None:
             self._dots.paint(self.rest_px)
+        self._noise.photograph(self._bare, self._bare, 1.0, 0)
 
     def markers(self, gel: GelModel, state: GelState) -> NDArray[np.float64]:
         """Return exact dot centres (N, 2) in pixels."""
@@ -111,15 +113,8 @@ class Renderer:
         grain = None if gel.grain is None else (gel.grain, state.body)
         key = None if state.fine else (state.indentation_m, state.reach_m, grain)
         lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, grain)
-        gain = self._light.common(t_s)
-        if self._dots is None:
-            image = cv2.convertScaleAbs(lit, alpha=gain)
-        else:
-            cover = cv2.cvtColor(self._dots.paint(xy_px), cv2.COLOR_GRAY2RGB)
-            image = cv2.multiply(lit, cover, dst=cover, scale=gain / 255.0)
         start = self._light.start(seq)
         if start is not None:
-            image = cv2.transform(image, np.diag(start))
-        out = np.asarray(image, np.uint8)
-        self._noise.apply(out, seq)
-        return out
+            lit = np.asarray(cv2.transform(lit, np.diag(start)), np.uint8)
+        cover = self._bare if self._dots is None else cv2.cvtColor(self._dots.paint(xy_px), cv2.COLOR_GRAY2RGB)
+        return self._noise.photograph(lit, np.asarray(cover, np.uint8), self._light.common(t_s), seq)
