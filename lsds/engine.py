@@ -73,6 +73,11 @@ class Engine:
         self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._may_send)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
+        if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "minds_force", False):
+            problem = f"{self._controller_name} does not heed it: what is fragile would be crushed"
+            raise ConfigError(
+                "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "margin"')]
+            )
         self._states = States(rig, start)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -52,6 +52,12 @@ class TaskOptions(BaseModel):
     timeout_s: float = Field(
         default=10.0, gt=0, le=600, description="time limit of taking the reference and of the grasp"
     )
+
+    @model_validator(mode="after")
+    def _what_is_fragile_is_touched(self) -> Self:
+        if self.fragile_n is not None and self.grasp != "touch":
+            raise ValueError('fragile_n needs grasp = "touch": a grasp to an aperture knows no force')
+        return self
 
     @model_validator(mode="before")
     @classmethod

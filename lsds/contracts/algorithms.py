@@ -71,7 +71,9 @@ class Controller(Protocol):
     """Computes an aperture from the slip state.
 
     The guard lets automatic corrections only close. A controller that can open on purpose (a release) declares this
-    with an attribute `may_open`, true if its options ever open the gripper; without it, opening is refused.
+    with an attribute `may_open`, true if its options ever open the gripper; without it, opening is refused. One that
+    keeps the force below `GripInput.fragile_n` declares that with `minds_force`; without it a rig whose task gives
+    `fragile_n` does not come up.
     """
 
     def update(self, state: GripInput) -> float | None:

@@ -10,6 +10,7 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
+from lsds.grip.jump import LoadJump
 from lsds.grip.soft_finger import pull_of
 
 if TYPE_CHECKING:
@@ -24,38 +25,45 @@ STEADY_S, STEADY, NOISE_N = 0.5, 0.06, 0.01
 LEAST_N = 0.03
 """A smaller load tells nothing of friction: noise and creep of the gel are as large."""
 MEDIAN = 3
-"""Frames whose median counts where one alone might be wrong."""
+"""A finger's frames whose median counts where one alone might be wrong."""
 
 
 class CarriedLoad:
     """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's is an earlier one,
-    because it tells none now. `normal_n` is the greatest normal force of a finger, NaN where none is told."""
+    because it tells none now. `jumped_n` is where a load that has just jumped will be when the fingers answer, 0 for
+    one that has not. `normal_n` is the greatest normal force of a finger, NaN where none is told."""
 
     def __init__(self) -> None:
         self.now_n = self.normal_n = math.nan
+        self.jumped_n = 0.0
         self.stale = False
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
-        self._last: dict[str, float] = {}
-        self._newest: deque[float] = deque(maxlen=MEDIAN)
+        self._last: dict[str, deque[float]] = {}
+        self._seen_ns: dict[str, int] = {}
         self._loads: deque[tuple[int, float]] = deque()
+        self._jump = LoadJump()
 
     def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
-        """Take what the fingers see at a time."""
+        """Take what the fingers see at a time. A frame that was taken before is not taken again."""
         told = set()
-        self.normal_n = math.nan
+        normals = []
         for finger in fingers:
             load = finger.observation.load
-            if load is not None:
-                told.add(finger.finger)
-                self.normal_n = load.normal_n if not load.normal_n <= self.normal_n else self.normal_n
+            if load is None:
+                continue
+            told.add(finger.finger)
+            normals.append(load.normal_n)
+            if self._seen_ns.get(finger.finger) != finger.observation.t_ns:
+                self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger.finger, load, t_ns)
+        self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
         self.stale = not self._last.keys() <= told
         if not self._last:
             return
-        self.now_n = fmean(self._last.values())
-        self._newest.append(self.now_n)
-        self._loads.append((t_ns, median(self._newest)))
+        self.now_n = fmean(loads[-1] for loads in self._last.values())
+        self.jumped_n = self._jump.see(t_ns, self.now_n)
+        self._loads.append((t_ns, fmean(median(loads) for loads in self._last.values())))
         while t_ns - self._loads[0][0] > nanoseconds(REMEMBERED_S):
             self._loads.popleft()
 
@@ -80,4 +88,4 @@ class CarriedLoad:
             if t_ns - self._began_ns > nanoseconds(ZERO_S):
                 return
             self._zero[name] = load
-        self._last[name] = pull_of(load.since(self._zero[name]))
+        self._last.setdefault(name, deque(maxlen=MEDIAN)).append(pull_of(load.since(self._zero[name])))

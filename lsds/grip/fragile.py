@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from statistics import median
 
 STIFFEST_N_M = 2350.0
 """Normal force over squeeze of the hardest object (simulated: 1700 to 2350 for flat faces, less for round ones)."""
@@ -12,13 +14,16 @@ SAFE = 0.85
 """Share of what the object stands that is used: imprint and ticks are not exact."""
 STEEPNESS = 1.3
 """Normal force of a round object grows with this power of the squeeze."""
+MEASURED, ENOUGH = 5, 3
+"""Frames in which the imprint told the normal force whose median counts, and so many that the fingers may open for
+it."""
 
 
 def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float) -> float:
     """Return the greatest squeeze (m) with at most `fragile_n` of normal force.
 
     `squeeze_m` is that of now and `normal_n` what is measured at it, NaN if nothing is; `limit_n_m` the friction limit
-    (load over squeeze), NaN if not known.
+    (load over squeeze, in calibrated newtons), NaN if not known.
     """
     if not math.isfinite(fragile_n):
         return math.inf
@@ -29,3 +34,23 @@ def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit
             force_n = min(force_n, limit_n_m / LEAST_FRICTION * squeeze_m)
     share = SAFE * fragile_n / max(force_n, 1e-6)
     return squeeze_m * (share ** (1 / STEEPNESS) if share > 1 else share)
+
+
+class Bearing:
+    """What an object bears, over the frames of a grip: an imprint that flickers must not change it."""
+
+    def __init__(self) -> None:
+        # Of each frame that tells: normal force over squeeze to the power of `STEEPNESS`.
+        self._stiffness: deque[float] = deque(maxlen=MEASURED)
+
+    def allowed_m(
+        self, fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float, commanded_m: float
+    ) -> float:
+        """Take a frame; return the greatest squeeze (m). One that is commanded is not taken back for a guess."""
+        if not math.isfinite(fragile_n):
+            return math.inf
+        if math.isfinite(normal_n):
+            self._stiffness.append(normal_n / squeeze_m**STEEPNESS)
+        told_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
+        allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, told_n, limit_n_m)
+        return allowed_m if len(self._stiffness) >= ENOUGH else max(allowed_m, commanded_m)

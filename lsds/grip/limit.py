@@ -49,6 +49,11 @@ class FrictionLimit:
         """Whether something has slipped."""
         return self.limit > 0
 
+    @property
+    def slipping(self) -> bool:
+        """Whether the last frame taken slipped."""
+        return bool(self._sliding)
+
     def holds(self, ratio: float, dt_s: float) -> None:
         """Take a frame in which nothing slips."""
         self._sliding.clear()
@@ -68,7 +73,9 @@ class FrictionLimit:
         self._sliding.append(ratio)
         if begins:
             static = max(self._before, default=0.0)
-            self._suspected = static if KINETIC_SHARE * static < ratio < static else ratio
+            # A frame that shows more than ever held may be wrong.
+            seen = min(ratio, median_low(self._newest)) if ratio > static else ratio
+            self._suspected = static if KINETIC_SHARE * static < seen < static else seen
             self._before.clear()
         else:
             self._suspected = max(self._suspected, median_low(self._newest))

@@ -117,7 +117,8 @@ class TouchFinder:
     def __init__(self, names: Sequence[str], start_ns: int) -> None:
         self._senses = {name: TouchSense() for name in names}
         self._apertures: deque[tuple[int, float]] = deque(maxlen=APERTURES)
-        # Of each finger: time of its newest frame, and when that came; how many came.
+        # Of each finger: time of its newest frame; of those that show something new the same, when it came, how many.
+        self._taken_ns = dict.fromkeys(names, -1)
         self._seen_ns = dict.fromkeys(names, -1)
         self._heard_ns = dict.fromkeys(names, start_ns)
         self._count = dict.fromkeys(names, 0)
@@ -131,8 +132,8 @@ class TouchFinder:
             self._apertures.append((now.gripper.t_ns, now.gripper.aperture_m))
         for finger in now.fingers:
             name, frame = finger.finger, finger.frame
-            if self._seen_ns[name] != frame.t_ns:
-                self._seen_ns[name] = frame.t_ns
+            if self._taken_ns[name] != frame.t_ns:
+                self._taken_ns[name] = frame.t_ns
                 self._take(name, frame, now.t_ns)
 
     @property
@@ -177,6 +178,7 @@ class TouchFinder:
         touches = self._senses[name].update(frame)
         if self._senses[name].frozen:
             return
+        self._seen_ns[name] = frame.t_ns
         self._count[name] += 1
         self._heard_ns[name] = now_ns
         self._touching[name] = touches

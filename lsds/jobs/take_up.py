@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
-from lsds.grip.carried import LEAST_N
-from lsds.grip.soft_finger import pull_of, speed_of
+from lsds.grip.carried import LEAST_N, CarriedLoad
+from lsds.grip.soft_finger import speed_of
 
 if TYPE_CHECKING:
-    from lsds.contracts import ContactLoad, Situation
+    from lsds.contracts import Situation
 
 LEAST_S, MOST_S = 0.4, 3.0
 """Least duration, and the greatest while nothing slips."""
@@ -21,16 +22,18 @@ SUSPECTED_M_S = 0.004
 
 
 class TakeUp:
-    """Tells when the load has been taken up, from that of the first finger. `zero` is its load before."""
+    """Tells when the load has been taken up. `carried` goes on with the load of an earlier one; `has_load` is whether
+    the object hung when it was over, and not only the time was up."""
 
-    def __init__(self, start_ns: int, zero: ContactLoad | None = None) -> None:
+    def __init__(self, start_ns: int, carried: CarriedLoad | None = None) -> None:
         self._start_ns = start_ns
-        self.zero = zero
+        self.carried = carried or CarriedLoad()
+        self.has_load = False
         self._loads: deque[tuple[int, float]] = deque()
         self._seen_ns = self._slipped_ns = -1
 
     def step(self, now: Situation) -> bool:
-        """Return whether the load is taken up."""
+        """Return whether it is over."""
         self._see(now)
         elapsed = now.t_ns - self._start_ns
         if elapsed < nanoseconds(LEAST_S) or now.t_ns - self._slipped_ns < nanoseconds(STEADY_S):
@@ -40,8 +43,8 @@ class TakeUp:
         spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S - 0.1)
         # Before the arm has moved, nothing changes either.
         pulls = bool(forces) and forces[-1] > LEAST_N
-        steady = pulls and bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
-        return steady or elapsed > nanoseconds(MOST_S)
+        self.has_load = pulls and bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
+        return self.has_load or elapsed > nanoseconds(MOST_S)
 
     def _see(self, now: Situation) -> None:
         if now.cycle is None or now.cycle.t_ns == self._seen_ns:
@@ -49,14 +52,12 @@ class TakeUp:
         self._seen_ns = now.cycle.t_ns
         if now.cycle.detection.slip:
             self._slipped_ns = now.t_ns
-        load = now.cycle.observation.load
+        self.carried.take(now.cycle.t_ns, now.fingers)
         estimate = now.cycle.estimate
         suspected = not estimate.abstained and speed_of(estimate)[0] > SUSPECTED_M_S
-        if self.zero is None:
-            self.zero = load
-        if load is None or self.zero is None or suspected or now.cycle.detection.slip:
+        if not math.isfinite(self.carried.now_n) or suspected or now.cycle.detection.slip:
             self._loads.clear()
             return
-        self._loads.append((now.cycle.t_ns, pull_of(load.since(self.zero))))
+        self._loads.append((now.cycle.t_ns, self.carried.now_n))
         while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
             self._loads.popleft()

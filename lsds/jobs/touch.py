@@ -32,6 +32,8 @@ FREE_FRAMES = 3
 """Frames without touch in a row that show that the gel is free."""
 FIRST_SHARE = 0.8
 """Share of the squeeze that a fragile object stands which it gets at first."""
+NEAR = 0.75
+"""Fingers within this share of a tick are where they were sent: a slow gripper rests one tick away before it starts."""
 BLIND_S, LOST_S = 0.15, 1.0
 """Without a new frame of every finger the fingers wait after the first time, and the cell stops after the second."""
 
@@ -131,7 +133,7 @@ class TouchGrasp:
         if self._task.fragile_n is None or self.grip is None:
             return new
         state = now.gripper
-        if state.t_ns <= self._stepped_ns or state.moving or abs(state.aperture_m - self._last_m(now)) > tick_m:
+        if state.t_ns <= self._stepped_ns or state.moving or abs(state.aperture_m - self._last_m(now)) > NEAR * tick_m:
             return False
         self._settled_ns = state.t_ns if self._settled_ns is None else self._settled_ns
         return self._finder.seen_ns > self._settled_ns
@@ -181,9 +183,10 @@ class TouchGrasp:
         if self._task.fragile_n is None or self.grip is None or now.gripper is None:
             return False
         loads = [finger.observation.load for finger in now.fingers]
-        normal_n = max((load.normal_n for load in loads if load is not None), default=math.nan)
-        if not math.isfinite(normal_n):
+        told = [load.normal_n for load in loads if load is not None and math.isfinite(load.normal_n)]
+        if not told:
             return False
+        normal_n = max(told)
         squeeze_m = max(self.touch_m - now.gripper.aperture_m, 0.0)
         allowed_m = FIRST_SHARE * allowed_squeeze_m(self._task.fragile_n, squeeze_m, normal_n, math.nan)
         aperture_m = self.touch_m - min(allowed_m, self._task.first_squeeze_m)
@@ -201,7 +204,7 @@ class TouchGrasp:
 
     def _squeeze_m(self) -> float:
         task = self._task
-        allowed = math.inf if task.fragile_n is None else task.fragile_n / STIFFEST_N_M
+        allowed = math.inf if task.fragile_n is None else FIRST_SHARE * task.fragile_n / STIFFEST_N_M
         return min(task.first_squeeze_m, allowed)
 
     def _gently(self, aperture_m: float, speed_m_s: float) -> Grip:

@@ -1,4 +1,4 @@
-"""Spread work over processes of this machine, or over a cluster: Dask or Ray, by joblib.
+"""Spread work over processes of this machine, or over a cluster: Dask (by joblib) or Ray.
 
 Every machine of the cluster needs the same version of this project. Results are the same wherever an item runs: an item
 holds all that a run depends on, its seed too.
@@ -7,15 +7,11 @@ holds all that a run depends on, its seed too.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from lsds.errors import DataError
 from lsds.extras import require
 from lsds.processes import spread
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -36,45 +32,47 @@ def shared_out(
     if not cluster:
         yield from spread(work, items, jobs)
         return
-    with _joined(cluster) as joblib:
-        parallel = joblib.Parallel(return_as="generator_unordered", n_jobs=-1)
-        yield from parallel(joblib.delayed(_with_item)(work, item) for item in items)
+    if cluster.startswith(DASK):
+        yield from _on_dask(work, items, cluster)
+    elif cluster == "ray" or cluster.startswith(RAY):
+        yield from _on_ray(work, items, cluster)
+    else:
+        raise DataError(f"--cluster {cluster}: name tcp://HOST:PORT (Dask), ray://HOST:PORT or ray")
 
 
 def _with_item(work: Callable[[Item], Result], item: Item) -> tuple[Item, Result]:
     return item, work(item)
 
 
-@contextmanager
-def _joined(cluster: str) -> Generator[Any, None, None]:
-    """Join a cluster, and leave it again; yields joblib. Raises DataError with the reason."""
+def _on_dask(work: Callable[[Item], Result], items: Sequence[Item], cluster: str) -> Iterator[tuple[Item, Result]]:
     require("joblib", extra="cluster", purpose="a cluster")
+    require("distributed", extra="cluster", purpose="a Dask cluster")
+    import distributed
     import joblib
 
-    if cluster.startswith(DASK):
-        require("distributed", extra="cluster", purpose="a Dask cluster")
-        import distributed
+    try:
+        client: Any = distributed.Client(cluster, timeout=10)
+    except (OSError, ValueError) as error:
+        raise DataError(f"{cluster}: no Dask scheduler answers ({error}); start one: dask scheduler") from error
+    with client, joblib.parallel_config(backend="dask"):
+        parallel = joblib.Parallel(return_as="generator_unordered", n_jobs=-1)
+        yield from parallel(joblib.delayed(_with_item)(work, item) for item in items)
 
-        try:
-            client: Any = distributed.Client(cluster, timeout=10)
-        except (OSError, ValueError) as error:
-            raise DataError(f"{cluster}: no Dask scheduler answers ({error}); start one: dask scheduler") from error
-        with client, joblib.parallel_config(backend="dask"):
-            yield joblib
-    elif cluster == "ray" or cluster.startswith(RAY):
-        require("ray", extra="ray", purpose="a Ray cluster")
-        import ray
-        from ray.util.joblib import register_ray
 
-        try:
-            ray.init(address=None if cluster == "ray" else cluster, log_to_driver=False)
-        except (OSError, ValueError, ConnectionError) as error:
-            raise DataError(f"{cluster}: no Ray cluster answers ({error}); start one: ray start --head") from error
-        try:
-            register_ray()
-            with joblib.parallel_config(backend="ray"):
-                yield joblib
-        finally:
-            ray.shutdown()
-    else:
-        raise DataError(f"--cluster {cluster}: name tcp://HOST:PORT (Dask), ray://HOST:PORT or ray")
+def _on_ray(work: Callable[[Item], Result], items: Sequence[Item], cluster: str) -> Iterator[tuple[Item, Result]]:
+    """Joblib's backend for Ray returns nothing before the end; Ray's own tasks return each result at once."""
+    require("ray", extra="ray", purpose="a Ray cluster")
+    import ray
+
+    try:
+        ray.init(address=None if cluster == "ray" else cluster, log_to_driver=False, logging_level="ERROR")
+    except (OSError, ValueError, ConnectionError) as error:
+        raise DataError(f"{cluster}: no Ray cluster answers ({error}); start one: ray start --head") from error
+    try:
+        task = ray.remote(_with_item)
+        waiting = [task.remote(work, item) for item in items]
+        while waiting:
+            ready, waiting = ray.wait(waiting)
+            yield from ray.get(ready)
+    finally:
+        ray.shutdown()

@@ -9,10 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lsds.config import load_config
 from lsds.contracts import ContactPatch
-from lsds.grip.fragile import SAFE, STIFFEST_N_M, allowed_squeeze_m
+from lsds.errors import ConfigError
+from lsds.grip.fragile import SAFE, STIFFEST_N_M, Bearing, allowed_squeeze_m
 from lsds.grip.normal import normal_force_of
 from lsds.grip.place import edge_of, off_centre
+from lsds.session.run import run
 
 PAD_M2 = 3e-4
 positive = st.floats(1e-4, 50)
@@ -81,3 +84,24 @@ def test_what_is_not_measured_is_taken_for_the_hardest(fragile, squeeze):
     assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * STIFFEST_N_M * squeeze, math.nan)
     # What slid at a small load was pressed gently.
     assert allowed_squeeze_m(fragile, squeeze, math.nan, 10.0) >= hard
+
+
+def test_an_imprint_that_flickers_opens_nothing():
+    """Where the imprint tells nothing for a while, what it told counts on."""
+    bearing = Bearing()
+    told = [bearing.allowed_m(3.0, 1e-3, 2.0, math.nan, 1e-3) for _ in range(5)][-1]
+    assert bearing.allowed_m(3.0, 1e-3, math.nan, math.nan, 1e-3) == pytest.approx(told)
+    assert bearing.allowed_m(3.0, 1e-3, 20.0, math.nan, 1e-3) == pytest.approx(told), "one frame may be wrong"
+
+
+def test_a_guess_takes_no_squeeze_back():
+    assert Bearing().allowed_m(1.0, 2e-3, math.nan, math.nan, 2e-3) == 2e-3
+    bearing = Bearing()
+    assert [bearing.allowed_m(1.0, 2e-3, 4.0, math.nan, 2e-3) for _ in range(3)][-1] < 1e-3
+
+
+def test_what_is_fragile_needs_touch_and_a_controller_that_heeds_it():
+    with pytest.raises(ConfigError, match="fragile_n"):
+        load_config(None, ["task.fragile_n=2.0", 'task.grasp="aperture"'])
+    with pytest.raises(ConfigError, match="margin"):
+        run(None, ["task.fragile_n=2.0", "controller.backend=pd"])

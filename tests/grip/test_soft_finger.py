@@ -18,8 +18,8 @@ from lsds.session.run import run
 number = st.floats(-50, 50)
 
 
-def finger(load):
-    return SimpleNamespace(finger="left", observation=SimpleNamespace(load=load))
+def finger(load, t_ns):
+    return SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=t_ns, load=load))
 
 
 @given(number, number, st.floats(-0.5, 0.5), st.floats(0, 2))
@@ -42,8 +42,8 @@ def test_what_turns_slips_and_what_no_one_told_of_turning_is_left_out():
 
 def test_the_carried_load_counts_torque():
     carried = CarriedLoad()
-    carried.take(0, [finger(ContactLoad((0.0, 0.0), 0.002, 0.01, 0.001))])
-    carried.take(40_000_000, [finger(ContactLoad((0.0, 1.0), 0.002 + ARM_M, 0.01, 0.001))])
+    carried.take(0, [finger(ContactLoad((0.0, 0.0), 0.002, 0.01, 0.001), 0)])
+    carried.take(40_000_000, [finger(ContactLoad((0.0, 1.0), 0.002 + ARM_M, 0.01, 0.001), 40_000_000)])
     assert carried.now_n == pytest.approx(math.sqrt(2))
 
 

@@ -10,6 +10,7 @@ from lsds_plugins.controllers.margin import MarginController, MarginOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripInput, GripperState, Situation
+from lsds.grip.carried import CarriedLoad
 from lsds.jobs.probe import Probe
 from lsds.jobs.take_up import TakeUp
 from lsds.session.run import run
@@ -24,14 +25,14 @@ def seen(t_ms, load_n, *, slip=False, aperture_m=0.02, speed=0.0):
         t_ns=t_ms * MS,
         detection=SimpleNamespace(slip=slip),
         estimate=replace(ABSTAINED, abstained=False, speed_m_s=speed),
-        observation=SimpleNamespace(load=load),
     )
+    finger = SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=t_ms * MS, load=load))
     state = GripperState(t_ms * MS, 0, aperture_m, 0.0, moving=False)
-    return Situation(t_ms * MS, cycle=cycle, gripper=state)
+    return Situation(t_ms * MS, cycle=cycle, gripper=state, fingers=(finger,))
 
 
-def until_over(load_of, slips=lambda t_ms: False, zero=None):
-    take_up = TakeUp(0, zero)
+def until_over(load_of, slips=lambda t_ms: False, carried=None):
+    take_up = TakeUp(0, carried)
     for t_ms in range(0, 10_000, 40):
         if take_up.step(seen(t_ms, load_of(t_ms), slip=slips(t_ms))):
             return t_ms
@@ -61,8 +62,32 @@ def test_what_may_slide_is_not_lifted_faster_for_a_time():
 
 
 def test_what_hangs_already_is_known_by_the_load_before():
-    before = ContactLoad((0.0, 0.0), 0.0, 0.01, 0.001)
-    assert until_over(lambda t_ms: 1.0, zero=before) < 600
+    before = CarriedLoad()
+    before.take(-40 * MS, seen(-40, 0.0).fingers)
+    assert until_over(lambda t_ms: 1.0, carried=before) < 600
+
+
+def test_fingers_that_take_turns_are_each_compared_with_themselves():
+    """Each finger has its own preload, and the frames of the two come in turns."""
+    take_up, over = TakeUp(0), None
+    fingers = {}
+    for at in range(150):
+        t_ms, name = 20 * at, ("left", "right")[at % 2]
+        load = min(t_ms / 300, 1.0) + {"left": 0.0, "right": 0.7}[name]
+        situation = seen(t_ms, load)
+        (own,) = situation.fingers
+        own.finger = name
+        fingers[name] = own
+        if take_up.step(replace(situation, fingers=tuple(fingers.values()))) and over is None:
+            over = t_ms
+    assert over < 1000
+    assert take_up.has_load
+
+
+def test_a_time_that_is_up_is_no_load():
+    take_up = TakeUp(0)
+    assert [take_up.step(seen(t, 0.0)) for t in range(0, 4000, 40)][-1]
+    assert not take_up.has_load
 
 
 def test_probing_is_over_when_the_fingers_rest():
@@ -88,7 +113,7 @@ class Hanging:
     def frame(self, load_n, **more):
         self.t_ns += 40 * MS
         load = ContactLoad((0.0, load_n), 0.0, 0.01, 0.001, more.pop("normal_n", float("nan")))
-        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(load=load))
+        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=self.t_ns, load=load))
         aperture = self.aperture_m
         asked = GripInput(
             self.t_ns, 0.04, Detection(False, 0.0, 0.5, 1.0), ABSTAINED, aperture, aperture, (finger,), 0.025, aperture,
@@ -156,3 +181,16 @@ def test_probing_finds_the_least_grip_in_the_cell(name, installed_host):
     needed = found[True]["required_normal_force_n"]
     assert found[True]["steady_normal_force_n"] < 1.8 * needed < found[False]["steady_normal_force_n"]
     assert found[True]["slip_distance_m"] < 2e-3
+
+
+def test_a_controller_that_found_nothing_to_open_leaves_the_grip_as_it_was():
+    hanging = Hanging(3.0, release_m_s=0.0)
+    hanging.probe(60)
+    for _ in range(20):
+        hanging.frame(1.0)
+    assert hanging.squeeze_mm == pytest.approx(3.0)
+
+
+def test_fingers_that_have_not_moved_yet_are_waited_for():
+    probe = Probe(0)
+    assert [probe.step(seen(t, 1.0)) for t in range(0, 4000, 40)].index(True) * 40 > 2400

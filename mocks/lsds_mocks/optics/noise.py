@@ -39,14 +39,12 @@ class CameraNoise:
         self._field = np.rint(field * sigma * 2**_FINE_BITS).astype(np.int16).reshape(shape[0], -1)
         self._corners = rng.integers(0, _MARGIN + 1, (_WINDOWS, 2)).tolist()
 
-    def photograph(
-        self, lit: NDArray[np.uint8], cover: NDArray[np.uint8], gain: float, seq: int
-    ) -> NDArray[np.uint8]:
+    def photograph(self, lit: NDArray[np.uint8], cover: NDArray[np.uint8], gain: float, seq: int) -> NDArray[np.uint8]:
         """Return frame `seq` of what is lit (h, w, 3), times the share (of 255) that ink leaves of it, times a gain,
         with noise, in whole levels from 0 to 255.
 
-        A sensor's light is noisy before it is counted: rounded first, a lamp that fades by a tenth of a level would move
-        contours of a whole level over the image.
+        A sensor's light is noisy before it is counted: rounded first, a lamp that fades by a tenth of a level would
+        move contours of a whole level over the image.
         """
         y, x = self._corners[seq % _WINDOWS]
         out = np.empty(lit.shape, np.uint8)

@@ -13,27 +13,21 @@ open on an abstention, on a doubt, on a failure, or while the load is gone. A sl
 from __future__ import annotations
 
 import math
-from collections import deque
-from statistics import fmean
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, GripInput
 from lsds.grip.carried import LEAST_N, CarriedLoad
-from lsds.grip.fragile import allowed_squeeze_m
+from lsds.grip.fragile import Bearing
 from lsds.grip.limit import FrictionLimit
+from lsds.grip.rounds import Rounds
 from lsds.grip.soft_finger import speed_of
+from lsds.grip.sure_slip import SureSlip
 from lsds.grip.wanted_slip import WantedSlip
 
 SLOW_M_S = 0.01
 """Slip speed at which half of the growth is asked for."""
-SEEN_M_S, SURE, SURE_S = 0.005, 2.0, 0.03
-"""An estimate that is above this speed by so many standard deviations, for so long, is a slip, too: a smooth slide does
-not tremble, and detectors may miss it."""
-LONG_S, SLID_M_S = 0.4, 0.003
-"""A mean speed over so long that is above this by as many standard deviations is one as well: what is in doubt in every
-frame is not in doubt over ten of them."""
 UNTOLD_M = 1.5e-3
 """Squeeze that is taken where the job did not tell the aperture at touch."""
 LEAST_M = 1e-4
@@ -49,6 +43,11 @@ PATIENCE_S = 0.18
 """Alarms that go on for longer are not refuted."""
 PERSISTS = 2.5
 """Least growth of the squeeze for every second that a slip goes on: a fast one looks slow to a camera."""
+SHOVED, MOST_SHOVED = 1.6, 2.0
+"""Least growth of the squeeze on a slip under a load that has jumped: that is a fast one; and how far what jumps is
+followed ahead of time, over the squeeze before."""
+REBOUND_S = 0.3
+"""After a jump a load may fall for so long because what was caught springs back."""
 MOST = 3.0
 """Greatest growth of the squeeze in one frame on a slip."""
 FOLLOWED = 1.5
@@ -57,10 +56,14 @@ GROWN, MOST_GROWN = 1.1, 2.5
 """A load that has grown by this factor since it was steady is followed, before anything has slipped; and how far."""
 COARSE = 0.08
 """Half a tick that is a greater share of the squeeze is coarse."""
+STEADY_N = 0.1
+"""A smaller load may be the gel's creep, before the object is lifted: what holds it tells nothing."""
 LOST_M = 4e-4
 """Fingers that rest wider than this beyond the last command have not received it."""
 LEAST_PROBED_M = 4.5e-4
 """Probing opens so far at most: what is held by less is not known to touch."""
+LEAST_TICK_M = 3e-4
+"""Openings add up to this, or to the gripper's tick, before the next has to be carried out."""
 STILL_M = 2e-6
 """An opening by less in a frame is none."""
 OPENING_S = 0.4
@@ -86,6 +89,9 @@ class MarginController:
         self._options = options
         self.reset()
 
+    minds_force = True
+    """It squeezes no more than `task.fragile_n` allows."""
+
     @property
     def may_open(self) -> bool:
         """True if it may open the fingers after a slip."""
@@ -97,14 +103,17 @@ class MarginController:
         self._load = CarriedLoad()
         self._touch_m = math.nan
         self._quiet_s = 0.0
-        self._moves_ns: int | None = None
-        self._speeds: deque[tuple[int, float, float]] = deque()
+        self._rounds, self._round_s = Rounds(), 0.0
+        self._sure = SureSlip()
+        self._bearing = Bearing()
         self._alarmed_ns: int | None = None
+        self._jumped_ns = -nanoseconds(REBOUND_S)
         self._slipped_n = 0.0
         self._steady_ratio = self._steady_m = math.nan
-        self._probed_m = 0.0
+        self._probed_m = self._calm_m = 0.0
         self._allowed_m = math.inf
         self._opened_to: float | None = None
+        self._back_m: float | None = None
         self._wanted_slip = WantedSlip()
 
     def update(self, state: GripInput) -> float | None:
@@ -116,14 +125,23 @@ class MarginController:
         load.take(state.t_ns, state.fingers)
         self._touch_m = self._touched_at(state, aperture)
         squeeze_m = max(self._touch_m - aperture, LEAST_M)
-        self._allowed_m = allowed_squeeze_m(state.fragile_n, squeeze_m, load.normal_n, self._limit.limit)
+        if load.jumped_n > 0:
+            self._jumped_ns = state.t_ns
+        else:
+            self._calm_m = squeeze_m
+        commanded_m = self._touch_m - state.aperture_m
+        self._allowed_m = self._bearing.allowed_m(
+            state.fragile_n, squeeze_m, load.normal_n, self._limit.limit, commanded_m
+        )
         if state.slide is not None:
+            self._alarmed_ns = None
             # The fingers neither open nor follow the load: it is that of the arm, which pushes.
             falls = self._wanted_slip.falls(state.t_ns, state.estimate, state.slide)
             return self._caught(state, squeeze_m, 1.0) if falls else None
-        sure = self._is_sure(state)
+        sure = self._sure.see(state.t_ns, state.estimate, state.fingers)
         slips = True if sure else state.detection.slip
         if slips is None:
+            self._alarmed_ns = None
             return None
         if not math.isfinite(load.now_n):
             return self._caught(state, squeeze_m, 1.0) if slips else None
@@ -136,45 +154,33 @@ class MarginController:
         refuted = slips and self._is_refuted(state, ratio)
         if slips and not refuted:
             if load.now_n > LEAST_N:
-                self._limit.slips(ratio, sure=sure)
+                self._learn_slip(state, ratio, sure=sure or load.jumped_n > 0)
                 self._slipped_n = load.greatest_n
-            fallen = load.now_n < FALLEN * load.greatest_n
+            springs_back = state.t_ns - self._jumped_ns < nanoseconds(REBOUND_S)
+            fallen = load.now_n < FALLEN * load.greatest_n and not springs_back
             return self._caught(state, squeeze_m, load.greatest_n / max(load.now_n, LEAST_N) if fallen else 1.0)
         if not slips:
             self._alarmed_ns = None
             self._quiet_s += max(state.dt_s, 0.0) if math.isfinite(state.dt_s) else 0.0
-        self._limit.holds(ratio, state.dt_s)
+        self._round_s += state.dt_s if state.dt_s > 0 else 0.0
+        if self._rounds.completes(state.fingers):
+            self._limit.holds(ratio, self._round_s)
+            self._round_s = 0.0
         self._note_steady(squeeze_m)
         return self._followed(state, squeeze_m, doubted=bool(slips))
 
-    def _is_sure(self, state: GripInput) -> bool:
-        """Tell whether the estimator is sure of a speed, for long enough."""
-        estimate = state.estimate
-        speed, std = speed_of(estimate)
-        if estimate.abstained or not math.isfinite(std):
-            self._speeds.clear()
-        else:
-            self._speeds.append((state.t_ns, speed, std))
-        while self._speeds and state.t_ns - self._speeds[0][0] > nanoseconds(LONG_S):
-            self._speeds.popleft()
-        moves = not estimate.abstained and speed - SURE * std > SEEN_M_S
-        if not moves:
-            self._moves_ns = None
-            return self._has_slid()
-        self._moves_ns = state.t_ns if self._moves_ns is None else self._moves_ns
-        return state.t_ns - self._moves_ns >= nanoseconds(SURE_S)
-
-    def _has_slid(self) -> bool:
-        """Tell whether the speeds of a longer time are certain together."""
-        if not self._speeds or self._speeds[-1][0] - self._speeds[0][0] < nanoseconds(0.8 * LONG_S):
-            return False
-        speed, std = (fmean(each[of] for each in self._speeds) for of in (1, 2))
-        return speed - SURE * std / math.sqrt(len(self._speeds)) > SLID_M_S
+    def _learn_slip(self, state: GripInput, ratio: float, *, sure: bool) -> None:
+        """Take a slip into the limit; that a second frame confirms it counts only where every finger has seen one."""
+        if not self._limit.slipping:
+            self._rounds.restart(state.fingers)
+        elif not sure and not self._rounds.completes(state.fingers):
+            return
+        self._limit.slips(ratio, sure=sure)
 
     def _is_refuted(self, state: GripInput, ratio: float) -> bool:
         """Tell whether an alarm contradicts what was held, while the load is what it was."""
         self._alarmed_ns = state.t_ns if self._alarmed_ns is None else self._alarmed_ns
-        if state.t_ns - self._alarmed_ns > nanoseconds(PATIENCE_S):
+        if state.t_ns - self._alarmed_ns > nanoseconds(PATIENCE_S) or self._load.jumped_n > 0:
             return False
         carried = self._load.now_n > FALLEN * self._load.greatest_n
         return carried and self._limit.refutes(ratio)
@@ -183,8 +189,8 @@ class MarginController:
         """Close on a slip; `missing` is the load to be carried over what friction carries now."""
         self._quiet_s, self._opened_to = 0.0, None
         self._steady_ratio = math.nan
-        # What was seen before the fingers close says nothing of what follows.
-        self._speeds.clear()
+        self._sure.forget()
+        self._back_m = None
         speed, _ = speed_of(state.estimate)
         if state.estimate.abstained or not math.isfinite(speed):
             speed = 0.0
@@ -193,6 +199,8 @@ class MarginController:
         if self._alarmed_ns is not None and self._load.now_n > LEAST_N:
             since_s = (state.t_ns - self._alarmed_ns) * 1e-9
         growth = 1 + max(self._options.growth * speed / (speed + SLOW_M_S), PERSISTS * since_s)
+        if self._load.jumped_n > 0:
+            growth = max(growth, min(SHOVED, MOST_SHOVED * self._calm_m / squeeze_m))
         if missing > 1:
             growth = max(growth, self._options.margin * missing)
         growth = min(growth, MOST)
@@ -202,11 +210,13 @@ class MarginController:
         """Follow the load: close at once, open slowly when it has been quiet for long enough."""
         load = self._load
         wanted_m = self._limit.squeeze_m(load.greatest_n, self._options.margin)
+        if load.jumped_n > 0 and self._limit.known:
+            ahead_m = self._limit.squeeze_m(load.jumped_n, self._options.margin)
+            wanted_m = max(wanted_m, min(ahead_m, MOST_SHOVED * self._calm_m))
         if not math.isfinite(wanted_m):
             if state.probes:
-                self._probed_m = squeeze_m
-                return None if doubted else self._probed(state)
-            return self._closed(state, self._grown_m(squeeze_m), slips=False)
+                return None if doubted else self._probed(state, squeeze_m)
+            return self._held(state, squeeze_m, doubted=doubted)
         wanted_m = min(wanted_m, FOLLOWED * squeeze_m) if wanted_m > squeeze_m else wanted_m
         wanted = self._aperture_m(state, wanted_m)
         if not wanted > state.aperture_m:
@@ -216,19 +226,35 @@ class MarginController:
         doubted |= state.probes or load.stale or load.greatest_n < LIGHT * self._slipped_n
         return None if doubted else self._opened(state, wanted, self._options.release_m_s)
 
+    def _held(self, state: GripInput, squeeze_m: float, *, doubted: bool) -> float | None:
+        """Follow a load that has grown where no limit is known; after a jump go back to what held before it."""
+        load = self._load
+        wanted_m = self._grown_m(squeeze_m)
+        if load.jumped_n > 0 and math.isfinite(self._steady_ratio):
+            wanted_m = max(wanted_m, min(load.jumped_n / self._steady_ratio, MOST_SHOVED * self._calm_m))
+            self._back_m = self._calm_m if self._back_m is None else self._back_m
+        closed = self._closed(state, wanted_m, slips=False)
+        if closed is not None or self._back_m is None or doubted or load.jumped_n > 0 or load.stale:
+            self._opened_to = None
+            return closed
+        return self._opened(state, self._aperture_m(state, max(self._back_m, wanted_m)), self._options.release_m_s)
+
     def _gives_way(self) -> bool:
         """Tell whether the load of an object at rest has fallen while the fingers opened: it slides, or stands."""
         load = self._load
         return not self._limit.known and load.greatest_n > LEAST_N and load.now_n < GIVES_WAY * load.greatest_n
 
-    def _probed(self, state: GripInput) -> float | None:
+    def _probed(self, state: GripInput, squeeze_m: float) -> float | None:
         """Open carefully where the object hangs still and it is not known what holds it."""
         load = self._load
         if not (state.probes and load.steady and load.now_n > LEAST_N) or load.stale or not self.may_open:
             return None
         # What is opened on purpose is no load that has grown.
         self._steady_ratio = math.nan
-        return self._opened(state, self._touch_m - LEAST_PROBED_M, self._options.probe_m_s)
+        aperture = self._opened(state, self._touch_m - LEAST_PROBED_M, self._options.probe_m_s)
+        if aperture is not None or self._probed_m:
+            self._probed_m = squeeze_m
+        return aperture
 
     def _opened(self, state: GripInput, wanted: float, most_m_s: float) -> float | None:
         """Return the next aperture on the way to a wider one, when it has been quiet for long enough."""
@@ -237,7 +263,9 @@ class MarginController:
         # The device rounds steps smaller than a tick, so integrate what was asked for, not what was sent.
         base = state.aperture_m if self._opened_to is None else self._opened_to
         speed = min(most_m_s, (wanted - base) / OPENING_S)
-        before, self._opened_to = self._opened_to, min(base + speed * state.dt_s, wanted)
+        # Openings that were not carried out are not added up.
+        farthest = state.aperture_m + max(state.resolution_m, LEAST_TICK_M)
+        before, self._opened_to = self._opened_to, min(base + speed * state.dt_s, wanted, farthest)
         # An opening that is lost leaves the grip tighter, so it need not be said twice.
         return None if before is not None and self._opened_to - before < STILL_M else self._opened_to
 
@@ -246,7 +274,7 @@ class MarginController:
         aperture = self._aperture_m(state, squeeze_m)
         if aperture < state.aperture_m:
             return aperture
-        behind = state.measured_aperture_m > state.aperture_m + LOST_M
+        behind = state.measured_aperture_m > state.aperture_m + max(LOST_M, 2 * state.resolution_m)
         return state.aperture_m if behind and (slips or self._quiet_s > self._options.quiet_s) else None
 
     def _aperture_m(self, state: GripInput, squeeze_m: float) -> float:
@@ -261,7 +289,7 @@ class MarginController:
     def _note_steady(self, squeeze_m: float) -> None:
         """Remember what held while the load was steady: it is no limit, but it is known to hold."""
         load = self._load
-        if not math.isfinite(self._steady_ratio) and load.steady and load.now_n > LEAST_N:
+        if not math.isfinite(self._steady_ratio) and load.steady and load.greatest_n > STEADY_N:
             self._steady_ratio, self._steady_m = load.greatest_n / squeeze_m, squeeze_m
 
     def _grown_m(self, squeeze_m: float) -> float:

@@ -7,7 +7,8 @@ from collections.abc import Generator
 from dataclasses import replace
 
 from lsds.clock import nanoseconds
-from lsds.contracts import BuildContext, ContactLoad, Setting, Situation, Twist, Wanted
+from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
+from lsds.grip.carried import CarriedLoad
 from lsds.jobs.grasp import begin_grasp
 from lsds.jobs.probe import SPEED_M_S, Probe
 from lsds.jobs.take_up import TakeUp
@@ -34,7 +35,8 @@ class LiftJob:
         self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None
         self._grasp = begin_grasp(setting.task, setting)
         self._touch_m = math.nan
-        self._zero: ContactLoad | None = None
+        self._carried: CarriedLoad | None = None
+        self._hangs = False
         self._left_s = setting.task.lift_s
         self._stages = self._all_stages()
         next(self._stages)
@@ -54,11 +56,14 @@ class LiftJob:
             now = yield Wanted(grasp.stage, grip=grasp.grip)
         self._touch_m = grasp.touch_m
         now = yield from self._timed(Wanted("settle"), task.settle_s, now)
-        if self._by_touch and task.lift_s > 0:
+        if self._by_touch and task.lift_s > 0 and task.lift_speed_m_s > 0:
             if task.probe:
-                now = yield from self._take_up(SPEED_M_S, now)
-                now = yield from self._probe(now)
-            now = yield from self._take_up(task.take_up_speed_m_s, now)
+                now = yield from self._take_up(min(SPEED_M_S, task.lift_speed_m_s), now)
+                # What may stand still, or may have risen by centimetres, is not opened on.
+                if self._hangs:
+                    now = yield from self._probe(now)
+            if task.take_up_speed_m_s < task.lift_speed_m_s:
+                now = yield from self._take_up(task.take_up_speed_m_s, now)
         now = yield from self._timed(self._rising("lift", task.lift_speed_m_s), self._left_s, now)
         return (yield from self._timed(self._rising("hold", 0.0), task.hold_s, now))
 
@@ -71,15 +76,14 @@ class LiftJob:
 
     def _take_up(self, speed_m_s: float, now: Situation) -> Stage:
         """Rise slowly until the object hangs, at most as far as it is to be lifted."""
-        share = speed_m_s / self._task.lift_speed_m_s if self._task.lift_speed_m_s > 0 else 1.0
-        if share >= 1:
-            return now
-        take_up, began_ns, left_s = TakeUp(now.t_ns, self._zero), now.t_ns, self._left_s
+        share = speed_m_s / self._task.lift_speed_m_s
+        take_up, began_ns, left_s = TakeUp(now.t_ns, self._carried), now.t_ns, self._left_s
+        self._carried = take_up.carried
         while True:
             now = yield self._rising("take up", speed_m_s)
-            self._zero = take_up.zero
             self._left_s = max(0.0, left_s - share * (now.t_ns - began_ns) * 1e-9)
             if self._left_s == 0 or take_up.step(now):
+                self._hangs = take_up.has_load
                 return now
 
     def _probe(self, now: Situation) -> Stage:

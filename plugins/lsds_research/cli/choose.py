@@ -31,6 +31,8 @@ class Quantity(click.ParamType[float]):
         found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]+)\s*", str(value))
         if found is None or found[2] not in self._units:
             self.fail(f"'{value}' is no {self.name}: write a number and one of {', '.join(self._units)}, such as 5mm")
+        if not float(found[1]) > 0:
+            self.fail(f"'{value}' leaves nothing: write a {self.name} greater than zero")
         return float(found[1]) * _UNITS[found[2]]
 
 
