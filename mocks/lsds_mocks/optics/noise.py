@@ -70,6 +70,6 @@ def _count(
         light, ink, noise, into = lit[i], cover[i], field[row + i, column : column + width], out[i]
         for j in range(width):
             product = np.int32(light[j]) * np.int32(ink[j]) * scale
-            fine = (product >> np.int32(_GAIN_BITS)) + np.int32(noise[j])
+            fine = ((product + np.int32(2 ** (_GAIN_BITS - 1))) >> np.int32(_GAIN_BITS)) + np.int32(noise[j])
             whole = (fine + np.int32(2 ** (_FINE_BITS - 1))) >> np.int32(_FINE_BITS)
             into[j] = max(min(whole, np.int32(255)), np.int32(0))
