@@ -31,12 +31,13 @@ MEDIAN = 3
 class CarriedLoad:
     """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's is an earlier one,
     because it tells none now. `jumped_n` is where a load that has just jumped will be when the fingers answer, 0 for
-    one that has not. `normal_n` is the greatest normal force of a finger, NaN where none is told."""
+    one that has not; `fell` whether it has just fallen. `normal_n` is the greatest normal force of a finger, NaN where
+    none is told."""
 
     def __init__(self) -> None:
         self.now_n = self.normal_n = math.nan
         self.jumped_n = 0.0
-        self.stale = False
+        self.stale = self.fell = False
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
         self._last: dict[str, deque[float]] = {}
@@ -63,6 +64,7 @@ class CarriedLoad:
             return
         self.now_n = fmean(loads[-1] for loads in self._last.values())
         self.jumped_n = self._jump.see(t_ns, self.now_n)
+        self.fell = self._jump.fell
         self._loads.append((t_ns, fmean(median(loads) for loads in self._last.values())))
         while t_ns - self._loads[0][0] > nanoseconds(REMEMBERED_S):
             self._loads.popleft()

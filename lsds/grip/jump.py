@@ -1,4 +1,5 @@
-"""A load that jumps: somebody pushes, or something falls in. It is answered before a median could tell."""
+"""A load that jumps: somebody pushes, or something falls in. Or one that falls: the surface has got wet, and friction
+carries less. Both are answered before a median or a detector could tell."""
 
 from __future__ import annotations
 
@@ -15,14 +16,18 @@ JUMP, LATE_S = 1.1, 0.3
 """A load above this factor of the calm one has jumped; what was calm counts for so long."""
 LEAD_S, MOST_LED = 0.1, 1.5
 """A jump is followed so far ahead (a camera, a Hand-E and its way), at most by this factor."""
+FELL, GONE = 0.67, 0.25
+"""A load below the first share of the calm one has fallen; below the second, somebody took the object, or it stands. An
+arm that brakes at 2 m/s^2 leaves 0.7 in one frame."""
 RISE_S = 0.015
 """The rise is that over at least this time: two fingers may show it a millisecond apart."""
 
 
 class LoadJump:
-    """Watches one load."""
+    """Watches one load; `fell` tells whether it has just fallen."""
 
     def __init__(self) -> None:
+        self.fell = False
         self._recent: deque[tuple[int, float]] = deque()
         self._calm_n, self._calm_ns = math.nan, 0
 
@@ -32,7 +37,9 @@ class LoadJump:
         spans = loads and t_ns - self._recent[0][0] >= nanoseconds(0.8 * CALM_S)
         if spans and min(loads) > LEAST_N and max(loads) - min(loads) < CALM * max(loads):
             self._calm_n, self._calm_ns = median(loads), t_ns
-        has_jumped = t_ns - self._calm_ns <= nanoseconds(LATE_S) and load_n > JUMP * self._calm_n
+        late = t_ns - self._calm_ns <= nanoseconds(LATE_S)
+        has_jumped = late and load_n > JUMP * self._calm_n
+        self.fell = late and GONE * self._calm_n < load_n < FELL * self._calm_n
         jumped_n = self._ahead(t_ns, load_n) if has_jumped else 0.0
         self._recent.append((t_ns, load_n))
         while t_ns - self._recent[0][0] > nanoseconds(CALM_S):

@@ -147,6 +147,28 @@ def test_a_finger_that_saw_nothing_new_confirms_nothing():
     assert grip.controller._limit.known
 
 
+def test_a_calm_load_that_falls_at_once_is_answered_before_a_detector_tells_and_let_go_where_nothing_slips():
+    grip = slipped()
+    before = grip.quiet(1.2, 5.0)
+    assert 2.0 * before < grip.frame(0.6, slip=False) <= 2.51 * before
+    assert grip.frame(0.6, slip=False) <= 2.51 * before, "frames do not add up"
+    assert grip.quiet(1.2, 5.0) == pytest.approx(before, rel=0.03), "and opened again"
+
+
+def test_before_anything_has_slipped_a_load_that_falls_and_comes_back_leaves_what_held():
+    grip = lifted()
+    grip.quiet(0.5, 1.0)
+    assert grip.frame(0.3, slip=False) > 1.5
+    assert grip.quiet(0.5, 5.0) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_load_that_an_arm_lightens_or_that_is_taken_away_closes_nothing():
+    for left in (0.85, 0.1):
+        grip = slipped()
+        before = grip.quiet(1.2, 5.0)
+        assert grip.frame(left, slip=False) == pytest.approx(before, abs=1e-4)
+
+
 def test_one_frame_of_great_load_raises_no_limit_when_a_slip_begins():
     grip = lifted(2.0)
     grip.quiet(1.0, 1.2)

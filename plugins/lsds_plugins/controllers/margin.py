@@ -46,6 +46,9 @@ PERSISTS = 2.5
 SHOVED, MOST_SHOVED = 1.6, 2.0
 """Least growth of the squeeze on a slip under a load that has jumped: that is a fast one; and how far what jumps is
 followed ahead of time, over the squeeze before."""
+BRAKES, MOST_LOST = 1.3, 2.5
+"""Where the load has fallen the object falls: more than what carries it is needed to stop it; and the greatest growth
+of the squeeze as long as nothing else tells that something slips."""
 REBOUND_S = 0.3
 """After a jump a load may fall for so long because what was caught springs back."""
 MOST = 3.0
@@ -127,7 +130,7 @@ class MarginController:
         squeeze_m = max(self._touch_m - aperture, LEAST_M)
         if load.jumped_n > 0:
             self._jumped_ns = state.t_ns
-        else:
+        elif not load.fell:
             self._calm_m = squeeze_m
         commanded_m = self._touch_m - state.aperture_m
         self._allowed_m = self._bearing.allowed_m(
@@ -152,13 +155,15 @@ class MarginController:
             return self._closed(state, squeeze_m * self._options.margin, slips=True)
         ratio = load.now_n / squeeze_m
         refuted = slips and self._is_refuted(state, ratio)
+        springs_back = state.t_ns - self._jumped_ns < nanoseconds(REBOUND_S)
         if slips and not refuted:
             if load.now_n > LEAST_N:
                 self._learn_slip(state, ratio, sure=sure or load.jumped_n > 0)
                 self._slipped_n = load.greatest_n
-            springs_back = state.t_ns - self._jumped_ns < nanoseconds(REBOUND_S)
             fallen = load.now_n < FALLEN * load.greatest_n and not springs_back
             return self._caught(state, squeeze_m, load.greatest_n / max(load.now_n, LEAST_N) if fallen else 1.0)
+        if load.fell and not springs_back and not slips:
+            return self._lost(state, squeeze_m)
         if not slips:
             self._alarmed_ns = None
             self._quiet_s += max(state.dt_s, 0.0) if math.isfinite(state.dt_s) else 0.0
@@ -205,6 +210,13 @@ class MarginController:
             growth = max(growth, self._options.margin * missing)
         growth = min(growth, MOST)
         return self._closed(state, squeeze_m * growth, slips=True)
+
+    def _lost(self, state: GripInput, squeeze_m: float) -> float | None:
+        """Close on a load that has just fallen, before a detector can tell why; where nothing slips, open again."""
+        self._quiet_s, self._opened_to = 0.0, None
+        self._back_m = self._calm_m if self._back_m is None else self._back_m
+        wanted_m = BRAKES * self._options.margin * squeeze_m * self._load.greatest_n / self._load.now_n
+        return self._closed(state, min(wanted_m, MOST_LOST * self._calm_m), slips=True)
 
     def _followed(self, state: GripInput, squeeze_m: float, *, doubted: bool) -> float | None:
         """Follow the load: close at once, open slowly when it has been quiet for long enough."""
