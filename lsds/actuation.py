@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from lsds.clock import nanoseconds
 from lsds.contracts import ArmCommand, Grip, GripperCommand, Twist
 from lsds.errors import CommandExpired, SafetyStop
+from lsds.fingers import FingersWatch
 from lsds.safety import Guard
 from lsds.watches import ArrivalWatch
 
@@ -48,6 +49,7 @@ class Actuation:
         self._clock = clock
         self._lifetime_ns = nanoseconds(config.safety.command_lifetime_s)
         self._arrival = ArrivalWatch(gripper.spec.resolution_m if gripper is not None else 0.0)
+        self._fingers = FingersWatch(gripper.spec.resolution_m if gripper is not None else 0.0)
         self._wanted: Grip | None = None
         task = config.task
         self._correction = (task.grip_speed_m_s, task.grip_force_n)
@@ -71,6 +73,11 @@ class Actuation:
             self._correction = (wanted.speed_m_s, wanted.force_n)
             self._arrival.sent(sent, now_ns)
         return sent is not None
+
+    def watch(self, state: GripperState | None, now_ns: int) -> None:
+        """Raise SafetyStop where the fingers opened by themselves, or do not follow."""
+        if state is not None:
+            self._fingers.check(state, now_ns)
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the fingers rest at the last wanted grip; true without a gripper."""
@@ -101,8 +108,9 @@ class Actuation:
         expires = self._clock.now() + self._lifetime_ns
         command = GripperCommand(aperture_m, grip.speed_m_s, grip.force_n, expires)
         held = self.held_m if math.isfinite(self.held_m) else stroke
+        command = self.guard.gripper(command, held, allow_opening=allow_opening)
         try:
-            sent = gripper.command(self.guard.gripper(command, held, allow_opening=allow_opening))
+            sent = gripper.command(command)
         except CommandExpired as error:
             # Leave the grip unchanged; the next frame gives a new command. Not for ever: the arm relies on the grip.
             now = self._clock.now()
@@ -112,4 +120,5 @@ class Actuation:
             return None
         self._expiring_ns = None
         self.held_m = sent.aperture_m
+        self._fingers.sent(command.aperture_m, sent.aperture_m, self._clock.now())
         return sent.aperture_m

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.answers import sound_detection, sound_estimate
 from lsds.clock import nanoseconds
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
@@ -41,13 +42,13 @@ class FingerLine:
     def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
         self.finger = finger
         self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
-        self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile)
         self.newest: FingerCycle | None = None
         self.taken_anew: list[int] = []
         self._live, self._lost = live, 0
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._seq = -1
         self._names = tuple(f"{kind} '{config.section(kind).backend}'" for kind in ("tracker", "detector", "estimator"))
+        self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile, tracker_name=self._names[0])
 
     @property
     def referenced(self) -> bool:
@@ -92,9 +93,9 @@ class FingerLine:
                 if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._take_anew(frame):
                     return None
                 at_work = detector
-                detection = finger.detector.update(observation)
+                detection = sound_detection(detector, finger.detector.update(observation), frame.seq)
                 at_work = estimator
-                estimate = finger.estimator.update(observation)
+                estimate = sound_estimate(estimator, finger.estimator.update(observation), frame.seq)
             except DataError as error:
                 self.gate.refuse(str(error), now_ns, frame.seq)
                 return None
