@@ -16,11 +16,13 @@ from lsds.rig import Rig
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
+from lsds.stages import Stages
 
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end."""
+    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end; `stages` tells
+    when each stage began."""
 
     summary: dict[str, Any]
     record: RunRecord
@@ -28,6 +30,7 @@ class Session:
     reference_frame: Frame | None
     reference: MarkerReference | None
     fault: BaseException | None
+    stages: Stages
 
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
@@ -93,4 +96,4 @@ def run(
             rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
         )
     perception = engine.perception
-    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault)
+    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)

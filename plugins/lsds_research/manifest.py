@@ -62,6 +62,14 @@ _STUDIES = (
         "controllers on objects that nobody described: grip over needed, slip, drops",
     ),
     (
+        "faults",
+        "studies.faults.study:FaultsStudy",
+        "studies.faults.options:FaultsOptions",
+        ("numba",),
+        "sim",
+        "parts of the cell that fail while an object is lifted: stopped, harmless or missed",
+    ),
+    (
         "slide",
         "studies.slide:SlideStudy",
         "studies.slide:SlideOptions",
