@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from lsds_mocks.faults.catalogue import CATALOGUE
@@ -15,6 +16,7 @@ from lsds.plugins.host import PluginHost
 from lsds.session.run import run
 from lsds.stages import Stages, shared_stages
 
+ROOT = Path(__file__).resolve().parents[2]
 SHORT = ("task.lift_s=0.6", "task.hold_s=0.3")
 
 
@@ -111,3 +113,10 @@ def test_every_fault_of_the_catalogue_can_be_built_and_says_what_it_afflicts():
         assert len(entry.levels) in (0, 5), entry.name
     assert {host.build("fault", entry.name, {}, context).target for entry in CATALOGUE} == kinds
     assert len({entry.name for entry in CATALOGUE}) == len(CATALOGUE) > 40
+
+
+def test_the_page_of_faults_lists_the_catalogue():
+    page = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+    for entry in CATALOGUE:
+        levels = ", ".join(f"{level:g}" for level in entry.levels) + f" {entry.unit}" if entry.levels else "-"
+        assert f"| `{entry.name}` | {entry.summary} | {levels} |" in page
