@@ -85,7 +85,7 @@ class Actuation:
 
     def correct(self, aperture_m: float, *, may_open: bool) -> float | None:
         """Send a correction of the grip; return the aperture sent, None if it came too late."""
-        sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open)
+        sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open, corrects=True)
         if sent is not None:
             self._arrival.superseded()
         return sent
@@ -97,7 +97,7 @@ class Actuation:
             command = ArmCommand(twist, acceleration_m_s2, self._clock.now() + self._lifetime_ns)
             self.moving = self._arm.command(self.guard.arm(command)).twist
 
-    def _send(self, grip: Grip, *, allow_opening: bool) -> float | None:
+    def _send(self, grip: Grip, *, allow_opening: bool, corrects: bool = False) -> float | None:
         gripper = self._gripper
         if gripper is None:
             return None
@@ -120,5 +120,5 @@ class Actuation:
             return None
         self._expiring_ns = None
         self.held_m = sent.aperture_m
-        self._fingers.sent(command.aperture_m, sent.aperture_m, self._clock.now())
+        self._fingers.sent(command.aperture_m, sent.aperture_m, self._clock.now(), corrects=corrects)
         return sent.aperture_m

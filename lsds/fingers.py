@@ -29,12 +29,14 @@ class FingersWatch:
         self._tick_m = max(resolution_m, 1e-4)
         self._sent: deque[tuple[int, float]] = deque()
         self._bound_m = math.inf
+        self._corrects = False
         self._idle_ns: int | None = None
         self._idle_m = math.nan
 
-    def sent(self, asked_m: float, taken_m: float, now_ns: int) -> None:
+    def sent(self, asked_m: float, taken_m: float, now_ns: int, *, corrects: bool) -> None:
         """Take the aperture that was asked for and the one that the gripper took.
 
+        `corrects`: it is a correction, on which an object relies; a grasp has its own patience, and is said again.
         Raises DeviceFault where it took a wider one than its resolution explains.
         """
         if taken_m > asked_m + 1.01 * self._tick_m:
@@ -43,6 +45,7 @@ class FingersWatch:
                 f"told {1e3 * asked_m:.2f} mm it took {1e3 * taken_m:.2f} mm, wider than its resolution explains",
                 remedy="give its true resolution in its spec",
             )
+        self._corrects = corrects
         self._sent.append((now_ns, taken_m))
         # The last one that is older than what may be under way is where the fingers come from.
         while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
@@ -67,6 +70,7 @@ class FingersWatch:
     def _require_following(self, state: GripperState, now_ns: int) -> None:
         wanted_m = self._sent[-1][1]
         behind = state.aperture_m > wanted_m + self._near_m and state.contact is Contact.NONE and not state.moving
+        behind = behind and self._corrects
         if not behind or not self._idle_m - state.aperture_m < self._tick_m:
             self._idle_ns, self._idle_m = (now_ns, state.aperture_m) if behind else (None, math.nan)
             return

@@ -19,8 +19,8 @@ def state(t_ms, mm, *, target_mm=None, moving=False, contact=Contact.NONE):
     return GripperState(t_ms * MS, t_ms, mm * 1e-3, target * 1e-3, moving, contact)
 
 
-def told(watch, mm, t_ms):
-    watch.sent(mm * 1e-3, mm * 1e-3, t_ms * MS)
+def told(watch, mm, t_ms, *, corrects=True):
+    watch.sent(mm * 1e-3, mm * 1e-3, t_ms * MS, corrects=corrects)
 
 
 def test_fingers_that_open_with_no_command_stop_the_cell():
@@ -70,12 +70,19 @@ def test_a_slow_gripper_and_one_that_rests_on_an_object_follow():
         watch.check(state(t, 20.0, contact=Contact.CLOSING), t * MS)
 
 
+def test_a_grasp_that_was_lost_on_the_way_has_the_patience_of_the_grasp():
+    watch = FingersWatch(TICK_M)
+    told(watch, 15.0, 0, corrects=False)
+    for t in range(0, 4000, 10):
+        watch.check(state(t, 50.0), t * MS)
+
+
 def test_a_gripper_that_takes_a_wider_aperture_than_it_was_told_is_at_fault():
     watch = FingersWatch(TICK_M)
-    watch.sent(0.020, 0.0201, 0)
-    watch.sent(0.020, 0.018, 0)
+    watch.sent(0.020, 0.0201, 0, corrects=True)
+    watch.sent(0.020, 0.018, 0, corrects=True)
     with pytest.raises(DeviceFault, match=r"told 20\.00 mm it took 20\.50 mm"):
-        watch.sent(0.020, 0.0205, 0)
+        watch.sent(0.020, 0.0205, 0, corrects=True)
 
 
 @given(st.lists(st.tuples(st.integers(1, 200), st.floats(0, 50)), min_size=1, max_size=40))
