@@ -29,7 +29,7 @@ class FingersWatch:
         self._tick_m = max(resolution_m, 1e-4)
         self._sent: deque[tuple[int, float]] = deque()
         self._bound_m = math.inf
-        self._corrects = False
+        self._corrects, self._asked_m = False, math.nan
         self._idle_ns: int | None = None
         self._idle_m = math.nan
 
@@ -37,15 +37,16 @@ class FingersWatch:
         """Take the aperture that was asked for and the one that the gripper took.
 
         `corrects`: it is a correction, on which an object relies; a grasp has its own patience, and is said again.
-        Raises DeviceFault where it took a wider one than its resolution explains.
+        Raises DeviceFault where it took one that is wider, and opens, by more than its resolution explains.
         """
-        if taken_m > asked_m + 1.01 * self._tick_m:
+        # One that cannot close as far as it is told takes less, and opens nothing by that.
+        if taken_m > max(asked_m, self._bound_m) + 1.01 * self._tick_m:
             raise DeviceFault(
                 "gripper",
                 f"told {1e3 * asked_m:.2f} mm it took {1e3 * taken_m:.2f} mm, wider than its resolution explains",
                 remedy="give its true resolution in its spec",
             )
-        self._corrects = corrects
+        self._corrects, self._asked_m = corrects, asked_m
         self._sent.append((now_ns, taken_m))
         # The last one that is older than what may be under way is where the fingers come from.
         while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
@@ -68,7 +69,7 @@ class FingersWatch:
         self._require_following(state, now_ns)
 
     def _require_following(self, state: GripperState, now_ns: int) -> None:
-        wanted_m = self._sent[-1][1]
+        wanted_m = self._asked_m
         behind = state.aperture_m > wanted_m + self._near_m and state.contact is Contact.NONE and not state.moving
         behind = behind and self._corrects
         if not behind or not self._idle_m - state.aperture_m < self._tick_m:

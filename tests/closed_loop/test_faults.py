@@ -30,7 +30,7 @@ def with_fault(name, moment="take up", **keys):
     [
         ("gripper-stuck", {}, "told to close to .* it rests at"),
         ("gripper-offset", {"severity": 4}, "its fingers opened from .* nothing told them to"),
-        ("gripper-coarse", {"severity": 5}, "wider than its resolution explains"),
+        ("gripper-coarse", {"severity": 5, "moment": "lift"}, "wider than its resolution explains"),
         ("detector-none", {}, r"detector 'fused', frame \d+: update\(\) returned NoneType, not Detection"),
         ("tracker-nan", {}, r"tracker 'lk', frame \d+: a marker that is valid has no position"),
         ("controller-wrong", {}, r"controller 'margin': update\(\) returned str"),

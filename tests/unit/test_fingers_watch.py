@@ -79,6 +79,8 @@ def test_a_grasp_that_was_lost_on_the_way_has_the_patience_of_the_grasp():
 
 def test_a_gripper_that_takes_a_wider_aperture_than_it_was_told_is_at_fault():
     watch = FingersWatch(TICK_M)
+    watch.sent(0.0, 0.002, 0, corrects=False)  # its least aperture
+    watch.check(state(0, 19.9), 0)
     watch.sent(0.020, 0.0201, 0, corrects=True)
     watch.sent(0.020, 0.018, 0, corrects=True)
     with pytest.raises(DeviceFault, match=r"told 20\.00 mm it took 20\.50 mm"):
