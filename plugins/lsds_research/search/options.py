@@ -11,10 +11,10 @@ from lsds_research.cluster import HELP
 class SearchOptions(BaseModel):
     """Look for scenarios in which the cell fails.
 
-    A scenario is a point in ranges of config keys: object, friction, gel, optics, timing, task. A third to a
-    half of the runs look everywhere; the others go downhill from the worst places, towards a drop, a long slip, a crushing grip, an opening,
-    a hang or an error without a name. Each failure is shrunk to the fewest keys that still fail, and saved as a file
-    that lsds run replays. Figures are simulated.
+    A scenario is a point in ranges of config keys: object, friction, gel, optics, timing, task. A third to a half of
+    the runs look everywhere; the others go downhill from the worst places, towards a drop, a long slip, a crushing
+    grip, an opening, a hang or an error without a name. Each failure is shrunk to few keys, and saved as a file that
+    lsds run replays. Figures are simulated.
 
     \b
     Examples:
