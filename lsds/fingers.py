@@ -48,14 +48,12 @@ class FingersWatch:
             )
         self._corrects, self._asked_m = corrects, asked_m
         self._sent.append((now_ns, taken_m))
-        # The last one that is older than what may be under way is where the fingers come from.
-        while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
-            self._sent.popleft()
 
     def check(self, state: GripperState, now_ns: int) -> None:
         """Take the gripper's newest state. Raises SafetyStop where the fingers opened, or do not close."""
         if not self._sent:
             return
+        # The last one that is older than what may be under way is where the fingers come from.
         while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
             self._sent.popleft()
         aperture_m = state.aperture_m

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.errors import ConfigError, ConfigIssue
 
-_FORM = re.compile(r"(?P<name>[^:@]+)(:(?P<severity>\d+))?(@(?P<moment>.+))?")
+_FORM = re.compile(r"(?P<name>[^:@]+)(:(?P<severity>0|[1-9]\d*))?(@(?P<moment>.+))?")
 
 
 def faults_override(faults: Sequence[str]) -> list[str]:
@@ -22,8 +22,5 @@ def faults_override(faults: Sequence[str]) -> list[str]:
             )
             raise ConfigError("the command line", [issue])
         name, severity, moment = found["name"], found["severity"], found["moment"]
-        keys = {"backend": value_text(name)}
-        keys |= {} if severity is None else {"severity": severity}
-        keys |= {} if moment is None else {"at": value_text(moment)}
-        tables.append("{" + ", ".join(f"{key} = {value}" for key, value in keys.items()) + "}")
-    return [f"faults=[{', '.join(tables)}]"] if tables else []
+        tables.append({"backend": name, "severity": None if severity is None else int(severity), "at": moment})
+    return override_texts({"faults": tables}) if tables else []

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from typing import Any
 
+from lsds.config.toml import value_text
 from lsds.errors import ConfigIssue
 
 _EXAMPLE = "write --set gripper.backend=hand-e"
@@ -45,6 +47,11 @@ def parse_value(text: str) -> Any:
         return text
     # A value with a line break could define further keys, so it is taken as a string.
     return parsed["v"] if set(parsed) == {"v"} else text
+
+
+def override_texts(keys: Mapping[str, Any]) -> list[str]:
+    """Return the overrides that set dotted keys to values. Raises TypeError for what TOML cannot hold."""
+    return [f"{key}={value_text(value)}" for key, value in keys.items()]
 
 
 def apply_overrides(data: dict[str, Any], overrides: tuple[str, ...]) -> list[ConfigIssue]:

@@ -77,7 +77,7 @@ class FrameGate:
         if self._live and not self._fresh.stamped(frame.t_ns, now_ns):
             self.refuse(self._fresh.reason, now_ns, frame.seq)
             return False
-        if self._live and self._is_sound(frame) and self._unrest.seen(frame.image):
+        if self._live and self._unrest.seen(frame.image):
             reason = f"the whole image changes by {self._unrest.level:.0f} levels from frame to frame (noise? flicker?)"
             self.refuse(f"frame {frame.seq}: {reason}", now_ns, frame.seq)
             return False
@@ -93,10 +93,6 @@ class FrameGate:
         self._fresh.good(now_ns)
         self._changing.require(now_ns)
         return False
-
-    def _is_sound(self, frame: Frame) -> bool:
-        image = frame.image
-        return isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3
 
     def followed(self, frame: Frame, tracks: MarkerTracks, now_ns: int) -> None:
         """Take note of how much of the gel is seen. Raises SafetyStop where that was too little for too long."""

@@ -29,7 +29,12 @@ class Unrest:
         self._count = 0
 
     def seen(self, image: NDArray[np.uint8]) -> bool:
-        """Take an image (height, width, 3) of uint8; return whether the last ones tremble all over."""
+        """Take an image (height, width, 3) of uint8; return whether the last ones tremble all over.
+
+        What is no such image is not taken: `check_image` says what is wrong with it.
+        """
+        if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3):
+            return False
         rows = np.ascontiguousarray(image[::ROWS])
         before, self._rows = self._rows, rows
         if before is None or before.shape != rows.shape or rows.shape[1] % TILES:

@@ -10,38 +10,14 @@ from lsds.clock import nanoseconds
 from lsds.contracts import GripperCommand, GripperState
 from lsds.errors import DeviceError, DeviceFault, DeviceTimeout, ProtocolFault
 from lsds_mocks.faults.made import fault
-from lsds_mocks.faults.plan import Around, Plan
+from lsds_mocks.faults.moved import Frozen, Moved
+from lsds_mocks.faults.plan import Plan
 
 NAME = "gripper"
 OVER_CURRENT = 0x0E
 
 
-class Wrapped(Around):
-    """A gripper with a fault: `said` is what it tells of a state, `sent` what becomes of a command (None: nothing)."""
-
-    def read(self) -> GripperState:
-        """Return the newest state, as the fault has it."""
-        state: GripperState = self._part.read()
-        return self.said(state) if self._plan.on else state
-
-    def command(self, command: GripperCommand) -> GripperCommand:
-        """Send a command, or what the fault leaves of it."""
-        wanted = self.sent(command) if self._plan.on else command
-        if wanted is None:
-            return command
-        sent: GripperCommand = self._part.command(wanted)
-        return sent
-
-    def said(self, state: GripperState) -> GripperState:
-        """Return what is told of a state while the fault is on."""
-        return state
-
-    def sent(self, command: GripperCommand) -> GripperCommand | None:
-        """Return what is sent of a command while the fault is on."""
-        return command
-
-
-class _Line(Wrapped):
+class _Line(Moved):
     """A share of the answers, to states and commands, fails with an error."""
 
     def error(self) -> DeviceError:
@@ -63,12 +39,12 @@ class _Crc(_Line):
         return ProtocolFault(NAME, "an answer has a wrong check sum", remedy="check the cable and its shield")
 
 
-class _Refuses(Wrapped):
+class _Refuses(Moved):
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         raise ProtocolFault(NAME, "it refuses the command", code=2, remedy="check its register map")
 
 
-class _Still(Wrapped):
+class _Still(Moved):
     """Once it is on, the fingers stand still."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
@@ -85,7 +61,8 @@ class _Still(Wrapped):
         """Return the newest state; the fingers stop when the fault begins."""
         if self._plan.on:
             self.stand()
-        return super().read()
+        state: GripperState = super().read()
+        return state
 
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         self.stand()
@@ -103,7 +80,8 @@ class _NoPower(_Still):
         if self._plan.on:
             self.stand()
             raise DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
-        return super().read()
+        state: GripperState = super().read()
+        return state
 
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         self.stand()
@@ -124,32 +102,32 @@ class _Lies(_Still):
         return replace(state, aperture_m=told, target_m=told, moving=False)
 
 
-class _Offset(Wrapped):
+class _Offset(Moved):
     def said(self, state: GripperState) -> GripperState:
         return replace(state, aperture_m=state.aperture_m + self._plan.level)
 
 
-class _Slow(Wrapped):
+class _Slow(Moved):
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         return replace(command, speed_m_s=command.speed_m_s * self._plan.level)
 
 
-class _Weak(Wrapped):
+class _Weak(Moved):
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         return replace(command, force_n=command.force_n * self._plan.level)
 
 
-class _Coarse(Wrapped):
+class _Coarse(Moved):
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         return replace(command, aperture_m=round(command.aperture_m / self._plan.level) * self._plan.level)
 
 
-class _Loses(Wrapped):
+class _Loses(Moved):
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         return None if self._plan.happens() else command
 
 
-class _Late(Wrapped):
+class _Late(Moved):
     """Commands wait; they are carried out at the next call after their time."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
@@ -162,19 +140,12 @@ class _Late(Wrapped):
         while self._waiting and self._waiting[0][0] <= now:
             _, command = self._waiting.popleft()
             self._part.command(replace(command, expires_ns=now + nanoseconds(0.1)))
-        return super().read()
+        state: GripperState = super().read()
+        return state
 
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), command))
         return None
-
-
-class _Frozen(Wrapped):
-    _last: GripperState | None = None
-
-    def said(self, state: GripperState) -> GripperState:
-        self._last = state if self._last is None else self._last
-        return self._last
 
 
 time_out = fault(_Line, "gripper:time_out")
@@ -190,4 +161,4 @@ coarse = fault(_Coarse, "gripper:coarse")
 loses = fault(_Loses, "gripper:loses")
 stuck = fault(_Still, "gripper:stuck")
 lies = fault(_Lies, "gripper:lies")
-frozen = fault(_Frozen, "gripper:frozen")
+frozen = fault(Frozen, "gripper:frozen")

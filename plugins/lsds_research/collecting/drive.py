@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lsds.config import load_config
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.engine import Engine
 from lsds.errors import DataError
 from lsds.rig import Rig
@@ -32,7 +32,7 @@ def run_trial(
     untouched gel.
     """
     settings = {"seed": trial.seed, "cell.simulated.clamped": trial.clamped} | trial.simulated
-    own = [f"{path}={value_text(value)}" for path, value in settings.items()]
+    own = override_texts(settings)
     config = load_config(config_file, [*own, *overrides])
     with Rig(config) as rig:
         rig.arm_devices()

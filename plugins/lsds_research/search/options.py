@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
-from lsds_research.cluster import HELP
+from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
 
 
 class SearchOptions(BaseModel):
@@ -40,16 +40,8 @@ class SearchOptions(BaseModel):
     peak: float = Field(
         default=5.0, gt=1, le=1000, description="a peak grip over what is needed beyond this is a failure"
     )
-    settings: list[str] = Field(
-        default=[],
-        description="one more config key of every run",
-        json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"},
-    )
-    out: str = Field(
-        default="",
-        description="keep each run in this file (JSON lines); the same command goes on where it ended",
-        json_schema_extra={"metavar": "FILE"},
-    )
+    settings: Settings = []
+    out: Out = ""
     quick: bool = Field(default=False, description="48 runs, one failure shrunk")
-    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run scenarios")
-    cluster: str = Field(default="", description=HELP, json_schema_extra={"metavar": "ADDRESS"})
+    jobs: Jobs = Field(default_factory=processes, description="processes that run scenarios")
+    cluster: Cluster = ""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import cpu_ns
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError, PluginError
 from lsds.session.run import run
 
@@ -38,7 +38,7 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     scenario, limits, settings = asked
     began_ns = cpu_ns()
     try:
-        session = run(None, [*overrides_of(scenario), *settings])
+        session = run(None, [*override_texts(scenario), *settings])
     except LsdsError as error:
         return {"margins": {"named": STOPPED}, "outcome": "not run", "fault": str(error), "simulated_s": 0.0}
     except Exception as error:
@@ -52,11 +52,6 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         "fault": summary["fault"],
         "simulated_s": summary.get("simulated_s", 0.0),
     }
-
-
-def overrides_of(scenario: Scenario) -> list[str]:
-    """Return a scenario as overrides of a config."""
-    return [f"{key}={value_text(value)}" for key, value in scenario.items()]
 
 
 def margins_of(session: Session, limits: Limits) -> dict[str, float]:

@@ -14,6 +14,7 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds_research.cluster import shared_out
+from lsds_research.kept import keep, read_kept
 from lsds_research.search.files import save_scenario
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
@@ -21,7 +22,6 @@ from lsds_research.search.robustness import Limits, least, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Scenario, point_to_scenario, read_space
-from lsds_research.studies.grip.kept import keep, read_kept
 
 _COLUMNS = (
     ("failure", "failure", ""),

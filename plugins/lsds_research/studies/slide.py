@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError, LsdsError
@@ -108,7 +108,7 @@ class Slid:
             "job.slide.turn_rad_s": self.rate_rad_s,
             "task.first_squeeze_m": self.squeeze_mm * 1e-3,
         }
-        return [f"{path}={value_text(value)}" for path, value in keys.items()]
+        return override_texts(keys)
 
 
 def slid(what: Slid) -> dict[str, Any] | str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
 from lsds.session.run import run
 
@@ -38,17 +38,17 @@ class Case:
 
     def overrides(self) -> list[str]:
         """Return the config keys of the run."""
-        keys = KEYS | {
+        keys: dict[str, Any] = KEYS | {
             "seed": self.seed,
             "sensor.mock-gelsight-mini.gel": self.seed,
             "controller.backend": self.controller,
             "detector.backend": self.detector,
         }
-        told = [*(f"{path}={value_text(value)}" for path, value in keys.items()), *self.settings]
+        told = [*override_texts(keys), *self.settings]
         if not self.fault:
             return told
-        severity = f", severity = {self.severity}" if self.severity else ""
-        return [*told, f'faults=[{{backend = "{self.fault}", at = "{self.moment}"{severity}}}]']
+        fault = {"backend": self.fault, "at": self.moment, "severity": self.severity or None}
+        return [*told, *override_texts({"faults": [fault]})]
 
 
 def run_case(case: Case) -> dict[str, Any] | str:

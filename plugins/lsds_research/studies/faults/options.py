@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
-from lsds_research.cluster import HELP
+from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
 
 Moment = Literal["approach", "squeeze", "take up", "lift", "slip", "hold"]
 
@@ -58,16 +58,8 @@ class FaultsOptions(BaseModel):
         description="detector",
         json_schema_extra={"flag": "--detector", "metavar": "NAME"},
     )
-    settings: list[str] = Field(
-        default=[],
-        description="one more config key of every run",
-        json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"},
-    )
-    out: str = Field(
-        default="",
-        description="keep each run in this file (JSON lines); the same command goes on where it ended",
-        json_schema_extra={"metavar": "FILE"},
-    )
+    settings: Settings = []
+    out: Out = ""
     quick: bool = Field(default=False, description="every third fault, severities 3 and 5, lift and slip, one seed")
-    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")
-    cluster: str = Field(default="", description=HELP, json_schema_extra={"metavar": "ADDRESS"})
+    jobs: Jobs = Field(default_factory=processes, description="processes that run lifts")
+    cluster: Cluster = ""

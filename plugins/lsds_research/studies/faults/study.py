@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import combinations, product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,14 +13,12 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds.processes import DIED
 from lsds_research.chosen import chosen
-from lsds_research.cluster import shared_out
+from lsds_research.kept import run_kept
 from lsds_research.studies.faults.case import OPENED_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar
 from lsds_research.studies.faults.plot import plot_faults
-from lsds_research.studies.grip.kept import keep, read_kept
 
 if TYPE_CHECKING:
     Row = dict[str, Any]
@@ -59,19 +56,8 @@ class FaultsStudy:
         """Run the lifts. Raises DataError where none could be run, PluginError for an unknown fault or controller."""
         options = self._options
         planned = _planned(options, self._seed)
-        kept = Path(options.out) if options.out else None
-        known = read_kept(kept)
-        rows = [known[each.key] for each in planned if each.key in known]
-        missing = [each for each in planned if each.key not in known]
-        failures: dict[str, str] = {}
-        shared = shared_out(run_case, missing, options.jobs, options.cluster)
-        for done, (case, result) in enumerate(shared, start=len(rows) + 1):
-            if isinstance(result, dict):
-                rows.append(result)
-                keep(kept, case.key, result)
-            else:
-                failures[case.key] = result or DIED
-            tick(done, len(planned))
+        found, failures = run_kept(run_case, planned, options.out, options.jobs, options.cluster, tick)
+        rows = [*found.values()]
         alone = {row["pair"]: row for row in rows if not row["fault"]}
         judged = [_judged(row, alone[row["pair"]]) for row in rows if row["fault"] and row["pair"] in alone]
         if not judged:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.clock import cpu_ns
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
 from lsds.session.run import run
 from lsds_research.collecting.objects import PLANS
@@ -94,7 +94,7 @@ class Lift:
             keys["task.fragile_n"] = self.fragile_n
         if self.probe:
             keys["task.probe"] = True
-        return [*(f"{path}={value_text(value)}" for path, value in keys.items()), *self.settings]
+        return [*override_texts(keys), *self.settings]
 
 
 def lift(what: Lift) -> dict[str, Any] | str:

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
-from lsds_research.cluster import HELP
+from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
 from lsds_research.collecting.objects import PLANS
 
 Change = Literal["none", "pour", "shove", "wet", "brisk", "turn"]
@@ -73,16 +73,8 @@ class GripOptions(BaseModel):
         le=100,
         description="objects that stand this many times the needed force (task.fragile_n); 0: any",
     )
-    settings: list[str] = Field(
-        default=[],
-        description="one more config key of every run",
-        json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"},
-    )
-    out: str = Field(
-        default="",
-        description="keep each run in this file (JSON lines); the same command goes on where it ended",
-        json_schema_extra={"metavar": "FILE"},
-    )
+    settings: Settings = []
+    out: Out = ""
     quick: bool = Field(default=False, description="one speed, and every third object")
-    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")
-    cluster: str = Field(default="", description=HELP, json_schema_extra={"metavar": "ADDRESS"})
+    jobs: Jobs = Field(default_factory=processes, description="processes that run lifts")
+    cluster: Cluster = ""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,11 +13,9 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds.processes import DIED
 from lsds_research.chosen import chosen
-from lsds_research.cluster import shared_out
 from lsds_research.collecting.objects import PLANS
-from lsds_research.studies.grip.kept import keep, read_kept
+from lsds_research.kept import run_kept
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
@@ -70,19 +67,8 @@ class GripStudy:
         """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown controller."""
         options = self._options
         planned = _planned(options, self._seed)
-        kept = Path(options.out) if options.out else None
-        known = read_kept(kept)
-        rows = [known[each.key] for each in planned if each.key in known]
-        missing = [each for each in planned if each.key not in known]
-        failures: dict[str, str] = {}
-        shared = shared_out(lift, missing, options.jobs, options.cluster)
-        for done, (what, result) in enumerate(shared, start=len(rows) + 1):
-            if isinstance(result, dict):
-                rows.append(result)
-                keep(kept, what.key, result)
-            else:
-                failures[what.key] = result or DIED
-            tick(done, len(planned))
+        found, failures = run_kept(lift, planned, options.out, options.jobs, options.cluster, tick)
+        rows = [*found.values()]
         if not rows:
             raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
         rows.sort(key=lambda row: tuple(str(row[name]) for name in ("controller", "change", "object", "squeeze_mm")))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lsds.config.toml import value_text
+from lsds.config.overrides import override_texts
 from lsds.errors import DataError
 from lsds_research.collecting.objects import PLANS
 from lsds_research.studies.grip.lift import Lift
@@ -36,7 +36,7 @@ class Configuration(NamedTuple):
     def settings(self) -> tuple[str, ...]:
         """Return the config's keys, without the controller's."""
         kinds = {"tracker": self.tracker, "detector": self.detector, "estimator": self.estimator}
-        return tuple(f"{kind}.backend={value_text(name)}" for kind, name in kinds.items())
+        return tuple(override_texts({f"{kind}.backend": name for kind, name in kinds.items()}))
 
 
 def configurations(options: LoopOptions) -> list[Configuration]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
+from lsds_research.campaign_options import Jobs, Out
 
 OBJECTS = ("pvc-pipe", "can", "battery", "book", "candle", "scissors")
 BRAINS = (
@@ -63,10 +64,6 @@ class LoopOptions(BaseModel):
         description="first squeeze beyond the touch, mm",
         json_schema_extra={"flag": "--squeeze-mm", "metavar": "MM"},
     )
-    out: str = Field(
-        default="",
-        description="keep each run in this file (JSON lines); the same command goes on where it ended",
-        json_schema_extra={"metavar": "FILE"},
-    )
+    out: Out = ""
     quick: bool = Field(default=False, description="one tracker, every other object, one squeeze")
-    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")
+    jobs: Jobs = Field(default_factory=processes, description="processes that run lifts")

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds.processes import DIED, spread
 from lsds_research.chosen import chosen
-from lsds_research.studies.grip.kept import keep, read_kept
+from lsds_research.kept import run_kept
 from lsds_research.studies.grip.lift import lift
 from lsds_research.studies.loop.lifts import configurations, mark_front, planned, summarized
 from lsds_research.studies.loop.options import LoopOptions
@@ -65,17 +63,7 @@ def measured(
         for kind, name in each._asdict().items():
             chosen(host, kind, [name])
     lifts = list(planned(options, seed))
-    kept = Path(options.out) if options.out else None
-    known = read_kept(kept)
-    missing = [what for _, what in lifts if what.key not in known]
-    failures: dict[str, str] = {}
-    for done, (what, result) in enumerate(spread(lift, missing, options.jobs), start=len(lifts) - len(missing) + 1):
-        if isinstance(result, dict):
-            known[what.key] = result
-            keep(kept, what.key, result)
-        else:
-            failures[what.key] = result or DIED
-        tick(done, len(lifts))
+    known, failures = run_kept(lift, [what for _, what in lifts], options.out, options.jobs, "", tick)
     rows = []
     for each in configurations(options):
         own = [known[what.key] for of, what in lifts if of == each and what.key in known]
@@ -84,4 +72,4 @@ def measured(
     if not rows:
         raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
     mark_front(rows)
-    return rows, [known[what.key] for _, what in lifts if what.key in known], failures
+    return rows, [*known.values()], failures

@@ -1,0 +1,85 @@
+"""Runs that are kept in a file, one JSON object a line: a study goes on where it ended."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from lsds.errors import DataError
+from lsds.processes import DIED
+from lsds_research.cluster import shared_out
+
+Row = dict[str, Any]
+
+
+class Keyed(Protocol):
+    """Work whose result is kept under a name."""
+
+    @property
+    def key(self) -> str:
+        """The name; it holds all that the result depends on."""
+        ...
+
+
+Item = TypeVar("Item", bound=Keyed)
+
+
+def run_kept(
+    work: Callable[[Item], Row | str],
+    items: Sequence[Item],
+    out: str,
+    jobs: int,
+    cluster: str,
+    tick: Callable[[int, int], None],
+) -> tuple[dict[str, Row], dict[str, str]]:
+    """Run the items that the file `out` does not hold, and keep them in it; "" keeps nothing.
+
+    Returns by key, in the order of the items, the rows, and why an item could not be run: the text that `work` returned
+    for it. Raises DataError for a file or a cluster that cannot be used.
+    """
+    kept = Path(out) if out else None
+    known = read_kept(kept)
+    missing = [each for each in items if each.key not in known]
+    failures: dict[str, str] = {}
+    begun = len(items) - len(missing)
+    for done, (what, result) in enumerate(shared_out(work, missing, jobs, cluster), start=begun + 1):
+        if isinstance(result, dict):
+            known[what.key] = result
+            keep(kept, what.key, result)
+        else:
+            failures[what.key] = result or DIED
+        tick(done, len(items))
+    rows = {each.key: known[each.key] for each in items if each.key in known}
+    return rows, failures
+
+
+def read_kept(path: Path | None) -> dict[str, Row]:
+    """Return the runs that are kept already. Raises DataError for a file that is no such list."""
+    if path is None or not path.exists():
+        return {}
+    found: dict[str, Row] = {}
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for number, line in enumerate(lines, start=1):
+        try:
+            item = json.loads(line)
+            found[item["key"]] = item["run"]
+        except (json.JSONDecodeError, TypeError, KeyError) as error:
+            # A run that was cut off while it was written is the last line.
+            if number == len(lines):
+                break
+            raise DataError(f"{path}, line {number}: no run that was kept (choose another file)") from error
+    return found
+
+
+def keep(path: Path | None, key: str, row: Row) -> None:
+    """Add a run to the file; None keeps nothing. Raises DataError where it cannot be written."""
+    if path is None:
+        return
+    try:
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        with path.open("a", encoding="utf-8") as file:
+            file.write(("\n" if text and not text.endswith("\n") else "") + json.dumps({"key": key, "run": row}) + "\n")
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written: {error}") from error
