@@ -236,6 +236,8 @@ def test_a_pose_out_of_reach_ends_in_a_protective_stop_where_the_arm_stands_stil
     assert not arm.controller.unlock()
     for _ in range(2501):
         arm.controller.cycle()
+    assert arm.controller.safety is SafetyMode.PROTECTIVE_STOP, "an unlock that was refused is not remembered"
+    assert arm.controller.unlock()
     assert arm.controller.safety is SafetyMode.NORMAL
 
 

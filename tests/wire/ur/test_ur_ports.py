@@ -275,9 +275,16 @@ def test_a_protective_stop_is_told_once_and_refuses_programs_until_it_is_unlocke
         assert d.ask("safetystatus") == "Safetystatus: PROTECTIVE_STOP"
         assert d.ask("unlock protective stop").startswith("Cannot unlock protective stop until 5s after occurrence.")
         primary.send("def refused():\n  sync()\nend\n")
-        # Asked too early, it is done as soon as it may be.
+        assert b"refused is not started" in primary.message(10)
         primary.send("set unlock protective stop\n")
-        eventually(lambda: d.ask("safetymode"), "Safetymode: NORMAL", 8)
+        assert b"until 5s after occurrence" in primary.message(0)
+        # What was refused is not done later: asked again, it is.
+        time.sleep(5.2)
+        assert d.ask("safetymode") == "Safetymode: PROTECTIVE_STOP"
+        assert primary.state()[0][12] == 1
+        primary.send("set unlock protective stop\n")
+        assert primary.message(5)[8] == 1
+        assert d.ask("safetymode") == "Safetymode: NORMAL"
         assert d.ask("unlock protective stop") == "Protective stop releasing"
 
 

@@ -31,7 +31,9 @@ from lsds_mocks.wire.ur.motion.state import ArmMotion, Unreachable
 from lsds_mocks.wire.ur.power import Power
 from lsds_mocks.wire.ur.script.compiler import Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.script.operations import Operations
 from lsds_mocks.wire.ur.script.program import Program
+from lsds_mocks.wire.ur.script.work import CYCLE, Work
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.options import UrOptions
@@ -41,6 +43,9 @@ BOOTED_S = 100.0
 """Controller time at the start: clients wait for one that has just booted."""
 
 UNLOCK_AFTER_S = 5.0
+UNLOCK_EARLY = (
+    "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
+)
 MOST_SECONDARIES = 16
 PROTECTIVE_STOP, PATH_CHECK, JOINT_RANGE = 209, 204, 153
 HISTORY = 1500
@@ -86,10 +91,12 @@ class Controller:
         self.watchdogs: dict[str, tuple[float, str]] = {}
         self.written_s: dict[str, float] = {}
         self.step_number = 0
+        self.work = Work()
+        self.operations = Operations(self.work)
+        self.inverses = self.reads = 0
         self.remote = True
         self._pending: deque[Mapping[str, Any]] = deque()
         self._stopped_at_s = 0.0
-        self._unlock_wanted = False
         self._tcp: tuple[list[float], list[float], list[float]] = ([], [], [])
         self._tcp_speed: tuple[int, list[float]] = (-1, [])
 
@@ -111,6 +118,11 @@ class Controller:
         if self.program is None:
             return RuntimeState.STOPPED
         return RuntimeState.PAUSED if self.program.paused else RuntimeState.PLAYING
+
+    @property
+    def busy(self) -> bool:
+        """Whether any program runs."""
+        return self.program is not None or bool(self.secondaries)
 
     @property
     def may_move(self) -> bool:
@@ -150,10 +162,14 @@ class Controller:
 
     def start(self, compiled: Compiled) -> None:
         """Run a program: a primary one in the place of the present one, a secondary one in parallel."""
-        if self.power.mode is not RobotMode.RUNNING or self.safety is not SafetyMode.NORMAL:
+        if self.power.mode is not RobotMode.RUNNING:
+            self.refuse(ScriptError(f"{compiled.name} is not started: the robot is in {self.power.mode.name}", 1, 1))
+            return
+        if self.safety is not SafetyMode.NORMAL:
+            self.refuse(ScriptError(f"{compiled.name} is not started: safety is in {self.safety.name}", 1, 1))
             return
         library = self._library(self)
-        program = Program(compiled, library.functions, library.close)
+        program = Program(compiled, library.functions, self.work, library.close)
         if compiled.secondary:
             if len(self.secondaries) >= MOST_SECONDARIES:
                 self.refuse(ScriptError(f"more than {MOST_SECONDARIES} secondary programs at once", 1, 1))
@@ -197,7 +213,6 @@ class Controller:
             return
         self.safety = SafetyMode.PROTECTIVE_STOP
         self._stopped_at_s = self.time_s
-        self._unlock_wanted = False
         self.tell(ErrorCode(code, 0, level, text))
         self.tell(SafetyModeMessage(int(self.safety), code))
         self.motion.freeze()
@@ -210,15 +225,26 @@ class Controller:
         return self.time_s - self._stopped_at_s >= UNLOCK_AFTER_S
 
     def unlock(self) -> bool:
-        """End a protective stop. Earlier than five seconds after it, it is refused, and done when they have passed."""
+        """End a protective stop; return whether there is none any more.
+
+        Earlier than five seconds after it, this is refused, and not remembered: who asked may ask again.
+        """
         if self.safety is not SafetyMode.PROTECTIVE_STOP:
             return True
         if not self.unlockable:
-            self._unlock_wanted = True
+            self.tell(TextMessage(UNLOCK_EARLY))
             return False
         self.safety = SafetyMode.NORMAL
         self.tell(SafetyModeMessage(int(self.safety)))
         return True
+
+    def fail_programs(self, error: ScriptError) -> None:
+        """End all programs with an error."""
+        for program in filter(None, (self.program, *self.secondaries)):
+            program.fail(error)
+            self.refuse(error)
+        self.stop_program()
+        self.secondaries.clear()
 
     def power_off(self) -> None:
         """Take the power from the arm; the program ends."""
@@ -244,9 +270,6 @@ class Controller:
         while self._pending:
             self._apply(self._pending.popleft())
         self.power.advance(self.time_s)
-        if self._unlock_wanted and self.unlockable:
-            self._unlock_wanted = False
-            self.unlock()
         self._watch()
         self._run_programs()
         if self.may_move:
@@ -287,19 +310,25 @@ class Controller:
                     self.stop_program()
 
     def _run_programs(self) -> None:
+        self.work.begin()
+        self.inverses = self.reads = 0
         program = self.program
         if program is not None:
             program.step()
-            if program.error is not None:
-                self.refuse(program.error)
+            self._report(program)
             if not program.running and self.program is program:
                 self.stop_program()
         for secondary in self.secondaries[:]:
             secondary.step()
-            if secondary.error is not None:
-                self.refuse(secondary.error)
+            self._report(secondary)
             if not secondary.running and secondary in self.secondaries:
                 self.secondaries.remove(secondary)
+
+    def _report(self, program: Program) -> None:
+        if program.error is not None:
+            self.refuse(program.error)
+            # One that has spent what all have to share leaves the others enough to go on.
+            self.work.left = max(self.work.left, CYCLE)
 
     def _move(self) -> None:
         scaling = 0.0 if self.program is not None and self.program.paused else self.scaling

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
+from lsds_mocks.wire.ur.controller import UNLOCK_EARLY
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.net import Link, ProtocolEnd
 
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
 
 GREETING = b"Connected: Universal Robots Dashboard Server\n"
 LONGEST = 65536
-_UNLOCK_EARLY = (
-    "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
-)
 
 
 class DashboardSession:
@@ -72,7 +70,7 @@ def _brake_release(p: Pendant) -> str:
 
 
 def _unlock(p: Pendant) -> str:
-    return "Protective stop releasing" if p.controller.unlock() else _UNLOCK_EARLY
+    return "Protective stop releasing" if p.controller.unlock() else UNLOCK_EARLY
 
 
 def _restart_safety(p: Pendant) -> str:

@@ -9,6 +9,9 @@ from typing import Any
 REGISTERS = 48
 BITS = 128
 
+FLAGS = 33
+"""Flags of a program's own, 0 to 32: kept from one program to the next."""
+
 STANDARD_SHIFT, CONFIGURABLE_SHIFT, TOOL_SHIFT = 0, 8, 16
 
 
@@ -38,6 +41,9 @@ class Outputs:
         self.analog = [0.0, 0.0]
         self.analog_is_voltage = [True, True]
         self.analog_in = [0.0, 0.0]
+        self.analog_in_is_voltage = [True, True]
+        self.tool_analog_in_is_voltage = [True, True]
+        self.flags = 0
         self.tool_voltage = 0
         self.slider = 1.0
 
@@ -57,7 +63,13 @@ class Outputs:
     @property
     def types(self) -> int:
         """Return the types of the analogue terminals: inputs in bits 0-1, outputs in bits 2-3; 1 is voltage."""
-        return 0b11 | int(self.analog_is_voltage[0]) << 2 | int(self.analog_is_voltage[1]) << 3
+        terminals = (*self.analog_in_is_voltage, *self.analog_is_voltage)
+        return sum(int(voltage) << place for place, voltage in enumerate(terminals))
+
+    @property
+    def tool_types(self) -> int:
+        """Return the types of the tool's analogue inputs, as `types`."""
+        return sum(int(voltage) << place for place, voltage in enumerate(self.tool_analog_in_is_voltage))
 
     def apply(self, values: Mapping[str, Any]) -> None:
         """Take one data package's outputs; only what its masks select changes."""

@@ -43,6 +43,7 @@ class StateFace:
         self._scripts = scripts
         self._all_messages = all_messages
         self._links: dict[Link, int] = {}
+        self._modes = self._present_modes()
 
     def open(self, link: Link) -> ScriptSession:
         """Greet a new client with the version; the state follows, not at once: clients begin by not knowing it."""
@@ -55,20 +56,26 @@ class StateFace:
         self._links.pop(link, None)
 
     def publish(self, messages: list[Message]) -> None:
-        """Send messages, and the state where its time has come."""
+        """Send messages, and the state where its time has come, or where a mode has changed: before the message that
+        tells it, so that no client goes by an old one."""
+        modes, before = self._present_modes(), self._modes
+        self._modes = modes
         if not self._links:
             return
+        step = self._controller.step_number
+        if step % STATE_EVERY == 0 or modes != before:
+            state = robot_state(self._controller)
+            for link, first in self._links.items():
+                if step >= first:
+                    link.send(state, may_drop=True)
         if self._all_messages:
             for message in messages:
                 data = encoded(message, self._controller)
                 for link in self._links:
                     link.send(data, may_drop=True)
-        step = self._controller.step_number
-        if step % STATE_EVERY == 0:
-            state = robot_state(self._controller)
-            for link, first in self._links.items():
-                if step >= first:
-                    link.send(state, may_drop=True)
+
+    def _present_modes(self) -> tuple[RobotMode, SafetyMode]:
+        return self._controller.power.mode, self._controller.safety
 
 
 # -- packages -------------------------------------------------------------------------------------------------

@@ -96,6 +96,7 @@ _OUT: dict[str, tuple[str, str]] = {
     "robot_status_bits": ("UINT32", "robot_status(c)"),
     "safety_status_bits": ("UINT32", "safety_status(c)"),
     "analog_io_types": ("UINT32", "c.io.types"),
+    "tool_analog_input_types": ("UINT32", "c.io.tool_types"),
     "actual_digital_input_bits": ("UINT64", "c.io.digital_in"),
     "actual_digital_output_bits": ("UINT64", "c.io.digital"),
     "actual_configurable_digital_input_bits": ("UINT64", "c.io.digital_in >> 8 & 255"),
@@ -114,7 +115,7 @@ _UNMODELLED = {
     "DOUBLE": """actual_momentum io_current euromap67_24V_voltage euromap67_24V_current tool_analog_input0
         tool_analog_input1 tool_output_current joint_position_deviation_ratio collision_detection_ratio
         actual_robot_energy_consumed actual_robot_braking_energy_dissipated""",
-    "UINT32": "euromap67_input_bits euromap67_output_bits tool_analog_input_types tool_mode",
+    "UINT32": "euromap67_input_bits euromap67_output_bits tool_mode",
     "INT32": "encoder0_raw encoder1_raw",
     "UINT8": "tool_output_mode tool_digital_output0_mode tool_digital_output1_mode",
 }

@@ -22,7 +22,8 @@ class Library:
     """All functions for one program, bound to its controller. `close` closes everything that the program has opened."""
 
     def __init__(self, controller: Controller) -> None:
-        self.functions: dict[str, Callable[..., Any]] = dict(mathematics.FUNCTIONS)
+        self.functions: dict[str, Callable[..., Any]]
+        self.functions = mathematics.functions(controller.work, controller.operations)
         for module in (motion, robot, communication):
             self._bind(module.Functions(controller))
         self._sockets = sockets.Functions(controller)
@@ -39,7 +40,7 @@ class Library:
 @cache
 def waiting() -> dict[str, bool]:
     """Return every function's name, and whether it takes time."""
-    found = dict.fromkeys(mathematics.FUNCTIONS, False)
+    found = dict.fromkeys(mathematics.NAMES, False)
     for module in _MODULES:
         for name in _public(module.Functions):
             found[name] = inspect.isgeneratorfunction(getattr(module.Functions, name))

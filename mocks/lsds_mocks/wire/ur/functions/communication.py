@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.ur.controller import STEP_S
-from lsds_mocks.wire.ur.io import BITS, CONFIGURABLE_SHIFT, REGISTERS, TOOL_SHIFT
+from lsds_mocks.wire.ur.io import BITS, CONFIGURABLE_SHIFT, FLAGS, REGISTERS, TOOL_SHIFT
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.program import Waiting
-from lsds_mocks.wire.ur.script.values import to_text
+from lsds_mocks.wire.ur.variables import IN
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
@@ -73,6 +73,8 @@ class Functions:
 
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
         """Act where a client stops writing a register: "ignore", "pause" or "stop"."""
+        if variable_name not in IN:
+            raise ScriptError(f"rtde_set_watchdog: there is no input {str(variable_name)[:40]}")
         if min_frequency <= 0 or action == "ignore":
             self._c.watchdogs.pop(variable_name, None)
             return
@@ -122,6 +124,56 @@ class Functions:
         """Return a tool input."""
         return bool(self._c.io.digital_in >> _index(n, 2) + TOOL_SHIFT & 1)
 
+    def get_digital_out(self, n: int) -> bool:
+        """Return an output, 0-7 standard, 8-9 tool."""
+        index = _index(n, 10)
+        return bool(self._c.io.digital >> (index if index < 8 else index - 8 + TOOL_SHIFT) & 1)
+
+    def get_digital_in(self, n: int) -> bool:
+        """Return an input, 0-7 standard, 8-9 tool."""
+        index = _index(n, 10)
+        return bool(self._c.io.digital_in >> (index if index < 8 else index - 8 + TOOL_SHIFT) & 1)
+
+    def set_analog_out(self, n: int, f: float) -> None:
+        """Set an analogue output, as a ratio 0..1."""
+        self.set_standard_analog_out(n, f)
+
+    def get_analog_out(self, n: int) -> float:
+        """Return an analogue output, as a ratio."""
+        return self.get_standard_analog_out(n)
+
+    def get_analog_in(self, n: int) -> float:
+        """Return an analogue input, 0-1 in the controller, 2-3 in the tool."""
+        index = _index(n, 4)
+        return self.get_standard_analog_in(index) if index < 2 else self.get_tool_analog_in(index - 2)
+
+    def get_tool_analog_in(self, n: int) -> float:
+        """Return an analogue input of the tool: nothing is connected to it."""
+        return 0.0 * _index(n, 2)
+
+    def set_analog_inputrange(self, port: int, range: int) -> None:
+        """Set the range of an analogue input, 0-1 in the controller, 2-3 in the tool; it measures a voltage then."""
+        index, _range = _index(port, 4), _index(range, 5)
+        terminals = self._c.io.analog_in_is_voltage if index < 2 else self._c.io.tool_analog_in_is_voltage
+        terminals[index % 2] = True
+
+    def set_standard_analog_input_domain(self, port: int, domain: int) -> None:
+        """Make an analogue input measure a current (0) or a voltage (1)."""
+        self._c.io.analog_in_is_voltage[_index(port, 2)] = bool(_index(domain, 2))
+
+    def set_tool_analog_input_domain(self, port: int, domain: int) -> None:
+        """Make an analogue input of the tool measure a current (0) or a voltage (1)."""
+        self._c.io.tool_analog_in_is_voltage[_index(port, 2)] = bool(_index(domain, 2))
+
+    def get_flag(self, n: int) -> bool:
+        """Return a flag, 0-32."""
+        return bool(self._c.io.flags >> _index(n, FLAGS) & 1)
+
+    def set_flag(self, n: int, b: Any) -> None:
+        """Set a flag, 0-32, for this program and those after it."""
+        place = _index(n, FLAGS)
+        self._c.io.flags = self._c.io.flags & ~(1 << place) | int(bool(b)) << place
+
     def set_standard_analog_out(self, n: int, f: float) -> None:
         """Set an analogue output, as a ratio 0..1."""
         self._c.io.set_analog(_index(n, 2), float(f))
@@ -148,13 +200,13 @@ class Functions:
 
     def textmsg(self, s1: Any, s2: Any = "") -> None:
         """Write to the log."""
-        self._c.tell(TextMessage(to_text(s1) + to_text(s2)))
+        self._c.tell(TextMessage(self._c.operations.text(s1) + self._c.operations.text(s2)))
 
     def popup(
         self, s: Any, title: str = "Popup", warning: bool = False, error: bool = False, blocking: bool = False
     ) -> None:
         """Show a text. No person can close it, so a blocking one pauses the program until it is played again."""
-        self._c.tell(TextMessage(f"{title}: {to_text(s)}"))
+        self._c.tell(TextMessage(f"{title}: {self._c.operations.text(s)}"))
         if blocking:
             self._c.pause_program()
 

@@ -1,17 +1,24 @@
-"""Functions of numbers, lists, poses and strings; independent of the arm."""
+"""Functions of numbers, lists, poses and strings; independent of the arm.
+
+Each pays for the size of what it is given and of what it returns (`script/work`).
+"""
 
 from __future__ import annotations
 
 import math
 import random
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.ur.pose_math import between, compose, difference, inverse, norm, rotation_of
 from lsds_mocks.wire.ur.script.errors import ScriptError
-from lsds_mocks.wire.ur.script.program import LENGTH
-from lsds_mocks.wire.ur.script.values import Pose, UrList, copied, to_text
+from lsds_mocks.wire.ur.script.operations import LENGTH, Operations, whole
+from lsds_mocks.wire.ur.script.values import Pose, UrList
 
+if TYPE_CHECKING:
+    from lsds_mocks.wire.ur.script.work import Work
+
+BITS = 32
 _RANDOM = random.Random(0)
 
 
@@ -53,50 +60,64 @@ def _rotvec_to_rpy(vector: Any) -> UrList:
     return UrList([math.atan2(h, i), pitch, math.atan2(d, a)])
 
 
-def _integer(value: Any) -> int:
-    return math.floor(float(value))
+def _pow(base: Any, exponent: Any) -> Any:
+    return float(base) ** float(exponent)
+
+
+def _floor(value: Any) -> int:
+    return whole(math.floor(float(value)))
+
+
+def _ceil(value: Any) -> int:
+    return whole(math.ceil(float(value)))
 
 
 def _to_num(text: Any) -> float | int:
     try:
-        return float(text) if any(mark in str(text) for mark in ".eE") else int(text)
+        number = float(text)
     except ValueError:
-        raise ScriptError(f"to_num: '{text}' is no number") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise ScriptError(f"to_num: '{str(text)[:40]}' is no number")
+    is_integer = not any(mark in str(text) for mark in ".eE") and abs(number) < 2**31
+    return int(number) if is_integer else number
 
 
-def _str_sub(text: str, index: int, length: int | None = None) -> str:
-    return text[int(index) :] if length is None else text[int(index) : int(index) + int(length)]
+def _str_at(text: str, index: Any) -> str:
+    return text[_place(text, index, len(text) - 1)]
 
 
-def _list(length: Any, initial: Any = 0, *_: Any) -> UrList:
-    if int(length) > LENGTH:
-        raise ScriptError(f"make_list: a list has at most {LENGTH} elements")
-    return UrList([copied(initial) for _ in range(int(length))])
+def _str_sub(text: str, index: Any, length: Any = None) -> str:
+    first = _place(text, index, len(text))
+    return text[first:] if length is None else text[first : first + max(0, int(length))]
 
 
-def _binary_to_integer(*bits: Any) -> int:
+def _str_find(text: str, target: str, start: Any = 0) -> int:
+    return text.find(target, _place(text, start, len(text)))
+
+
+def _place(text: str, index: Any, last: int) -> int:
+    if not isinstance(text, str):
+        raise ScriptError("type_error: a string is expected")
+    if not 0 <= int(index) <= last:
+        raise ScriptError(f"index {int(index)} is out of range: 0 to {last}")
+    return int(index)
+
+
+def _binary_to_integer(bits: Any) -> int:
+    if len(bits) > BITS:
+        raise ScriptError(f"binary_list_to_integer: an integer has {BITS} bits")
     return sum(int(bool(bit)) << place for place, bit in enumerate(bits))
 
 
 def _integer_to_binary(number: Any) -> UrList:
-    return UrList([bool(int(number) >> place & 1) for place in range(32)])
+    return UrList([bool(int(number) >> place & 1) for place in range(BITS)])
 
 
 def _size(value: Any) -> Any:
     if isinstance(value, list) and value and isinstance(value[0], list):
         return UrList([len(value), len(value[0])])
     return len(value)
-
-
-def _mat_transpose(value: Any) -> UrList:
-    return UrList([UrList(row) for row in zip(*value, strict=True)])
-
-
-def _joined(a: Any, b: Any) -> str:
-    text = to_text(a) + to_text(b)
-    if len(text) > LENGTH:
-        raise ScriptError(f"str_cat: a text has at most {LENGTH} characters")
-    return text
 
 
 def _random() -> float:
@@ -112,18 +133,16 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "atan": math.atan,
     "atan2": math.atan2,
     "sqrt": math.sqrt,
-    "pow": lambda base, exponent: float(base) ** exponent,
+    "pow": _pow,
     "log": lambda base, number: math.log(number, base),
-    "ceil": lambda value: math.ceil(value),
-    "floor": lambda value: math.floor(value),
+    "ceil": _ceil,
+    "floor": _floor,
     "d2r": math.radians,
     "r2d": math.degrees,
     "norm": _norm,
     "length": len,
     "size": _size,
-    "transpose": _mat_transpose,
     "get_list_length": len,
-    "make_list": _list,
     "random": _random,
     "pose_trans": lambda a, b: Pose(compose(a, b)),
     "pose_inv": lambda a: Pose(inverse(a)),
@@ -135,16 +154,61 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "wrench_trans": _wrench_trans,
     "rotvec2rpy": _rotvec_to_rpy,
     "rpy2rotvec": _rpy_to_rotvec,
-    "str_cat": _joined,
     "str_len": len,
-    "str_at": lambda text, index: text[int(index)],
+    "str_at": _str_at,
     "str_empty": lambda text: text == "",
-    "str_find": lambda text, target, start=0: text.find(target, int(start)),
+    "str_find": _str_find,
     "str_sub": _str_sub,
-    "to_str": to_text,
     "to_num": _to_num,
-    "binary_list_to_integer": lambda bits: _binary_to_integer(*bits),
+    "binary_list_to_integer": _binary_to_integer,
     "integer_to_binary_list": _integer_to_binary,
-    "int": _integer,
+    "int": _floor,
 }
-"""By the script's name."""
+
+
+class _Growing:
+    """Functions whose result may be much larger than what they are given: they pay before they begin."""
+
+    def __init__(self, work: Work, operations: Operations) -> None:
+        self._work = work
+        self._operations = operations
+
+    def make_list(self, length: Any, initial: Any = 0, *_: Any) -> UrList:
+        """Return a list of copies of a value."""
+        if int(length) > LENGTH:
+            raise ScriptError(f"make_list: a list has at most {LENGTH} elements")
+        self._work.spend(2 * max(0, int(length)))
+        return UrList([self._operations.copied(initial) for _ in range(int(length))])
+
+    def transpose(self, matrix: Any) -> UrList:
+        """Return a matrix whose rows are another's columns."""
+        self._work.spend(4 * sum(map(len, matrix)))
+        return UrList([UrList(row) for row in zip(*matrix, strict=True)])
+
+    def str_cat(self, a: Any, b: Any) -> str:
+        """Return the texts of two values as one."""
+        return self._operations.text(a) + self._operations.text(b)
+
+    def to_str(self, value: Any) -> str:
+        """Return a value's text."""
+        return self._operations.text(value)
+
+
+NAMES = (*FUNCTIONS, "make_list", "transpose", "str_cat", "to_str")
+
+
+def functions(work: Work, operations: Operations) -> dict[str, Callable[..., Any]]:
+    """Return all functions by the script's name, each of which pays for its arguments and its result."""
+    growing = _Growing(work, operations)
+    found = FUNCTIONS | {name: getattr(growing, name) for name in NAMES if name not in FUNCTIONS}
+    return {name: _paying(function, work, operations) for name, function in found.items()}
+
+
+def _paying(function: Callable[..., Any], work: Work, operations: Operations) -> Callable[..., Any]:
+    def called(*arguments: Any, **named: Any) -> Any:
+        for argument in arguments:
+            if isinstance(argument, (list, str)):
+                work.spend(2 * len(argument))
+        return operations.checked(function(*arguments, **named))
+
+    return called

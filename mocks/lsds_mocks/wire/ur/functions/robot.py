@@ -10,11 +10,16 @@ import numpy as np
 from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD, JOINTS
 from lsds_mocks.wire.ur.motion.state import Unreachable
 from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.script.program import Waiting
 from lsds_mocks.wire.ur.script.values import Pose, UrList
 from lsds_mocks.wire.ur.targets import numbers
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
+
+
+INVERSES = 8
+"""Inverse kinematics that one cycle can calculate; the next one waits for the next cycle."""
 
 
 class Functions:
@@ -100,8 +105,9 @@ class Functions:
         maxPositionError: float = 1e-10,
         maxOrientationError: float = 1e-10,
         tcp: Any = None,
-    ) -> UrList:
+    ) -> Waiting:
         """Return joint positions for a pose, nearest to `qnear`; fails where there are none."""
+        yield from self._turn()
         q = self._inverse(x, qnear, tcp)
         if q is None:
             raise ScriptError("get_inverse_kin: unable to find an inverse kinematics solution")
@@ -114,8 +120,9 @@ class Functions:
         maxPositionError: float = 1e-10,
         maxOrientationError: float = 1e-10,
         tcp: Any = None,
-    ) -> bool:
+    ) -> Waiting:
         """Return whether a pose can be reached."""
+        yield from self._turn()
         return self._inverse(x, qnear, tcp) is not None
 
     def get_jacobian(self, q: Any = None, tcp: Any = None) -> UrList:
@@ -141,8 +148,9 @@ class Functions:
         """Return zeros: the arm's masses are not modelled."""
         return UrList([0.0] * JOINTS)
 
-    def is_within_safety_limits(self, target: Any) -> bool:
+    def is_within_safety_limits(self, target: Any) -> Waiting:
         """Return whether a pose or joint positions are in reach and in range."""
+        yield from self._turn()
         if isinstance(target, Pose):
             return self._inverse(target, None, None) is not None
         return all(abs(joint) <= JOINT_LIMIT_RAD for joint in numbers(target))
@@ -237,6 +245,12 @@ class Functions:
         self._c.protective_stop()
 
     # -- inside -------------------------------------------------------------------------------------------
+
+    def _turn(self) -> Waiting:
+        """Wait for a cycle with time for one more inverse."""
+        while self._c.inverses >= INVERSES:
+            yield
+        self._c.inverses += 1
 
     def _inverse(self, x: Any, near: Any, tcp: Any) -> list[float] | None:
         arm = self._c.arm

@@ -9,14 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.ur.controller import STEP_S
+from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.script.operations import LENGTH
 from lsds_mocks.wire.ur.script.program import Waiting
-from lsds_mocks.wire.ur.script.values import UrList, to_text
+from lsds_mocks.wire.ur.script.values import UrList
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
-CONNECT_S = 2.0
+CONNECT_S, ANSWER_S = 2.0, 2.0
 DEFAULT = "socket_0"
+MOST_OPEN = 16
+"""Sockets that one program may have open."""
+
+READS = 8
+"""What programs may read in one cycle; the next read waits for the next cycle."""
+
 KEPT_BYTES = 1 << 18
 """Limit of received bytes that are not read yet; further bytes wait at the sender."""
 
@@ -55,6 +63,10 @@ class Functions:
         self.socket_close(socket_name)
         if ":" in address or not on_loopback(address):
             return False
+        if len(self._open) >= MOST_OPEN:
+            raise ScriptError(f"socket_open: more than {MOST_OPEN} sockets")
+        # Not more often than once a cycle, however quickly the other end accepts.
+        yield
         link = socket.socket()
         link.setblocking(False)
         outcome = link.connect_ex((address, int(port)))
@@ -91,23 +103,42 @@ class Functions:
 
     def socket_send_string(self, text: Any, socket_name: str = DEFAULT) -> bool:
         """Send a text as it is."""
-        return self._send(to_text(text).encode(), socket_name)
+        return self._send(self._c.operations.text(text).encode(), socket_name)
 
     def socket_send_line(self, text: Any, socket_name: str = DEFAULT) -> bool:
         """Send a text and a line feed."""
-        return self._send(to_text(text).encode() + b"\n", socket_name)
+        return self._send(self._c.operations.text(text).encode() + b"\n", socket_name)
+
+    def socket_set_var(self, name: Any, value: Any, socket_name: str = DEFAULT) -> bool:
+        """Send "SET <name> <value>" and a line feed; what is answered, is read as any other text."""
+        text = self._c.operations.text
+        return self._send(f"SET {text(name)} {int(value)}\n".encode(), socket_name)
+
+    def socket_get_var(self, name: Any, socket_name: str = DEFAULT) -> Waiting:
+        """Send "GET <name>" and a line feed; return the number of the answer "<name> <number>", 0 where none comes."""
+        name = self._c.operations.text(name)
+        self._send(f"GET {name}\n".encode(), socket_name)
+        data = yield from self._wait(socket_name, ANSWER_S, lambda buffer: buffer.find(b"\n") + 1)
+        words = [] if data is None else data.decode("utf-8", "replace").split()
+        if len(words) != 2 or words[0] != name:
+            return 0
+        try:
+            return self._c.operations.checked(int(words[1]))
+        except ValueError:
+            return 0
 
     def socket_read_binary_integer(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
         """Read 32-bit numbers: the list begins with how many came, 0 after the time (0: never gives up)."""
-        size = 4 * int(number)
+        count = self._count(number)
+        size = 4 * count
         data = yield from self._wait(socket_name, timeout, lambda buffer: size if len(buffer) >= size else 0)
         if data is None:
-            return UrList([0] + [0] * int(number))
-        return UrList([int(number), *struct.unpack(f">{int(number)}i", data)])
+            return UrList([0] + [0] * count)
+        return UrList([count, *struct.unpack(f">{count}i", data)])
 
     def socket_read_byte_list(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
         """Read bytes: the list begins with how many came."""
-        size = int(number)
+        size = self._count(number)
         data = yield from self._wait(socket_name, timeout, lambda buffer: size if len(buffer) >= size else 0)
         return UrList([0]) if data is None else UrList([size, *data])
 
@@ -118,7 +149,7 @@ class Functions:
             return UrList([0])
         text = data.decode("ascii", "replace").strip().strip("()")
         try:
-            values = [float(part) for part in text.split(",")][: int(number)]
+            values = [float(part) for part in text.split(",")][: self._count(number)]
         except ValueError:
             return UrList([0])
         return UrList([len(values), *values])
@@ -126,7 +157,7 @@ class Functions:
     def socket_read_line(self, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
         """Read up to a line feed; an empty string after the time."""
         data = yield from self._wait(socket_name, timeout, lambda buffer: buffer.find(b"\n") + 1)
-        return "" if data is None else data.decode("utf-8", "replace").rstrip("\r\n")
+        return self._text(data).rstrip("\r\n")
 
     def socket_read_string(
         self,
@@ -143,12 +174,22 @@ class Functions:
                 socket_name, timeout, lambda buffer: (buffer.find(end) + len(end)) if end in buffer else 0
             )
             if end
-            else self._wait(socket_name, timeout, len)
+            else self._wait(socket_name, timeout, lambda buffer: min(len(buffer), LENGTH))
         )
-        text = "" if data is None else data.decode("utf-8", "replace")
+        text = self._text(data)
         return text.removesuffix(suffix).removeprefix(prefix)
 
     # -- inside -------------------------------------------------------------------------------------------
+
+    def _count(self, number: Any) -> int:
+        if not 0 < int(number) <= LENGTH:
+            raise ScriptError(f"type_error: {int(number)} numbers cannot be read, but 1 to {LENGTH}")
+        self._c.work.spend(4 * int(number))
+        return int(number)
+
+    def _text(self, data: bytes | None) -> str:
+        text = "" if data is None else data.decode("utf-8", "replace")
+        return str(self._c.operations.checked(text))
 
     def _send(self, data: bytes, name: str) -> bool:
         connection = self._open.get(name)
@@ -162,6 +203,9 @@ class Functions:
     def _wait(self, name: str, timeout: float, enough: Any) -> Waiting:
         cycles = round(timeout / STEP_S) if timeout > 0 else None
         waited = 0
+        while self._c.reads >= READS:
+            yield
+        self._c.reads += 1
         while True:
             connection = self._open.get(name)
             if connection is not None:

@@ -15,15 +15,40 @@ from typing import Any
 from lsds_mocks.wire.ur.script import nodes
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.parser import parse
+from lsds_mocks.wire.ur.script.prices import price
 
 MAIN = ""
 """Name of the function that holds the program's own statements."""
 
-TURNS = 100_000
-"""Turns of loops, and calls of the program's own functions, in one cycle: more never come to an end."""
+LONGEST, MOST_FUNCTIONS = 1_000_000, 4096
+"""Characters of a program, and functions in it."""
 
-LONGEST = 1_000_000
-"""Characters of a program."""
+CHUNK = 400
+"""Units of work that are paid for in one go, as far as statements follow each other."""
+
+_CALL = 12
+"""Price of calling one of the program's own functions."""
+
+_OPERATORS = {
+    "+": "add",
+    "-": "sub",
+    "*": "mul",
+    "/": "div",
+    "%": "mod",
+    "==": "eq",
+    "!=": "ne",
+    "<": "lt",
+    "<=": "le",
+    ">": "gt",
+    ">=": "ge",
+}
+_TERMINALS = {
+    "digital_in": ("get_digital_in", ""),
+    "digital_out": ("get_digital_out", "set_digital_out"),
+    "analog_in": ("get_analog_in", ""),
+    "analog_out": ("get_analog_out", "set_analog_out"),
+}
+"""Terminals that older programs, and clients, read and write as elements of a list."""
 
 _PARTS: dict[type, tuple[str, ...]] = {}
 
@@ -75,6 +100,8 @@ class _Program:
 
     def compiled(self, *, secondary: bool) -> Compiled:
         main = nodes.Function(1, 1, "thread", MAIN, (), self.body)
+        if len(self.functions) > MOST_FUNCTIONS:
+            raise ScriptError(f"syntax_error: a program has at most {MOST_FUNCTIONS} functions", 1, 1)
         codes, places = [], {}
         # Function by function: compiling all at once would keep the interpreter's lock for many control cycles.
         for function in (*self.functions.values(), main):
@@ -120,16 +147,22 @@ class _Writer:
             f"v_{name}" + ("" if default is None else f"={self._expression(default)}")
             for name, default in function.parameters
         ]
+        self._pay(_CALL + sum(_price(default) for _, default in function.parameters), function)
         self._write(f"def f_{function.name}({', '.join(arguments)}):")
         self._depth += 1
-        if not is_main:
-            self._count_turn(function)
         shared = sorted((set(_assigned(function.body)) | set(_declared_global(function.body))) - self._locals)
         if shared:
             self._write("global " + ", ".join(f"v_{name}" for name in shared))
         for name in sorted(set(parameters) & set(_changed_inside(function.body))):
             self._write(f"v_{name} = copied(v_{name})")
-        self._block(function.body)
+        if self._generator and not is_main:
+            self._write("work.frames += 1")
+            self._write("try:")
+            self._inner(function.body, _CALL, function)
+            self._write("finally:")
+            self._write("    work.frames -= 1")
+        else:
+            self._block(function.body, _CALL, function)
         if self._generator:
             self._write("return")
             self._write("yield")
@@ -140,16 +173,30 @@ class _Writer:
         self.lines.append("    " * self._depth + text)
         self.places.append(self._line)
 
-    def _block(self, body: tuple[nodes.Node, ...]) -> None:
-        written = len(self.lines)
-        for node in body:
+    def _block(self, body: tuple[nodes.Node, ...], more: int, owner: nodes.Node) -> None:
+        """Write statements, each paid for before it runs; `more` is paid in addition at the block's start."""
+        if not body:
+            self._pay(more, owner)
+        paid = 0
+        for number, node in enumerate(body):
+            if number >= paid:
+                units, paid = more, number
+                while paid < len(body) and units < CHUNK:
+                    units += _price(body[paid])
+                    paid += 1
+                    if isinstance(body[paid - 1], _BRANCHING):
+                        break
+                self._line, more = node.line, 0
+                self._pay(units, node)
             self._statement(node)
-        if len(self.lines) == written:
-            self._write("pass")
 
-    def _inner(self, body: tuple[nodes.Node, ...]) -> None:
+    def _pay(self, units: int, node: nodes.Node) -> None:
+        self._write(f"work.left -= {units}")
+        self._write(f"if work.left < 0: exhausted({node.line}, {node.column})")
+
+    def _inner(self, body: tuple[nodes.Node, ...], more: int, owner: nodes.Node) -> None:
         self._depth += 1
-        self._block(body)
+        self._block(body, more, owner)
         self._depth -= 1
 
     def _statement(self, node: nodes.Node) -> None:
@@ -163,14 +210,14 @@ class _Writer:
         elif isinstance(node, nodes.If):
             for number, (condition, body) in enumerate(node.branches):
                 self._write(f"{'elif' if number else 'if'} {self._expression(condition)}:")
-                self._inner(body)
+                self._inner(body, 1, node)
             if node.otherwise:
                 self._write("else:")
-                self._inner(node.otherwise)
+                self._inner(node.otherwise, 1, node)
         elif isinstance(node, nodes.While):
             self._while(node)
         elif isinstance(node, nodes.Return):
-            self._write("return" + ("" if node.value is None else f" {self._expression(node.value)}"))
+            self._write("return" + ("" if node.value is None else f" {self._bound(node.value)}"))
         elif isinstance(node, nodes.Handle):
             handle = self._expression(node.handle)
             self._write(f"yield from join({handle})" if node.word == "join" else f"kill({handle})")
@@ -193,26 +240,26 @@ class _Writer:
     def _while(self, node: nodes.While) -> None:
         self._loops += 1
         self._write(f"while {self._expression(node.condition)}:")
-        self._depth += 1
-        self._count_turn(node)
-        self._block(node.body)
-        self._depth -= 1
+        self._inner(node.body, 2 + _price(node.condition), node)
         self._loops -= 1
 
-    def _count_turn(self, node: nodes.Node) -> None:
-        self._write(f"if next(turns) > {TURNS}: spinning({node.line}, {node.column})")
-
     def _assign(self, node: nodes.Assign) -> None:
-        value = self._expression(node.value)
-        if isinstance(node.value, nodes.Name | nodes.Index | nodes.Member):
-            value = f"copied({value})"
+        value = self._bound(node.value)
         target = node.target
         if isinstance(target, nodes.Name):
             self._write(f"v_{target.name} = {value}")
         elif isinstance(target, nodes.Member):
-            self._write(f"{self._expression(target.base)}[{target.field!r}] = {value}")
+            self._write(f"put_field({self._expression(target.base)}, {target.field!r}, {value})")
+        elif (terminal := self._terminal(target)) is not None:
+            if not terminal[1]:
+                raise ScriptError(f"syntax_error_on_line:{node.line}:", node.line, node.column)
+            self._write(f"b_{terminal[1]}({self._expression(target.indices[0])}, {value})")
         else:
-            self._write(f"{self._indexed(target)} = {value}")
+            base = self._expression(target.base)
+            *before, last = map(self._expression, target.indices)
+            for index in before:
+                base = f"at({base}, {index})"
+            self._write(f"put({base}, {last}, {value})")
 
     # -- expressions --------------------------------------------------------------------------------------
 
@@ -222,22 +269,24 @@ class _Writer:
         if isinstance(node, nodes.Name):
             return self._name(node)
         if isinstance(node, nodes.ListOf):
-            items = ", ".join(map(self._expression, node.items))
+            items = ", ".join(map(self._bound, node.items))
             return f"{'Pose' if node.pose else 'UrList'}([{items}])"
         if isinstance(node, nodes.Struct):
-            return f"Struct({', '.join(f'{key}={self._expression(value)}' for key, value in node.fields)})"
+            return f"Struct({', '.join(f'{key}={self._bound(value)}' for key, value in node.fields)})"
         if isinstance(node, nodes.Member):
-            return f"{self._expression(node.base)}[{node.field!r}]"
+            return f"field({self._expression(node.base)}, {node.field!r})"
         if isinstance(node, nodes.Index):
             return self._indexed(node)
         if isinstance(node, nodes.Unary):
-            return f"({node.operator} {self._expression(node.operand)})"
+            operand = self._expression(node.operand)
+            return f"neg({operand})" if node.operator == "-" else f"({node.operator} {operand})"
         if isinstance(node, nodes.Binary):
-            operator = "!=" if node.operator == "xor" else node.operator
             left, right = self._expression(node.left), self._expression(node.right)
             if node.operator == "xor":
-                left, right = f"bool({left})", f"bool({right})"
-            return f"({left} {operator} {right})"
+                return f"(bool({left}) != bool({right}))"
+            if node.operator in _OPERATORS:
+                return f"{_OPERATORS[node.operator]}({left}, {right})"
+            return f"({left} {node.operator} {right})"
         if isinstance(node, nodes.Run):
             arguments = self._arguments(node.call)
             self._require_function(node.call)
@@ -251,9 +300,28 @@ class _Writer:
             raise ScriptError(f"compile_error_name_not_found:{node.name}:", node.line, node.column)
         return f"v_{node.name}"
 
+    def _bound(self, node: nodes.Node) -> str:
+        """An expression whose value something is bound to: what belongs to something else already is copied."""
+        value = self._expression(node)
+        return f"copied({value})" if isinstance(node, nodes.Name | nodes.Index | nodes.Member) else value
+
     def _indexed(self, node: nodes.Index) -> str:
+        terminal = self._terminal(node)
+        if terminal is not None:
+            return f"b_{terminal[0]}({self._expression(node.indices[0])})"
         base = self._expression(node.base)
-        return base + "".join(f"[int({self._expression(index)})]" for index in node.indices)
+        for index in node.indices:
+            base = f"at({base}, {self._expression(index)})"
+        return base
+
+    def _terminal(self, node: nodes.Index) -> tuple[str, str] | None:
+        """Return the functions that read and write what an element stands for, where it is a terminal's."""
+        if not isinstance(node.base, nodes.Name) or len(node.indices) != 1:
+            return None
+        name = node.base.name
+        if name in self._locals or name in self.program.shared:
+            return None
+        return _TERMINALS.get(name)
 
     def _call(self, node: nodes.Call) -> str:
         arguments = self._arguments(node)
@@ -279,6 +347,25 @@ class _Writer:
 
 
 # -- walking the tree -----------------------------------------------------------------------------------------
+
+_BRANCHING = (nodes.If, nodes.While, nodes.Return, nodes.Word, nodes.Handle)
+
+
+def _price(node: nodes.Node | None) -> int:
+    """Return what a statement or an expression costs, without the blocks inside it: they pay for themselves."""
+    if node is None or isinstance(node, nodes.Function):
+        return 0
+    if isinstance(node, nodes.If):
+        return sum(1 + _price(condition) for condition, _ in node.branches)
+    if isinstance(node, nodes.While):
+        return 1 + _price(node.condition)
+    return sum(_own_price(part) for part in _walk(node))
+
+
+def _own_price(node: nodes.Node) -> int:
+    if isinstance(node, nodes.Call):
+        return price(node.name)
+    return 4 if isinstance(node, nodes.Binary | nodes.Index | nodes.Run) else 1
 
 
 def _walk(node: object, *, into_functions: bool = False) -> Iterator[nodes.Node]:

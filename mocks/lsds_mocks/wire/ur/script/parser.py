@@ -7,9 +7,12 @@ yet an expression ends with its line unless a bracket is open, so that what begi
 
 from __future__ import annotations
 
+import math
+
 from lsds_mocks.wire.ur.script import nodes
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.lexer import Token, tokens
+from lsds_mocks.wire.ur.script.operations import wrapped
 
 _LEVELS: tuple[tuple[str, ...], ...] = (
     ("or", "xor"),
@@ -20,6 +23,8 @@ _LEVELS: tuple[tuple[str, ...], ...] = (
 )
 _WORDS = ("break", "continue", "halt", "pause", "enter_critical", "exit_critical")
 POSE_SIZE = 6
+_LOWEST = "2147483648"
+"""With a minus before it, the only integer whose positive is none."""
 
 
 def parse(text: str) -> tuple[nodes.Node, ...]:
@@ -130,6 +135,9 @@ class _Parser:
         if self._take("not"):
             return nodes.Unary(here.line, here.column, "not", self._expression(2))
         if self._take("-"):
+            if self._here.text == _LOWEST:
+                self._next()
+                return nodes.Literal(here.line, here.column, -int(_LOWEST))
             return nodes.Unary(here.line, here.column, "-", self._unary())
         if self._take("+"):
             return self._unary()
@@ -156,7 +164,7 @@ class _Parser:
         token = self._next()
         line, column = token.line, token.column
         if token.kind == "number":
-            return nodes.Literal(line, column, _number(token.text))
+            return nodes.Literal(line, column, _number(token))
         if token.kind == "string":
             return nodes.Literal(line, column, token.text[1:-1])
         if token.text in ("True", "False") and token.kind == "keyword":
@@ -258,7 +266,12 @@ class _Parser:
         return ScriptError(f"syntax_error_on_line:{at.line}:", at.line, at.column)
 
 
-def _number(text: str) -> float | int:
+def _number(token: Token) -> float | int:
+    """Return a literal's value. A pattern of bits has 32 of them; a number that has more is no integer."""
+    text = token.text
     if text[:2] in ("0x", "0X"):
-        return int(text, 16)
-    return float(text) if any(mark in text for mark in ".eE") else int(text)
+        return wrapped(int(text, 16))
+    number = float(text)
+    if not math.isfinite(number):
+        raise ScriptError(f"syntax_error_on_line:{token.line}:", token.line, token.column)
+    return int(number) if text.isdigit() and number < 2**31 else number

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
-import itertools
 from collections.abc import Callable, Generator, Mapping
 from typing import Any
 
 from lsds_mocks.wire.ur.script.compiler import MAIN, Compiled
 from lsds_mocks.wire.ur.script.errors import Halt, ScriptError
-from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList, copied
+from lsds_mocks.wire.ur.script.operations import Operations
+from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList
+from lsds_mocks.wire.ur.script.work import THREAD, Work, exhausted
 
 Waiting = Generator[None, None, Any]
 """A function that takes time: it yields once per control cycle."""
@@ -17,22 +18,31 @@ Waiting = Generator[None, None, Any]
 THREADS = 256
 """A program that starts more threads than these without end is ended."""
 
-LENGTH = 65_536
-"""A list or a text does not grow beyond this."""
+
+_OPERATIONS = (
+    *("add", "sub", "mul", "div", "mod", "neg", "eq", "ne", "lt", "le", "gt", "ge"),
+    *("at", "put", "field", "put_field", "method", "copied"),
+)
 
 
 class Program:
     """One uploaded program. `step` runs it through one control cycle; `running` is true until it has ended.
 
-    `functions` are the controller's own, by name; `at_end` is called when the program has ended, however it did. An
-    error ends it; it is in `error`.
+    `functions` are the controller's own, by name; `work` is what it may do in a cycle; `at_end` is called when the
+    program has ended, however it did. An error ends it; it is in `error`.
     """
 
     def __init__(
-        self, compiled: Compiled, functions: Mapping[str, Callable[..., Any]], at_end: Callable[[], None] = lambda: None
+        self,
+        compiled: Compiled,
+        functions: Mapping[str, Callable[..., Any]],
+        work: Work,
+        at_end: Callable[[], None] = lambda: None,
     ) -> None:
         self.compiled = compiled
         self._at_end = at_end
+        self._work = work
+        self._stepping = False
         self.name = compiled.name
         self.secondary = compiled.secondary
         self.error: ScriptError | None = None
@@ -40,19 +50,19 @@ class Program:
         self._threads: dict[int, Waiting] = {}
         self._handles = 0
         space: dict[str, Any] = {f"b_{name}": function for name, function in functions.items()}
+        operations = self._operations = Operations(work)
+        space |= {name: getattr(operations, name) for name in _OPERATIONS}
         space |= {
             "Pose": Pose,
             "UrList": UrList,
             "Struct": Struct,
-            "copied": copied,
             "run": self._run,
             "join": self._join,
             "kill": self._kill,
             "halt": _halt,
             "pause": self.pause,
-            "method": _method,
-            "spinning": _spinning,
-            "turns": itertools.count(),
+            "work": work,
+            "exhausted": exhausted,
         }
         self._space = space
         try:
@@ -73,15 +83,19 @@ class Program:
         """Run every thread until it waits."""
         if self.paused:
             return
-        self._space["turns"] = itertools.count()
         done: set[int] = set()
+        self._stepping = True
         # Threads started on the way run in this cycle, too.
         while self.running and (waiting := [handle for handle in self._threads if handle not in done]):
             for handle in waiting:
                 done.add(handle)
                 thread = self._threads.get(handle)
                 if thread is not None:
+                    self._work.left -= THREAD
                     self._advance(handle, thread)
+        self._stepping = False
+        if not self.running:
+            self._forget()
 
     def pause(self) -> None:
         """Stand still until `resume`."""
@@ -98,8 +112,19 @@ class Program:
         for thread in reversed(threads):
             _close(thread)
         self._at_end()
+        if not self._stepping:
+            self._forget()
+
+    def fail(self, error: ScriptError) -> None:
+        """End it with an error from outside."""
+        self.error = error
+        self.stop()
 
     # -- inside -------------------------------------------------------------------------------------------
+
+    def _forget(self) -> None:
+        """Let go of all variables. Its functions refer to them, and they to its functions."""
+        self._space.clear()
 
     def _advance(self, handle: int, thread: Waiting) -> None:
         try:
@@ -135,7 +160,8 @@ class Program:
         return self._handles
 
     def _run(self, function: Callable[..., Any], name: str, *arguments: Any, **named: Any) -> int:
-        started = function(*arguments, **named)
+        copied = self._operations.copied
+        started = function(*map(copied, arguments), **{key: copied(value) for key, value in named.items()})
         if not isinstance(started, Generator):
             raise ScriptError(f"type_error_thread_expected:{name}:")
         return self._start(started)
@@ -150,11 +176,6 @@ class Program:
             _close(thread)
 
 
-def _spinning(line: int, column: int) -> None:
-    """Stop a program that goes round and round, or deeper and deeper, without ever waiting."""
-    raise ScriptError("runtime_error: infinite loop detected: a loop without sync()", line, column)
-
-
 def _halt() -> None:
     raise Halt
 
@@ -164,26 +185,3 @@ def _close(thread: Waiting) -> None:
     if inspect.getgeneratorstate(thread) != inspect.GEN_RUNNING:
         thread.close()
 
-
-def _method(value: Any, name: str, *arguments: Any) -> Any:
-    """Call a list's own method."""
-    if isinstance(value, list):
-        if name == "length":
-            return len(value)
-        if name in ("append", "insert") and len(value) >= LENGTH:
-            raise ScriptError(f"{name}: a list has at most {LENGTH} elements")
-        if name == "append":
-            value.append(copied(arguments[0]))
-            return None
-        if name == "pop":
-            return value.pop()
-        if name == "clear":
-            return value.clear()
-        if name == "insert":
-            return value.insert(int(arguments[0]), copied(arguments[1]))
-        if name == "remove":
-            del value[int(arguments[0])]
-            return None
-        if name == "slice":
-            return type(value)(value[int(arguments[0]) : int(arguments[1])])
-    raise ScriptError(f"compile_error_name_not_found:{name}:")
