@@ -18,11 +18,13 @@ from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.dashboard import DashboardSession
 from lsds_mocks.wire.ur.environment import Environment
 from lsds_mocks.wire.ur.functions import Library
+from lsds_mocks.wire.ur.memory import MemoryWatch, give_back
 from lsds_mocks.wire.ur.net import Network
 from lsds_mocks.wire.ur.pendant import Pendant
 from lsds_mocks.wire.ur.primary import StateFace
 from lsds_mocks.wire.ur.realtime import RealtimeFace
 from lsds_mocks.wire.ur.rtde import RtdeFace
+from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.uploads import Uploads
 
 if TYPE_CHECKING:
@@ -63,7 +65,7 @@ class MockUr:
             options.model, options.faults, KNOWS, faces=FACES, seed=context.seed, clock=context.clock
         )
         self._network: Network | None = None
-        self._uploads = Uploads()
+        self._uploads = Uploads(context.clock)
         self.controller: Controller | None = None
         self._pendant: Pendant | None = None
 
@@ -105,6 +107,7 @@ class MockUr:
         assert controller is not None
         assert pendant is not None
         _be_punctual()
+        memory = MemoryWatch()
         next_ns = self._clock.now()
         while not stop.is_set():
             self._clock.sleep_until(next_ns)
@@ -114,10 +117,11 @@ class MockUr:
             if self._strike(network, controller):
                 continue
             network.poll()
-            if pendant.poll():
-                # A program that has been replaced refers to itself; nothing else here does.
-                gc.collect()
+            pendant.poll()
             controller.cycle()
+            if memory.exceeded(controller.busy):
+                controller.fail_programs(ScriptError("runtime_error: out of memory"))
+                give_back()
             messages = list(controller.messages)
             controller.messages.clear()
             self._rtde.publish()

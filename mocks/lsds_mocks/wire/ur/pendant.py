@@ -62,14 +62,13 @@ class Pendant:
             self._uploads.submit(text + "\n")
 
     def poll(self) -> bool:
-        """Start what has been compiled; return whether there was anything."""
-        ready = self._uploads.poll()
-        for compiled in ready:
-            if isinstance(compiled, ScriptError):
-                self.controller.refuse(compiled)
-            else:
-                self.controller.start(compiled)
-        return bool(ready)
+        """Start what has been compiled, or report why not; return whether there was anything."""
+        compiled = self._uploads.poll()
+        if isinstance(compiled, ScriptError):
+            self.controller.refuse(compiled)
+        elif compiled is not None:
+            self.controller.start(compiled)
+        return compiled is not None
 
     def load(self, name: str) -> str:
         """Load a program by its file's name; return its path, "" where there is none. Stops a running one."""

@@ -20,7 +20,7 @@ class Face(Protocol):
 class ScriptSession:
     """One client. `scripts` takes the programs it uploads; None where the port is read-only."""
 
-    at_once = 1 << 16
+    at_once = 1 << 14
 
     def __init__(self, face: Face, link: Link, scripts: Callable[[str], None] | None) -> None:
         self._face = face

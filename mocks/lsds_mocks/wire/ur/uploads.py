@@ -5,71 +5,86 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.functions import waiting
-from lsds_mocks.wire.ur.script.compiler import Compiled, compile_script
+from lsds_mocks.wire.ur.script.compilation import Compilation
+from lsds_mocks.wire.ur.script.compiler import Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
 
-CACHED = 64
-WAITING = 64
-"""Programs that may wait to be compiled; what comes beyond these is refused."""
+if TYPE_CHECKING:
+    from lsds.clock import Clock
+
+CACHED, CACHED_CHARACTERS = 64, 500_000
+WAITING, WAITING_CHARACTERS = 64, 4_000_000
+"""Programs that may wait to be compiled or started; what comes beyond these is refused."""
 
 
 class Uploads:
-    """A worker thread that compiles. `poll` hands what is ready to the control loop's thread."""
+    """A thread that has scripts compiled. `poll` hands what is ready to the control loop's thread."""
 
-    def __init__(self) -> None:
-        self._texts: queue.SimpleQueue[Callable[[], str] | None] = queue.SimpleQueue()
-        self._ready: queue.SimpleQueue[Compiled | ScriptError] = queue.SimpleQueue()
+    def __init__(self, clock: Clock) -> None:
+        self._texts: queue.SimpleQueue[tuple[Callable[[], str], int] | None] = queue.SimpleQueue()
+        self._ready: queue.SimpleQueue[tuple[Compiled | ScriptError | None, int]] = queue.SimpleQueue()
         self._cache: dict[str, Compiled] = {}
+        self._compilation = Compilation(waiting(), clock)
         self._worker = threading.Thread(target=self._work, name="urscript compiler", daemon=True)
+        self._waiting = self._characters = 0
+        self._refused = False
 
     def start(self) -> None:
         """Start the worker."""
+        self._compilation.start()
         self._worker.start()
 
     def submit(self, text: str) -> None:
         """Compile a script."""
-        if self._texts.qsize() < WAITING:
-            self._texts.put(lambda: text)
-        elif self._ready.qsize() < WAITING:
-            self._ready.put(ScriptError("runtime_error: too many programs at once", 1, 1))
+        if self._waiting < WAITING and self._characters + len(text) <= WAITING_CHARACTERS:
+            self._waiting += 1
+            self._characters += len(text)
+            self._texts.put((lambda: text, len(text)))
+        else:
+            self._refused = True
 
     def fetch(self, script: Callable[[], str]) -> None:
         """Call a function in the worker, which may wait, and compile the script it returns; "" for none."""
-        self._texts.put(script)
+        self._texts.put((script, 0))
 
-    def poll(self) -> list[Compiled | ScriptError]:
-        """Return what has been compiled, or refused, since the last call."""
-        found = []
-        while True:
-            try:
-                found.append(self._ready.get_nowait())
-            except queue.Empty:
-                return found
+    def poll(self) -> Compiled | ScriptError | None:
+        """Return what has been compiled, or refused: one at a time, so that no program is replaced before it runs."""
+        if self._refused:
+            self._refused = False
+            return ScriptError("runtime_error: too many programs at once", 1, 1)
+        try:
+            found, characters = self._ready.get_nowait()
+        except queue.Empty:
+            return None
+        if characters:
+            self._waiting -= 1
+            self._characters -= characters
+        return found
 
     def close(self) -> None:
         """End the worker."""
         self._texts.put(None)
         if self._worker.is_alive():
             self._worker.join(2.0)
+        self._compilation.close()
 
     def _work(self) -> None:
-        while (script := self._texts.get()) is not None:
+        while (task := self._texts.get()) is not None:
+            script, characters = task
             text = script()
-            if not text.strip():
-                continue
+            self._ready.put((self._compiled(text) if text.strip() else None, characters))
+
+    def _compiled(self, text: str) -> Compiled | ScriptError:
+        compiled = self._cache.get(text)
+        if compiled is None:
             try:
-                compiled = self._cache.get(text) or compile_script(text, waiting())
+                compiled = self._compilation.compile(text)
             except ScriptError as error:
-                self._ready.put(error)
-                continue
-            except Exception as error:
-                # Programs that Python cannot compile, such as more than a hundred levels of nesting. The next program
-                # is still accepted.
-                self._ready.put(ScriptError(f"syntax_error: {type(error).__name__}: {error}", 1, 1))
-                continue
-            while len(self._cache) >= CACHED:
-                self._cache.pop(next(iter(self._cache)))
-            self._cache[text] = compiled
-            self._ready.put(compiled)
+                return error
+        self._cache[text] = compiled
+        while len(self._cache) > CACHED or sum(map(len, self._cache)) > CACHED_CHARACTERS:
+            self._cache.pop(next(iter(self._cache)))
+        return compiled

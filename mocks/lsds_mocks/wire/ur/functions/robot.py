@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
 
-INVERSES = 8
+INVERSES = 6
 """Inverse kinematics that one cycle can calculate; the next one waits for the next cycle."""
 
 

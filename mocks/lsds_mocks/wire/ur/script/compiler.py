@@ -20,7 +20,7 @@ from lsds_mocks.wire.ur.script.prices import price
 MAIN = ""
 """Name of the function that holds the program's own statements."""
 
-LONGEST, MOST_FUNCTIONS = 1_000_000, 4096
+LONGEST, MOST_FUNCTIONS = 500_000, 4096
 """Characters of a program, and functions in it."""
 
 CHUNK = 400

@@ -22,8 +22,8 @@ DEEPEST = 16
 
 _LOWEST, _HIGHEST = -(2**31), 2**31 - 1
 _NUMBERS = frozenset((int, float, bool))
-_ELEMENT, _COPIED, _SHOWN, _CHARACTERS = 8, 2, 20, 16
-"""Price of an element that is calculated, copied, or shown as text; characters of text for one unit."""
+_LIST, _ELEMENT, _COPIED, _SHOWN, _CHARACTERS = 14, 8, 2, 20, 16
+"""Price of a list, and of an element that is calculated, copied, or shown as text; characters of text for one unit."""
 
 
 def wrapped(number: int) -> int:
@@ -238,7 +238,7 @@ class Operations:
     def _descend(self, value: UrList | Struct, price: int, depth: int) -> None:
         if depth >= DEEPEST:
             raise ScriptError(f"value_error: lists are nested deeper than {DEEPEST}")
-        self._spend(4 + price * len(value))
+        self._spend(_LIST + price * len(value))
 
 
 _COMPOUND = frozenset((UrList, Pose, Struct))

@@ -14,9 +14,9 @@ PRICES: dict[str, int] = dict.fromkeys(
 ) | {
     "stopj": 1000,
     "stopl": 1000,
-    "get_inverse_kin": 2500,
-    "get_inverse_kin_has_solution": 2500,
-    "is_within_safety_limits": 2500,
+    "get_inverse_kin": 1600,
+    "get_inverse_kin_has_solution": 1600,
+    "is_within_safety_limits": 1600,
     "get_forward_kin": 200,
     "get_actual_tool_flange_pose": 200,
     "get_actual_tcp_speed": 200,

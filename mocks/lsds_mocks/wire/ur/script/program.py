@@ -147,6 +147,8 @@ class Program:
         line = self.compiled.place(error)
         if isinstance(error, ScriptError):
             return ScriptError(error.text, error.line or line, error.column or 1)
+        if isinstance(error, RecursionError):
+            return ScriptError("runtime_error: functions call each other, or themselves, too deeply", line, 1)
         if isinstance(error, NameError):
             name = str(error.name or "").removeprefix("v_")
             return ScriptError(f"compile_error_name_not_found:{name}:", line, 1)

@@ -9,6 +9,11 @@ from lsds_mocks.wire.ur.script.compiler import LONGEST
 _CLEAN = re.compile(r'"[^"\n]*"|#.*')
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _OPENS = frozenset(("def", "sec", "thread", "if", "while"))
+_BLOCKS = (*_OPENS, "end")
+LONG, LONGEST_LINE = 2000, 100_000
+"""Characters of a line from which it is looked at only where it may open or close a block, and with which it is not
+looked at any more: the program is given out as it is by then."""
+
 LIMIT = LONGEST
 """Characters after which a program that never ends is given out as it is, to be refused."""
 
@@ -35,15 +40,24 @@ class ScriptStream:
         return programs
 
     def _line(self, line: str) -> str | None:
-        words = _WORD.findall(_CLEAN.sub(" ", line))
+        words = self._words(line)
         if not self._lines and (not words or words[0] not in ("def", "sec")):
             return line if words else None
         self._lines.append(line)
         self._size += len(line)
         for word in words:
             self._depth += (word in _OPENS) - (word == "end")
-        if self._depth > 0 and self._size < LIMIT:
+        if self._depth > 0 and self._size < LIMIT and not self._is_too_long(line):
             return None
         program = "\n".join(self._lines)
         self._lines, self._depth, self._size = [], 0, 0
         return program
+
+    def _is_too_long(self, line: str) -> bool:
+        return len(line) > LONGEST_LINE and any(word in line for word in _BLOCKS)
+
+    def _words(self, line: str) -> list[str]:
+        """Return a line's words, without texts and comments; of a long one, only those that are needed."""
+        if len(line) > LONG and not any(word in line for word in _BLOCKS):
+            return _WORD.findall(line, 0, LONG)
+        return _WORD.findall(_CLEAN.sub(" ", line[:LONGEST_LINE]))

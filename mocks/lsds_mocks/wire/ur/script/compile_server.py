@@ -1,0 +1,63 @@
+"""`python -m lsds_mocks.wire.ur.script.compile_server`: compiles scripts for the mock arm, in a process of its own.
+
+Compiling keeps the interpreter's lock; a long program would stop the control loop for as long as it takes. Here it has
+limits of memory and time, too. A request and an answer are each a length (u32) and marshalled data.
+"""
+
+from __future__ import annotations
+
+import marshal
+import resource
+import signal
+import struct
+import sys
+from typing import BinaryIO
+
+from lsds_mocks.wire.ur.script.compiler import compile_script
+from lsds_mocks.wire.ur.script.errors import ScriptError
+
+MEMORY_BYTES = 512 << 20
+PROCESSOR_S = 60
+LARGE = 100_000
+"""Characters of a program after which the process ends, so that it gives its memory back."""
+
+
+def answer(text: str, waiting: dict[str, bool]) -> tuple[object, ...]:
+    """Return (name, secondary, codes, places), or (error, line, column)."""
+    try:
+        compiled = compile_script(text, waiting)
+        codes = tuple(map(marshal.dumps, compiled.codes))
+    except ScriptError as error:
+        return error.text, error.line, error.column
+    except Exception as error:
+        # Programs that Python cannot compile, such as more than a hundred levels of nesting.
+        return f"syntax_error: {type(error).__name__}: {str(error)[:200]}", 1, 1
+    return compiled.name, compiled.secondary, codes, dict(compiled.places)
+
+
+def read(stream: BinaryIO) -> bytes:
+    """Return the next message, b"" at the end."""
+    head = stream.read(4)
+    if len(head) < 4:
+        return b""
+    (size,) = struct.unpack(">I", head)
+    return stream.read(size)
+
+
+def main() -> None:
+    """Answer until the input ends."""
+    # Ctrl-C is for the mock; this process ends with it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_S, PROCESSOR_S))
+    while request := read(sys.stdin.buffer):
+        text, waiting = marshal.loads(request)
+        data = marshal.dumps(answer(text, waiting))
+        sys.stdout.buffer.write(struct.pack(">I", len(data)) + data)
+        sys.stdout.buffer.flush()
+        if len(text) > LARGE:
+            return
+
+
+if __name__ == "__main__":
+    main()
