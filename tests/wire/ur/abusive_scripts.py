@@ -67,7 +67,7 @@ GOES_ON = {
     "safety limits": "while True:\n q = is_within_safety_limits(get_actual_tcp_pose())\nend",
     "reads of nothing": "while True:\n s = socket_read_line()\nend",
     "connections": 'while True:\n s = socket_open("127.0.0.1", 1)\nend',
-    "threads that do little": "thread t():\n while True:\n  sync()\n end\nend\ni = 0\nwhile i < 200:\n run t()\n i = i + 1\n"
-    " sync()\nend\nsleep(99)",
+    "threads that do little": "thread t():\n while True:\n  sync()\n end\nend\ni = 0\n"
+    "while i < 200:\n run t()\n i = i + 1\n sync()\nend\nsleep(99)",
 }
 """Each takes a cycle where it has done enough, and runs on."""

@@ -30,7 +30,7 @@ ONE_CYCLE_S = 2.0
 
 
 class Bench:
-    """A controller with the error that it has told; fails where a cycle does more than its budget, or takes for ever."""
+    """A controller, and what it tells; fails where a cycle does more than its budget, or takes for ever."""
 
     def __init__(self):
         self.controller = Controller(UrOptions(), Environment(), Library)
@@ -79,6 +79,7 @@ def test_what_takes_long_takes_more_cycles(body):
     assert errors == []
     assert bench.controller.program is not None
     assert bench.controller.work.spent <= CYCLE
+    bench.controller.stop_program()
 
 
 def test_a_program_whose_every_cycle_takes_too_long_is_ended_when_its_savings_are_spent():
@@ -120,10 +121,8 @@ def test_ten_thousand_random_programs_keep_to_the_budget():
 def random_program_ends(bench, seed):
     """Run a random program for a while; return whether it was running."""
     try:
-        errors, _ = bench.run(script(seed), cycles=20)
-    except ScriptError:
-        return False
-    except (RecursionError, SyntaxError):
+        bench.run(script(seed), cycles=20)
+    except (ScriptError, RecursionError, SyntaxError):
         return False
     bench.controller.stop_program()
     bench.controller.safety = type(bench.controller.safety).NORMAL
@@ -213,6 +212,18 @@ def test_all_ports_go_on_while_programs_are_ended_and_a_good_one_runs_after_each
                 pass
 
 
+def test_programs_that_keep_too_much_are_ended_from_outside():
+    bench = Bench()
+    bench.controller.start(compile_script("sec also():\n while True:\n  sync()\n end\nend\n", waiting()))
+    bench.controller.start(compile_script(program("x = make_list(1000, 1)\nsleep(9)"), waiting()))
+    bench.controller.cycle()
+    bench.controller.fail_programs(ScriptError("runtime_error: out of memory"))
+    assert not bench.controller.busy
+    errors, _ = bench.run(GOOD)
+    assert errors == ["runtime_error: out of memory"] * 2
+
+
+@pytest.mark.slow
 def test_a_program_that_keeps_ever_more_is_ended(host, arm):
     before = memory_mb(arm)
     with Primary(host) as primary, undisturbed(host):

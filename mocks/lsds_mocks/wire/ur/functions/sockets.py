@@ -68,13 +68,18 @@ class Functions:
         # Not more often than once a cycle, however quickly the other end accepts.
         yield
         link = socket.socket()
-        link.setblocking(False)
-        outcome = link.connect_ex((address, int(port)))
-        for _ in range(round(CONNECT_S / STEP_S)):
-            if outcome not in (errno.EINPROGRESS, errno.EALREADY):
-                break
-            yield
+        try:
+            link.setblocking(False)
             outcome = link.connect_ex((address, int(port)))
+            for _ in range(round(CONNECT_S / STEP_S)):
+                if outcome not in (errno.EINPROGRESS, errno.EALREADY):
+                    break
+                yield
+                outcome = link.connect_ex((address, int(port)))
+        except BaseException:
+            # The program has been stopped, or the port is none.
+            link.close()
+            raise
         if outcome not in (0, errno.EISCONN):
             link.close()
             return False

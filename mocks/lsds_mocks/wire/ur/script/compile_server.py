@@ -11,7 +11,7 @@ import resource
 import signal
 import struct
 import sys
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from lsds_mocks.wire.ur.script.compiler import compile_script
 from lsds_mocks.wire.ur.script.errors import ScriptError
@@ -22,7 +22,7 @@ LARGE = 100_000
 """Characters of a program after which the process ends, so that it gives its memory back."""
 
 
-def answer(text: str, waiting: dict[str, bool]) -> tuple[object, ...]:
+def answer(text: str, waiting: dict[str, bool]) -> tuple[Any, ...]:
     """Return (name, secondary, codes, places), or (error, line, column)."""
     try:
         compiled = compile_script(text, waiting)

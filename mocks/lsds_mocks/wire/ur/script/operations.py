@@ -22,7 +22,7 @@ DEEPEST = 16
 
 _LOWEST, _HIGHEST = -(2**31), 2**31 - 1
 _NUMBERS = frozenset((int, float, bool))
-_LIST, _ELEMENT, _COPIED, _SHOWN, _CHARACTERS = 14, 8, 2, 20, 16
+_LIST, _ELEMENT, _COPIED, _SHOWN, _CHARACTERS = 30, 8, 2, 20, 16
 """Price of a list, and of an element that is calculated, copied, or shown as text; characters of text for one unit."""
 
 

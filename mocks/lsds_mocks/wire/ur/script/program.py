@@ -186,4 +186,3 @@ def _close(thread: Waiting) -> None:
     """End a thread, unless it is the one that runs: that one is closed where it next waits."""
     if inspect.getgeneratorstate(thread) != inspect.GEN_RUNNING:
         thread.close()
-
