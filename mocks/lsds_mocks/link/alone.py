@@ -19,7 +19,8 @@ class LoneFingers:
     """A `FingerLink` onto fingers with no plant around them, brought up to the clock's present at every call.
 
     `object_m` is the width of a body that closing fingers meet from outside, `hollow_m` the inner width of one that
-    opening fingers meet from inside; None for nothing there. `stiffness_n_m` is that of one finger on the body.
+    opening fingers meet from inside; None for nothing there. `stiffness_n_m` is that of one finger on the body. While
+    the body is `set_aside`, the fingers are free.
     """
 
     def __init__(
@@ -38,6 +39,14 @@ class LoneFingers:
         self._stiffness_n_m = stiffness_n_m
         self._now_ns = clock.now()
         self._pushes_out = False
+        self._aside = self._awaited = False
+
+    def set_aside(self, aside: bool) -> None:
+        """Take the body away; or put it back, as soon as it has room between, or around, the fingers."""
+        self._advance()
+        self._awaited = self._aside and not aside
+        self._aside = self._aside or aside
+        self._put_back()
 
     def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
         """Go to an aperture; takes effect now."""
@@ -69,20 +78,30 @@ class LoneFingers:
         """Nothing is held."""
 
     def _inward_n(self) -> float:
-        if self._object_m is None:
+        if self._object_m is None or self._aside:
             return 0.0
         return max(0.0, self._stiffness_n_m * (self._object_m - self._drive.aperture_m) / 2)
 
     def _outward_n(self) -> float:
-        if self._hollow_m is None:
+        if self._hollow_m is None or self._aside:
             return 0.0
         return max(0.0, self._stiffness_n_m * (self._drive.aperture_m - self._hollow_m) / 2)
+
+    def _put_back(self) -> None:
+        aperture = self._drive.aperture_m
+        fits = (self._object_m is None or aperture >= self._object_m) and (
+            self._hollow_m is None or aperture <= self._hollow_m
+        )
+        if self._awaited and fits:
+            self._aside = self._awaited = False
 
     def _advance(self) -> None:
         """Step while something moves; a gripper at rest is not stepped."""
         now, drive = self._clock.now(), self._drive
         while self._now_ns < now:
             step = min(_STEP_NS, now - self._now_ns)
+            if self._awaited:
+                self._put_back()
             self._pushes_out = drive.target_m > drive.aperture_m and self._outward_n() >= drive.limit_n
             if not self._pushes_out:
                 drive.step(seconds(step), self._inward_n())

@@ -9,6 +9,7 @@ import threading
 
 from lsds_mocks.link.alone import LoneFingers
 from lsds_mocks.mock_process import MockProcess
+from lsds_mocks.wire.robotiq.fingers import clearing
 from lsds_mocks.wire.robotiq.machine import RegisterMachine
 from lsds_mocks.wire.robotiq.options import RobotiqOptions
 from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc
@@ -32,7 +33,8 @@ class Bench:
         mm = {"aperture_m": self.options.aperture_mm or self.options.stroke_mm}
         mm |= {"object_m": self.options.object_mm, "hollow_m": self.options.hollow_mm}
         self.fingers = LoneFingers(self.clock, **{k: v if v is None else v * 1e-3 for k, v in mm.items()})
-        self.machine = RegisterMachine(self.options, self.fingers, self.clock.now())
+        clear = clearing(self.options, self.fingers)
+        self.machine = RegisterMachine(self.options, self.fingers, self.clock.now(), clear)
         self._deframer = Deframer()
 
     def ask(self, request):

@@ -158,9 +158,13 @@ def test_a_urcap_client_resets_activates_and_grips(strings):
     strings.set(ACT=0)
     strings.set(ATR=0)
     assert until(lambda: strings.get("ACT") == 0 and strings.get("STA") == 0)
-    # The object keeps this gripper from activating; that is what its fault says.
     strings.set(ACT=1)
-    assert until(lambda: strings.get("FLT") == 0x0D)
+    assert until(lambda: strings.get("ACT") == 1 and strings.get("STA") == 3)
+    # The object, of 20 mm, is there by now.
+    strings.set(POS=255, SPE=255, FOR=0, GTO=1)
+    assert until(lambda: strings.get("PRE") == 255)
+    assert until(lambda: strings.get("OBJ") == 2)
+    assert strings.get("POS") == pytest.approx(228 - 20 / 50 * 225, abs=8)
     strings.set(ACT=0)
     assert strings.get("FLT") == 0
 

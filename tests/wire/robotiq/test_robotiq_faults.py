@@ -250,7 +250,7 @@ def test_activation_over_a_bad_line(tmp_path):
 
 
 def test_an_activation_that_fails_tells_the_grippers_code(tmp_path):
-    with serving(tmp_path, object_mm=30) as mock:
+    with serving(tmp_path, object_mm=30, object_stays=True) as mock:
         gripper = build("hand-e", options_for("hand-e", mock))
         gripper.connect()
         with pytest.raises(DeviceFault, match="take away what is between") as raised:

@@ -58,7 +58,7 @@ def test_activation_is_quicker_only_than_its_least_time_where_it_begins_closed()
 
 
 def test_an_object_in_the_way_fails_the_activation_until_a_reset():
-    bench = Bench(object_mm=30)
+    bench = Bench(object_mm=30, object_stays=True)
     bench.write(1)
     bench.wait(2)
     assert (bench.sta, bench.flt) == (0, 0x0D)
@@ -67,6 +67,34 @@ def test_an_object_in_the_way_fails_the_activation_until_a_reset():
     assert bench.flt == 0x0D, "a command does not clear it"
     bench.write(0)
     assert bench.flt == 0
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_an_object_is_put_between_the_fingers_when_they_are_active(again):
+    bench = Bench(object_mm=30, activation_s=1.2)
+    for _ in range(1 + again):
+        bench.write(0)
+        bench.write(1)
+        bench.wait(1.5)
+        assert (bench.sta, bench.flt, bench.tick) == (3, 0, 3), "it closes and opens with nothing in its way"
+        bench.write(GO, 255)
+        bench.wait(1)
+        assert (bench.obj, bench.flt) == (2, 0)
+        assert bench.fingers.fingers().aperture_m == pytest.approx(0.030, abs=2e-3)
+
+
+def test_an_object_around_the_fingers_is_put_there_when_it_has_room():
+    bench = Bench(hollow_mm=30, activation_s=1.2)
+    bench.write(1)
+    bench.wait(1.5)
+    assert (bench.sta, bench.flt, bench.tick) == (3, 0, 3)
+    bench.write(GO, 255)
+    bench.wait(1)
+    assert bench.obj == 3
+    bench.write(GO, 0)
+    bench.wait(1)
+    assert bench.obj == 1
+    assert bench.fingers.fingers().aperture_m == pytest.approx(0.030, abs=2e-3)
 
 
 def test_a_motion_asked_for_during_activation_is_delayed():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lsds_mocks.link.alone import LoneFingers
@@ -11,6 +12,13 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_mocks.link.protocols import FingerLink
     from lsds_mocks.wire.robotiq.options import RobotiqOptions
+
+
+def clearing(options: RobotiqOptions, link: FingerLink) -> Callable[[bool], None]:
+    """Return what takes the object away for an activation, and puts it back after it."""
+    if isinstance(link, LoneFingers) and not options.object_stays:
+        return link.set_aside
+    return lambda _: None
 
 
 def finger_link(options: RobotiqOptions, clock: Clock) -> FingerLink:

@@ -27,10 +27,20 @@ _FOREVER = 2**63
 
 
 class RegisterMachine:
-    """Steps through activation, motion, automatic release and faults."""
+    """Steps through activation, motion, automatic release and faults.
 
-    def __init__(self, options: RobotiqOptions, link: FingerLink, now_ns: int) -> None:
+    `clear` is called with True where an activation begins, so that nothing is in its way, and with False at its end.
+    """
+
+    def __init__(
+        self,
+        options: RobotiqOptions,
+        link: FingerLink,
+        now_ns: int,
+        clear: Callable[[bool], None] = lambda _: None,
+    ) -> None:
         self._link = link
+        self._clear = clear
         self._stroke_m = options.stroke_mm * 1e-3
         self._units = HandEUnits(self._stroke_m, options.open_tick, options.closed_tick)
         self._speed_m_s = (options.slowest_mm_s * 1e-3, options.fastest_mm_s * 1e-3)
@@ -51,6 +61,8 @@ class RegisterMachine:
         if options.activated:
             self._command[layout.ACTION] = ACT
             self._activation = Activation.ACTIVE
+        else:
+            clear(True)
 
     @property
     def command(self) -> bytes:
@@ -173,6 +185,7 @@ class RegisterMachine:
         self._health.reset()
         self._activation, self._began_ns, self._want_m = Activation.ACTIVATING, now_ns, None
         self._phase = self._closing
+        self._clear(True)
         self._link.drive(0.0, self._activation_speed, self._force_n[0])
 
     @property
@@ -192,6 +205,7 @@ class RegisterMachine:
         elif now_ns - self._began_ns >= self._activation_ns and _rests_at(fingers, self._stroke_m):
             self._activation, self._phase = Activation.ACTIVE, None
             self._refreshed = -1
+            self._clear(False)
             self._go(now_ns)
 
     def _release(self, now_ns: int) -> None:

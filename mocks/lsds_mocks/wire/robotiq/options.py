@@ -48,8 +48,19 @@ class RobotiqOptions(BaseModel):
         default=None, ge=0, description="aperture of the fingers at the start; default: open"
     )
 
-    object_mm: float | None = Field(default=None, gt=0, description="width of an object between the fingers")
-    hollow_mm: float | None = Field(default=None, gt=0, description="inner width of an object around the fingers")
+    object_mm: float | None = Field(
+        default=None,
+        gt=0,
+        description="width of an object between the fingers; it is put there when the gripper has been activated",
+    )
+    hollow_mm: float | None = Field(
+        default=None,
+        gt=0,
+        description="inner width of an object around the fingers; it is put there when the gripper has been activated",
+    )
+    object_stays: bool = Field(
+        default=False, description="the object is in the way of an activation, too, which fails with fault 0x0D"
+    )
     stiffness_n_mm: float = Field(default=30.0, gt=0, description="stiffness of one finger on the object")
     cell: str = Field(default="", description="socket of a plant shared with other mocks")
     faults: list[Fault] = Field(default_factory=list, description="faults to inject")

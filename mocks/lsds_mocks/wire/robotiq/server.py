@@ -11,7 +11,7 @@ from lsds.clock import nanoseconds
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds.plugins.options import validated
 from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKind
-from lsds_mocks.wire.robotiq.fingers import finger_link
+from lsds_mocks.wire.robotiq.fingers import clearing, finger_link
 from lsds_mocks.wire.robotiq.layout import Trouble
 from lsds_mocks.wire.robotiq.line import SerialLine
 from lsds_mocks.wire.robotiq.machine import RegisterMachine
@@ -66,7 +66,7 @@ class RobotiqMock:
         """Open all faces; return their addresses. Raises ConnectFailed where one is taken, or no plant is there."""
         options = self._options
         self._link = finger_link(options, self._clock)
-        self._machine = RegisterMachine(options, self._link, self._clock.now())
+        self._machine = RegisterMachine(options, self._link, self._clock.now(), clearing(options, self._link))
         reactor = self._reactor = Reactor(self._clock)
         terminal = TerminalFace(MOCK, options.pty, reactor, partial(self._line, "pty"))
         self._faces = [terminal]
