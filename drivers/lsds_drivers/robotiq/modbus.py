@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import select
 import socket
 import time
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.errors import ConnectFailed, DeviceTimeout, ProtocolFault
 from lsds_drivers.robotiq.options import tcp_address
+from lsds_drivers.robotiq.patience import Patience
 from lsds_drivers.robotiq.registers import COMMAND_REGISTER, STATUS_REGISTER, Motion, Status, command_words
 from lsds_drivers.robotiq.serial_port import open_serial
 
@@ -17,6 +19,12 @@ if TYPE_CHECKING:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
 _HOLDING, _INPUT, _WRITE = 3, 4, 16
+_ASKS = tuple((function, count) for count in range(3, 9) for function in (_INPUT, _HOLDING))
+"""The ways to request the status, each recognized by its answer: a function, and how many registers, of which the first
+three have a meaning."""
+_PLAIN = 2
+"""Those of three registers; the others are for losses, where the gripper is found to answer them."""
+_LEAST_S = 0.015
 QUIET_S = 0.02
 """Silence after which no late answer can arrive: a USB adapter may delay one by 16 ms."""
 
@@ -24,8 +32,11 @@ QUIET_S = 0.02
 class ModbusTransport:
     """A `Transport` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
 
-    RTU answers do not identify their request. So that a late answer is not assigned to the next request, the line must
-    be silent after any failure, and the status is then requested with the other of functions 3 and 4.
+    RTU answers do not identify their request. So that a late answer is not assigned to a later request, one that was
+    not answered is not repeated within `timeout_s`: the status is requested in another way, whose answer differs. After
+    a damaged answer, and before a write that follows a lost one, the line must be silent.
+
+    A lost frame costs as long as answers usually take, twice (`Patience`), not `timeout_s`.
     """
 
     def __init__(self, device: str, port: str, slave: int, baud: int, timeout_s: float) -> None:
@@ -35,9 +46,12 @@ class ModbusTransport:
         self._baud = baud
         self._timeout_s = timeout_s
         self._client: ModbusSerialClient | ModbusTcpClient | None = None
-        self._function = _INPUT
-        self._heard = False
+        self._patience = Patience(_LEAST_S, timeout_s)
+        self._heard = self._answered = False
         self._unsettled = False
+        self._unanswered: dict[tuple[int, int], float] = {}
+        self._untried = list(_ASKS[_PLAIN : _PLAIN + 2])
+        self._ways: tuple[tuple[int, int], ...] = _ASKS[:_PLAIN]
 
     @property
     def is_open(self) -> bool:
@@ -51,7 +65,7 @@ class ModbusTransport:
 
         self.close()
         # pymodbus logs a warning for every damaged answer; here they are counted and reported with the error. They
-        # still appear # if logging is configured.
+        # still appear if logging is configured.
         logging.getLogger("pymodbus").addHandler(logging.NullHandler())
         address = tcp_address(self._port)
         client: ModbusSerialClient | ModbusTcpClient
@@ -83,19 +97,30 @@ class ModbusTransport:
 
     def read(self) -> Status:
         """Request the three status registers."""
-        function = self._function
+        function, count = way = self._way()
         client = self._ready()
         ask = client.read_holding_registers if function == _HOLDING else client.read_input_registers
-        answer = self._exchange(ask, STATUS_REGISTER, count=3)
-        if answer.function_code != function or len(answer.registers) != 3:
+        answer = self._exchange(way, ask, STATUS_REGISTER, count=count)
+        came = len(answer.registers) if answer.function_code == function else 0
+        # One that answers with three registers to any request is understood, too, where it can be no late answer.
+        if came != count and (came != _ASKS[0][1] or self._is_unanswered((function, came))):
+            self._patience.late()
             raise self._spoilt("an answer that belongs to another request")
+        if came != count:
+            self._untried.clear()
+        elif count > _ASKS[0][1]:
+            self._ways = _ASKS
+            self._untried.clear()
         return Status.from_registers(answer.registers)
 
     def write(self, action: int, motion: Motion | None) -> None:
         """Write one command register, or all three."""
         words = command_words(action, motion)
-        answer = self._exchange(self._ready().write_registers, COMMAND_REGISTER, words)
+        way = (_WRITE, len(words))
+        self._unsettled = self._unsettled or self._is_unanswered(way)
+        answer = self._exchange(way, self._ready().write_registers, COMMAND_REGISTER, words)
         if answer.function_code != _WRITE or (answer.address, answer.count) != (COMMAND_REGISTER, len(words)):
+            self._patience.late()
             raise self._spoilt("an answer that belongs to another request")
 
     # -- inside -------------------------------------------------------------------------------------------
@@ -107,20 +132,36 @@ class ModbusTransport:
             raise self._lost()
         return client
 
-    def _exchange(self, ask: Any, *arguments: Any, **keywords: Any) -> Any:
+    def _way(self) -> tuple[int, int]:
+        """Return the first way to request the status whose answer cannot be that of an earlier request."""
+        if self._untried and self._answered:
+            return self._untried.pop(0)
+        for way in self._ways:
+            if not self._is_unanswered(way):
+                return way
+        self._unsettled = True
+        return min(self._ways, key=lambda way: self._unanswered[way])
+
+    def _is_unanswered(self, way: tuple[int, int]) -> bool:
+        return time.monotonic() - self._unanswered.get(way, -math.inf) < self._timeout_s + QUIET_S
+
+    def _exchange(self, way: tuple[int, int], ask: Any, *arguments: Any, **keywords: Any) -> Any:
         from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
 
         self._heard = False
         try:
             self._drain()
+            began = time.monotonic()
+            self._unanswered[way] = began
+            wait_s = self._wait(self._patience.wait_s)
             answer = ask(*arguments, device_id=self._slave, **keywords)
         except ModbusIOException as error:
+            self._patience.silent()
             if self._heard:
                 raise self._spoilt("a damaged answer") from error
-            self._turn()
             raise DeviceTimeout(
                 self._device,
-                f"no answer on {self._port} within {1e3 * self._timeout_s:.0f} ms",
+                f"no answer on {self._port} within {1e3 * wait_s:.0f} ms",
                 remedy=f"check the gripper's 24 V, its cable, and that it is slave {self._slave}",
             ) from error
         except (ConnectionException, OSError) as error:
@@ -130,7 +171,21 @@ class ModbusTransport:
             raise self._spoilt(f"an answer that cannot be decoded ({error})") from error
         if answer.isError():
             raise self._spoilt("a Modbus exception, which this gripper does not know")
+        if answer.function_code == way[0]:
+            self._patience.answered(time.monotonic() - began)
+            self._unanswered.pop(way, None)
+            self._answered = True
         return answer
+
+    def _wait(self, wait_s: float) -> float:
+        """Set how long the next answer is waited for."""
+        client = self._ready()
+        client.comm_params.timeout_connect = client.transaction.comm_params.timeout_connect = wait_s
+        # Left alone, pymodbus closes a socket after a few lost frames in a row.
+        client.transaction.count_until_disconnect = client.transaction.max_until_disconnect
+        if not isinstance(client.socket, socket.socket):
+            client.socket.timeout = wait_s
+        return wait_s
 
     def _drain(self) -> None:
         """Discard unexpected bytes; after a failure, until the line has been silent for long enough.
@@ -159,12 +214,8 @@ class ModbusTransport:
         self._heard = self._heard or (not sending and bool(data))
         return data
 
-    def _turn(self) -> None:
-        self._unsettled = True
-        self._function = _HOLDING if self._function == _INPUT else _INPUT
-
     def _spoilt(self, what: str) -> ProtocolFault:
-        self._turn()
+        self._unsettled = True
         return ProtocolFault(self._device, f"{what} on {self._port}", remedy="check cable, shield and termination")
 
     def _lost(self) -> ConnectFailed:

@@ -26,7 +26,12 @@ class GripperOptions(BaseModel):
     calibrate: bool = Field(default=False, description="arming closes and opens the fingers to measure both registers")
     keep_activation: bool = Field(default=True, description="arming moves nothing if the gripper is already active")
     poll_hz: float = Field(default=100.0, gt=0, le=190, description="rate of status readings")
-    answer_timeout_ms: float = Field(default=100.0, gt=0, le=5000, description="time limit for one answer")
+    answer_timeout_ms: float = Field(
+        default=100.0,
+        gt=0,
+        le=5000,
+        description="longest that an answer can take; a request is repeated sooner, where answers usually come sooner",
+    )
     connect_timeout_s: float = Field(default=2.0, gt=0, le=60, description="time limit of connect()")
     activation_timeout_s: float = Field(default=5.0, gt=0, le=60, description="time limit of an activation")
     stale_after_ms: float = Field(default=300.0, gt=0, le=10_000, description="age above which a state is StaleData")

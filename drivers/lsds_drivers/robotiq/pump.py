@@ -77,7 +77,7 @@ class Pump:
         self._newest: Sample | None = None
         self._error: DeviceError | None = None
         self._doubtful = False
-        self._last_ns = self._good_ns = self._polled_ns = 0
+        self._last_ns = self._good_ns = self._polled_ns = self._looked_ns = 0
         self._sent: tuple[int, Motion] | None = None
         self.counts = Counts()
 
@@ -236,7 +236,8 @@ class Pump:
                 return
             halts = self._halts_wanted
             halting = self._halts_done < halts
-            overdue = self._clock.now() - self._polled_ns > 2 * self._period_ns
+            # Counted from the last status' arrival: on a slow line every request takes longer than this.
+            overdue = self._clock.now() - self._looked_ns > 2 * self._period_ns
             # After a failure, read the status before writing: the gripper may have been switched off and on, and a
             # request to # activate would then open it.
             look = self._doubtful or not self._trusted() or (overdue and not halting)
@@ -301,7 +302,7 @@ class Pump:
     def _poll(self) -> None:
         began = self._polled_ns = self._begin()
         status = self._transport.read()
-        now = self._clock.now()
+        now = self._looked_ns = self._clock.now()
         with self._wake:
             last = self._newest
             self._newest = Sample((began + now) // 2, 0 if last is None else last.seq + 1, status)

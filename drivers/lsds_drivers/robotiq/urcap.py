@@ -8,6 +8,7 @@ import socket
 from lsds.clock import Clock, nanoseconds, seconds
 from lsds.errors import ConnectFailed, DeviceFault, DeviceTimeout, ProtocolFault
 from lsds_drivers.robotiq.modbus import open_socket
+from lsds_drivers.robotiq.patience import Patience
 from lsds_drivers.robotiq.registers import (
     ACTIVATE,
     GO_TO,
@@ -24,6 +25,7 @@ _ASK = "".join(f"GET {name}\n" for name in _NAMES).encode()
 _LIMITS = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 _ACK = b"ack"
 _LONGEST_ANSWER = 1024
+_LEAST_S = 0.04
 
 
 class UrcapTransport:
@@ -32,7 +34,7 @@ class UrcapTransport:
     def __init__(self, device: str, host: str, port: int, timeout_s: float, clock: Clock) -> None:
         self._device = device
         self._address = (host, port)
-        self._timeout_s = timeout_s
+        self._patience = Patience(_LEAST_S, timeout_s)
         self._clock = clock
         self._socket: socket.socket | None = None
 
@@ -87,10 +89,12 @@ class UrcapTransport:
         if connection is None:
             raise self._lost()
         answer = b""
-        deadline = self._clock.now() + nanoseconds(self._timeout_s)
+        wait_s = self._patience.wait_s
+        began = self._clock.now()
+        deadline = began + nanoseconds(wait_s)
         try:
             _drain(connection)
-            connection.settimeout(self._timeout_s)
+            connection.settimeout(wait_s)
             connection.sendall(request)
             while not (answer.count(b"\n") >= lines if lines else answer.startswith(_ACK)):
                 left = seconds(deadline - self._clock.now())
@@ -111,13 +115,15 @@ class UrcapTransport:
             raise self._lost() from error
         complete = answer.count(b"\n") == lines and answer.endswith(b"\n") if lines else answer.strip() == _ACK
         if complete:
+            self._patience.answered(seconds(self._clock.now() - began))
             return answer
+        self._patience.silent()
         self.close()
         if answer:
             raise self._spoilt(answer)
         raise DeviceTimeout(
             self._device,
-            f"no answer from {self._address[0]}:{self._address[1]} within {1e3 * self._timeout_s:.0f} ms",
+            f"no answer from {self._address[0]}:{self._address[1]} within {1e3 * wait_s:.0f} ms",
             remedy="is the robot on, and its URCap running?",
         )
 

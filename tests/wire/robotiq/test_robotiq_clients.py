@@ -165,6 +165,7 @@ def test_a_urcap_client_resets_activates_and_grips(strings):
     assert until(lambda: strings.get("PRE") == 255)
     assert until(lambda: strings.get("OBJ") == 2)
     assert strings.get("POS") == pytest.approx(228 - 20 / 50 * 225, abs=8)
+    strings.set(GTO=0)
     strings.set(ACT=0)
     assert strings.get("FLT") == 0
 
