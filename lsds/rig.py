@@ -24,7 +24,7 @@ from lsds.plugins.registry import Backend
 if TYPE_CHECKING:
     from lsds.config.model import BackendSection, RigConfig
 
-HURRIED_STOP_S, HURRIED_CLOSE_S = 0.3, 0.8
+HURRIED_STOP_S, HURRIED_CLOSE_S = 0.3, 1.0
 """How long stopping and closing all devices may take after an interrupt: somebody waits for the end."""
 HUNG_S = 0.3
 """How long a device that has hung once may take for another call."""

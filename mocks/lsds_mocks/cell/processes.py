@@ -113,6 +113,9 @@ class ProcessCell:
         if self._truth is not None:
             self._truth.close()
             self._truth = None
+        # The mocks end side by side, the plant that they look at after them.
+        for mock in self._processes[1:]:
+            mock.ask_to_end()
         while self._processes:
             self._processes.pop().stop()
 
