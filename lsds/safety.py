@@ -32,7 +32,10 @@ class SafetyOptions(BaseModel):
     max_aperture_m: float | None = Field(default=None, gt=0, le=0.5, description="maximum aperture")
     stale_after_s: float = Field(default=0.2, gt=0, le=10, description="stop if no new frame has arrived for this time")
     frozen_after_s: float = Field(
-        default=1.0, gt=0, le=3600, description="stop if the camera repeats one image for this time"
+        default=0.2,
+        gt=0,
+        le=3600,
+        description="stop if the camera repeats one image for this time; not before stale_after_s",
     )
     watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop if the loop is silent for this time")
     command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="lifetime of a motion command")
