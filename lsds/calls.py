@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from queue import SimpleQueue
 from typing import Any, NamedTuple, TypeVar, cast
+from weakref import finalize
 
 from lsds.clock import WallClock, seconds
 from lsds.errors import CallHangs
@@ -85,6 +86,8 @@ class CellThread:
         self.calls = Calls()
         self._tasks: SimpleQueue[_Task | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
+        # The thread knows this object's mark only, so that a rig that nobody closes can be let go, and ends it then.
+        self._mark = object()
         self._busy: _Task | None = None
 
     def run(self, function: Callable[[], T], *, leave: Callable[[], object] = lambda: None) -> T:
@@ -93,7 +96,7 @@ class CellThread:
         Raises CallHangs where a marked call passes its deadline. `leave` is called where the wait ends before the
         function does, to ask it to end; after an interrupt it gets `SETTLE_S` for that.
         """
-        if getattr(_HERE, "owner", None) is self:
+        if self._inside:
             return function()
         if self._busy is not None:
             self._forget()  # Another function is still running: this one must not wait for it.
@@ -119,16 +122,21 @@ class CellThread:
 
     def end(self) -> None:
         """End the thread, if there is one and it is idle; the next function gets a new one."""
-        if self._thread is not None and self._busy is None and getattr(_HERE, "owner", None) is not self:
+        if self._thread is not None and self._busy is None and not self._inside:
             self._tasks.put(None)
             self._thread.join(SETTLE_S)
             self._thread = None
 
+    @property
+    def _inside(self) -> bool:
+        return getattr(_HERE, "mark", None) is self._mark
+
     def _start(self) -> None:
         if self._thread is None:
             self._tasks = SimpleQueue()
-            self._thread = threading.Thread(target=_work, args=(self, self._tasks), name=NAME, daemon=True)
+            self._thread = threading.Thread(target=_work, args=(self._mark, self._tasks), name=NAME, daemon=True)
             self._thread.start()
+            finalize(self, self._tasks.put, None).atexit = False
 
     def _forget(self) -> None:
         """Leave the thread to itself: it gets nothing more to do, and ends when its call returns."""
@@ -142,8 +150,8 @@ class CellThread:
 _HERE = threading.local()
 
 
-def _work(owner: CellThread, tasks: SimpleQueue[_Task | None]) -> None:
-    _HERE.owner = owner
+def _work(mark: object, tasks: SimpleQueue[_Task | None]) -> None:
+    _HERE.mark = mark
     while (task := tasks.get()) is not None:
         try:
             task.result = task.function()

@@ -190,7 +190,11 @@ class Rig:
             for call, (kind, name, _) in zip(told, self._devices, strict=True)
         ]
         if self.virtual:
-            _all_of(calls)
+            try:
+                _all_of(calls)
+            finally:
+                if self._closed:
+                    self.thread.end()
             return tuple(problems)
         wall = WallClock()
         limit_s = HURRIED_STOP_S if self._hurried else STOP_S
