@@ -6,6 +6,7 @@ import gc
 import sys
 import threading
 from pathlib import Path
+from typing import NamedTuple
 
 import lsds
 from lsds.contracts import Grip, Twist, Wanted
@@ -43,6 +44,26 @@ class AgainJob:
         return Wanted("open", grip=Grip(0.035, 0.05, 60.0), twist=Twist())
 
 
+class Look(NamedTuple):
+    """The process after so many rounds or starts."""
+
+    ended: int
+    blocks: int
+    resident_kb: int
+    threads: int
+    descriptors: int
+
+
+def look(ended):
+    gc.collect()
+    return Look(ended, sys.getallocatedblocks(), memory_kb(), threading.active_count(), descriptors())
+
+
+def children():
+    """The processes that this one has started."""
+    return {pid for listed in Path("/proc/self/task").glob("*/children") for pid in listed.read_text().split()}
+
+
 def memory_kb():
     """The memory of this process that is resident now, kB."""
     fields = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
@@ -54,27 +75,22 @@ def descriptors():
 
 
 def operate(rounds, *overrides):
-    """Run that many rounds in one run; return [(rounds, allocated blocks, resident kB, threads, descriptors)]."""
+    """Run that many rounds in one run; return a look after each."""
     seen = []
-
-    def look(ended):
-        gc.collect()
-        seen.append((ended, sys.getallocatedblocks(), memory_kb(), threading.active_count(), descriptors()))
-
-    with lsds.bring_up(overrides=[*OVERRIDES, *overrides], job=AgainJob(rounds, look)) as engine:
+    job = AgainJob(rounds, lambda ended: seen.append(look(ended)))
+    with lsds.bring_up(overrides=[*OVERRIDES, *overrides], job=job) as engine:
         engine.run()
     return seen
 
 
 def start_and_stop(times):
-    """Bring up, run for a moment, close; return (allocated blocks, resident kB, threads, descriptors) after each."""
+    """Bring up, run for a moment, close, that many times; return a look after each."""
     seen = []
-    for _ in range(times):
+    for ended in range(1, times + 1):
         with lsds.bring_up(overrides=[*OVERRIDES, "job.backend=watch"]) as engine:
             for at, _ in enumerate(engine):
                 if at == 2:
                     break
         del engine
-        gc.collect()
-        seen.append((sys.getallocatedblocks(), memory_kb(), threading.active_count(), descriptors()))
+        seen.append(look(ended))
     return seen
