@@ -39,7 +39,6 @@ def hang_from(rig, device, name, free, at_s=AT_S):
 
 PLACES = {
     "sensor": (lambda rig: rig.sensor, "read", "sensor 'mock-gelsight-mini' has not returned from read()"),
-    "gripper": (lambda rig: rig.gripper, "read", "gripper 'mock-hand-e' has not returned from read()"),
     "arm": (lambda rig: rig.arm, "command", "arm 'mock-ur5e' has not returned from command()"),
     "detector": (lambda rig: rig.detector, "update", "has not returned from update()"),
     "job": (lambda rig: rig.job, "step", "job 'lift' has not returned from step()"),
