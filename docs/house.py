@@ -33,7 +33,7 @@ FLOORS = (
     ("lsds.config",),
     ("lsds.plugins", "lsds.models", "lsds.vision"),
     ("lsds.tactile", "lsds.safety"),
-    ("lsds.grip", "lsds.watches", "lsds.scheduler"),
+    ("lsds.grip", "lsds.watches", "lsds.fingers", "lsds.answers", "lsds.stages", "lsds.scheduler"),
     ("lsds.contracts",),
     ("lsds.errors", "lsds.clock"),
 )

@@ -10,6 +10,7 @@ from lsds.clock import nanoseconds
 from lsds.contracts import ArmCommand, Grip, GripperCommand, Twist
 from lsds.deadlines import Deadlines
 from lsds.errors import CommandExpired, SafetyStop
+from lsds.fingers import FingersWatch
 from lsds.safety import Guard
 from lsds.watches import ArrivalWatch
 
@@ -56,6 +57,7 @@ class Actuation:
         self._clock = clock
         self._lifetime_ns = nanoseconds(config.safety.command_lifetime_s)
         self._arrival = ArrivalWatch(gripper.spec.resolution_m if gripper is not None else 0.0)
+        self._fingers = FingersWatch(gripper.spec.resolution_m if gripper is not None else 0.0)
         self._wanted: Grip | None = None
         task = config.task
         self._correction = (task.grip_speed_m_s, task.grip_force_n)
@@ -80,13 +82,18 @@ class Actuation:
             self._arrival.sent(sent, now_ns)
         return sent is not None
 
+    def watch(self, state: GripperState | None, now_ns: int) -> None:
+        """Raise SafetyStop where the fingers opened by themselves, or do not follow."""
+        if state is not None:
+            self._fingers.check(state, now_ns)
+
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the fingers rest at the last wanted grip; true without a gripper."""
         return self._gripper is None or (not self._pending and self._arrival.arrived(state, now_ns))
 
     def correct(self, aperture_m: float, *, may_open: bool) -> float | None:
         """Send a correction of the grip; return the aperture sent, None if it came too late."""
-        sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open)
+        sent = self._send(Grip(aperture_m, *self._correction), allow_opening=may_open, corrects=True)
         if sent is not None:
             self._arrival.superseded()
         return sent
@@ -98,7 +105,7 @@ class Actuation:
             command = ArmCommand(twist, acceleration_m_s2, self._clock.now() + self._lifetime_ns)
             self.moving = self._calls.make(self._commands[1], self._arm.command, self.guard.arm(command)).twist
 
-    def _send(self, grip: Grip, *, allow_opening: bool) -> float | None:
+    def _send(self, grip: Grip, *, allow_opening: bool, corrects: bool = False) -> float | None:
         gripper = self._gripper
         if gripper is None:
             return None
@@ -109,9 +116,9 @@ class Actuation:
         expires = self._clock.now() + self._lifetime_ns
         command = GripperCommand(aperture_m, grip.speed_m_s, grip.force_n, expires)
         held = self.held_m if math.isfinite(self.held_m) else stroke
+        command = self.guard.gripper(command, held, allow_opening=allow_opening)
         try:
-            limited = self.guard.gripper(command, held, allow_opening=allow_opening)
-            sent = self._calls.make(self._commands[0], gripper.command, limited)
+            sent = self._calls.make(self._commands[0], gripper.command, command)
         except CommandExpired as error:
             # Leave the grip unchanged; the next frame gives a new command. Not for ever: the arm relies on the grip.
             now = self._clock.now()
@@ -121,4 +128,5 @@ class Actuation:
             return None
         self._expiring_ns = None
         self.held_m = sent.aperture_m
+        self._fingers.sent(command.aperture_m, sent.aperture_m, self._clock.now(), corrects=corrects)
         return sent.aperture_m

@@ -16,10 +16,11 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from lsds.actuation import Actuation
+from lsds.answers import sound_aperture
 from lsds.background import Background
 from lsds.calls import SETTLE_S
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
-from lsds.contracts import Cycle, Grip, GripInput, Job, Setting, Situation, Twist, Wanted
+from lsds.contracts import OBSERVER, Cycle, Grip, GripInput, Job, Setting, Situation, Twist, Wanted
 from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop, raised_by
 from lsds.fusion import fused_detection, fused_estimate
 from lsds.histogram import LogHistogram
@@ -29,6 +30,7 @@ from lsds.quiet import quiet_process
 from lsds.recorded import all_frames
 from lsds.safety import Guard, Watchdog
 from lsds.scheduler import Phase, Scheduler
+from lsds.stages import SLIP, START
 from lsds.states import States
 from lsds.tactile.perception import Perception
 
@@ -96,6 +98,9 @@ class Engine:
         self._yielding: deque[Cycle] | None = None
         self.frame_to_command = LogHistogram()
         self.scheduler = Scheduler(rig.clock)
+        for section, fault in rig.faults:
+            if fault.target == OBSERVER:
+                self.observers.add(f"fault {section.backend}", fault.around(None))
         self._add_tasks()
 
     # -- what can be asked of it --------------------------------------------------------------------------
@@ -232,6 +237,8 @@ class Engine:
         state = self._states.gripper
         measured = math.nan if state is None else state.aperture_m
         command = None
+        if acting and detection.slip:
+            self._rig.stages.enter(SLIP, now_ns)
         if acting and self._controls and state is not None:
             first = seen[0].observation
             asked = GripInput(
@@ -251,6 +258,7 @@ class Engine:
                 self._wanted.slide,
             )
             aperture = self._make(self._update, self._rig.controller.update, asked)
+            aperture = sound_aperture(self._controller_name, aperture)
             if aperture is not None:
                 command = self._act.correct(aperture, may_open=self._may_open)
         self.frame_to_command.add((perf_ns() - started,))
@@ -299,7 +307,7 @@ class Engine:
         rig, schedule, states = self._rig, self._rig.config.schedule, self._states
         add = self.scheduler.add
         if rig.gripper is not None:
-            add("gripper", states.read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
+            add("gripper", self._read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
         if rig.arm is not None:
             add("arm", self._read_arm, _period(schedule.gripper_rate_hz), phase=Phase.READ)
         if rig.pose_source is not None:
@@ -307,6 +315,10 @@ class Engine:
         rate = max(finger.sensor.spec.rate_hz for finger in rig.fingers)
         add("sensor", self._poll, _period(rate * POLLS_PER_FRAME), phase=Phase.TRACK)
         add("job", self._do_job, _period(schedule.arm_rate_hz), phase=Phase.COMMAND)
+
+    def _read_gripper(self, now_ns: int) -> None:
+        self._states.read_gripper(now_ns)
+        self._act.watch(self._states.gripper, now_ns)
 
     def _read_arm(self, now_ns: int) -> None:
         self._states.read_arm(now_ns, Twist() if self._wanted.twist is None else self._act.moving)
@@ -328,6 +340,7 @@ class Engine:
         )
         wanted = self._make(self._step, self._job.step, situation)
         self._require_sound(wanted)
+        self._rig.stages.enter(wanted.stage, now_ns)
         begins = wanted.corrects and not self._wanted.corrects
         self._wanted = wanted
         if wanted.corrects and self.acting_since_ns is None:
@@ -428,6 +441,7 @@ class Engine:
         if self._began:
             raise RuntimeError("this engine has run; build a new one")
         self._began = True
+        self._rig.stages.enter(START, self._clock.now())
         try:
             setting = Setting(
                 self._clock.now(),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.answers import sound_detection, sound_estimate
 from lsds.clock import nanoseconds
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
@@ -41,7 +42,6 @@ class FingerLine:
         config = rig.config
         self.finger = finger
         self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
-        self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile)
         self.newest: FingerCycle | None = None
         self.taken_anew: list[int] = []
         self._live, self._lost = live, 0
@@ -51,6 +51,7 @@ class FingerLine:
         self._calls = rig.thread.calls
         self._reading = rig.deadline(finger.sensor, "read")
         self._updates = tuple(rig.deadlines.of(name, "update") for name in self._names)
+        self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile, tracker_name=self._names[0])
 
     @property
     def referenced(self) -> bool:
@@ -96,9 +97,9 @@ class FingerLine:
                 if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._take_anew(frame):
                     return None
                 at_work = detector
-                detection = make(detecting, finger.detector.update, observation)
+                detection = sound_detection(detector, make(detecting, finger.detector.update, observation), frame.seq)
                 at_work = estimator
-                estimate = make(estimating, finger.estimator.update, observation)
+                estimate = sound_estimate(estimator, make(estimating, finger.estimator.update, observation), frame.seq)
             except DataError as error:
                 self.gate.refuse(str(error), now_ns, frame.seq)
                 return None

@@ -14,15 +14,17 @@ from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
+from lsds.contracts.fault import Fault
 from lsds.contracts.job import Job
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, Kind
 from lsds.deadlines import STOP_S, Deadlines
 from lsds.errors import CallHangs, ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
+from lsds.stages import shared_stages
 
 if TYPE_CHECKING:
-    from lsds.config.model import BackendSection, RigConfig
+    from lsds.config.model import BackendSection, FaultSection, RigConfig
 
 HURRIED_STOP_S, HURRIED_CLOSE_S = 0.3, 1.0
 """How long stopping and closing all devices may take after an interrupt: somebody waits for the end."""
@@ -81,6 +83,7 @@ class Rig:
         self.config = config
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
+        _require_fingers(config)
         kinds = [kind for kind in CONFIG_KINDS if config.section(kind).chosen and not KINDS[kind].late]
         chosen = {kind: self.host.find(kind, config.section(kind).backend) for kind in kinds}
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
@@ -98,6 +101,10 @@ class Rig:
         if not any(b.spec.over_wire for b in chosen.values()) and not any(b.spec.in_cell for b in devices):
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen
+        self.stages = shared_stages(self.context)
+        self.faults: tuple[tuple[FaultSection, Fault], ...] = tuple(
+            (section, self._made("fault", section)) for section in config.faults
+        )
         self._sensed_in_cell = any(backend.spec.in_cell for backend in sensors.values())
         for kind in CONFIG_KINDS:
             if kind == "sensor":
@@ -265,18 +272,25 @@ class Rig:
 
     # -- inside -------------------------------------------------------------------------------------------
 
-    def _build(self, kind: Kind, section: BackendSection) -> Any:
+    def _made(self, kind: Kind, section: BackendSection | FaultSection) -> Any:
         return self.host.build(kind, section.backend, section.options(), self.context)
+
+    def _build(self, kind: Kind, section: BackendSection, finger: str = "") -> Any:
+        part = self._made(kind, section)
+        for named, fault in self.faults:
+            if fault.target == kind and named.finger in ("", finger):
+                part = fault.around(part)
+        return part
 
     def _finger(self, at: int, name: str) -> Finger:
         section = self.config.fingers[name]
         opposite = getattr(section, "opposite", None)
-        parts = {kind: self._build(kind, self.config.section(kind)) for kind in _OF_A_FINGER if kind != "sensor"}
+        parts = {kind: self._build(kind, self.config.section(kind), name) for kind in _OF_A_FINGER if kind != "sensor"}
         return Finger(
             name,
             f"sensor {name}" if self.config.sensors else "sensor",
             at > 0 if opposite is None else opposite,
-            self._build("sensor", section),
+            self._build("sensor", section, name),
             **parts,
         )
 
@@ -359,6 +373,17 @@ def _require_one_cell(cell: Backend | None, devices: Sequence[Backend]) -> None:
     if cell is not None and cell.spec.over_wire and inside:
         problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
+
+
+def _require_fingers(config: RigConfig) -> None:
+    """Refuse a fault of a finger that there is not."""
+    issues = [
+        ConfigIssue(f"faults.{at}.finger", f"no finger '{fault.finger}'", f"there are {', '.join(config.fingers)}")
+        for at, fault in enumerate(config.faults)
+        if fault.finger and fault.finger not in config.fingers
+    ]
+    if issues:
+        raise ConfigError("rig", issues)
 
 
 def _is_virtual(config: RigConfig, devices: Sequence[Backend]) -> bool:

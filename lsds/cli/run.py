@@ -24,6 +24,13 @@ if TYPE_CHECKING:
     "--seed", type=click.IntRange(min=0), default=None, help="Seed of every random stream; the same as --set seed=N."
 )
 @click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="NAME[:N][@MOMENT]",
+    help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable.",
+)
+@click.option(
     "--plot",
     type=click.Path(dir_okay=False, path_type=Path),
     default=Path("run.png"),
@@ -33,7 +40,13 @@ if TYPE_CHECKING:
 @click.option("--no-plot", is_flag=True, help="Draw nothing.")
 @json_option
 def run(
-    config: Path | None, overrides: tuple[str, ...], seed: int | None, plot: Path, no_plot: bool, json_file: str | None
+    config: Path | None,
+    overrides: tuple[str, ...],
+    seed: int | None,
+    faults: tuple[str, ...],
+    plot: Path,
+    no_plot: bool,
+    json_file: str | None,
 ) -> None:
     """Grasp, lift and hold an object, and close the gripper when it slips.
 
@@ -50,12 +63,15 @@ def run(
       lsds run --json run.json --seed 7                write JSON, use another seed
       lsds run --set controller.enabled=false          no correction: the pipe drops
       lsds run --set controller.pd.literal_sign=true   the paper's sign as printed: it opens on slip
+      lsds run --fault gripper-stuck@slip              the fingers stop when the pipe begins to slip
+      lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on
       lsds run rig.toml --no-plot                      run your own cell
     """
     one_thread()
+    from lsds.cli.faults import faults_override
     from lsds.session.run import run as run_session
 
-    chosen = (*overrides, *([] if seed is None else [f"seed={seed}"]))
+    chosen = (*overrides, *faults_override(faults), *([] if seed is None else [f"seed={seed}"]))
     # Check the output files before anything moves: a finished run cannot be repeated because a folder is missing.
     for target in (json_file, None if no_plot else plot):
         require_writable(target)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
 
-from lsds.config.model import FingerSection, RigConfig
+from lsds.config.model import FaultSection, FingerSection, RigConfig
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
 from lsds.plugins.host import PluginHost
@@ -26,6 +27,19 @@ def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIss
     if isinstance(fingers, dict):
         for name, section in fingers.items():
             yield from _section_issues("sensor", f"sensors.{name}", section, tuple(FingerSection.model_fields), host)
+    faults = data.get("faults", ())
+    for at, fault in enumerate(faults if isinstance(faults, list | tuple) else ()):
+        yield from _fault_issues(f"faults.{at}", fault, host)
+
+
+def _fault_issues(path: str, fault: object, host: PluginHost) -> Iterator[ConfigIssue]:
+    """Yield the problems of a table of `[[faults]]`; its keys but two are options of the fault."""
+    if not isinstance(fault, dict) or not isinstance(fault.get("backend"), str):
+        return  # The model has already reported this.
+    own = {key: value for key, value in fault.items() if key not in FaultSection.model_fields}
+    yield from _choice_issues("fault", path, fault["backend"], host)
+    for issue in _table_issues("fault", path, fault["backend"], own, fault["backend"], host, ()):
+        yield replace(issue, path=issue.path.replace(f"{path}.{fault['backend']}", path, 1))
 
 
 def _section_issues(

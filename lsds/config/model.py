@@ -82,6 +82,19 @@ class FingerSection(BackendSection):
     )
 
 
+class FaultSection(BaseModel):
+    """One fault, a table of `[[faults]]`: its other keys are options of that fault."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    backend: str
+    finger: str = Field(default="", strict=True, description="the finger that it afflicts; empty: every one")
+
+    def options(self) -> dict[str, Any]:
+        """Return what is not `backend` or `finger`."""
+        return dict(self.__pydantic_extra__ or {})
+
+
 _SECTIONS: dict[Kind, type[BackendSection]] = {"controller": ControllerSection}
 
 
@@ -101,6 +114,7 @@ class _Settings(BaseModel):
     sensors: dict[str, FingerSection] = Field(
         default_factory=dict, description="several fingers by name, each like [sensor], which is then not allowed"
     )
+    faults: tuple[FaultSection, ...] = Field(default=(), description="what goes wrong on purpose, one table each")
     tactile: TactileOptions = TactileOptions()
     task: TaskOptions = TaskOptions()
     safety: SafetyOptions = SafetyOptions()

@@ -13,6 +13,7 @@ from lsds.contracts.devices import (
     PoseSource,
     TactileSensor,
 )
+from lsds.contracts.fault import OBSERVER, Fault
 from lsds.contracts.job import Grip, Job, Setting, Situation, Wanted
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, OPTIONAL_KINDS, Kind, KindSpec
 from lsds.contracts.study import Study, StudyResult, StudyTable
@@ -54,6 +55,7 @@ __all__ = [
     "CONFIG_KINDS",
     "DEVICE_KINDS",
     "KINDS",
+    "OBSERVER",
     "OPTIONAL_KINDS",
     "Arm",
     "ArmCommand",
@@ -74,6 +76,7 @@ __all__ = [
     "Device",
     "Estimator",
     "Evidence",
+    "Fault",
     "FeatureVector",
     "FidelityReporting",
     "FingerCycle",

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.command import Command
 from lsds.contracts.devices import Arm, Cell, Gripper, PoseSource, TactileSensor
+from lsds.contracts.fault import Fault
 from lsds.contracts.job import Job
 from lsds.contracts.learning import Learner
 from lsds.contracts.study import Study
@@ -52,6 +53,7 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
         "estimator": KindSpec(Estimator, "Estimates the slip velocity", default="fused"),
         "controller": KindSpec(Controller, "Computes an aperture from slip", default="margin"),
         "job": KindSpec(Job, "The task of a run: commands wanted of arm and gripper", default="lift", late=True),
+        "fault": KindSpec(Fault, "What goes wrong with a part, on purpose; [[faults]] of a config names it"),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
         "study": KindSpec(Study, "Measures speed against accuracy; lsds study runs it"),
         "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds train runs it"),

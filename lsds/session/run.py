@@ -18,11 +18,13 @@ from lsds.rig import Rig
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
+from lsds.stages import Stages
 
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end.
+    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end; `stages` tells
+    when each stage began.
 
     What went wrong while closing, after a run that had no fault, is its `fault`, too (an ExceptionGroup); the summary
     is of the run, and has none then.
@@ -34,6 +36,7 @@ class Session:
     reference_frame: Frame | None
     reference: MarkerReference | None
     fault: BaseException | None
+    stages: Stages
 
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
@@ -127,4 +130,4 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
     perception = engine.perception
-    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault)
+    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)

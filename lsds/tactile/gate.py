@@ -1,9 +1,9 @@
 """The gate: the one place that decides whether a frame is usable, and says why not.
 
 A frame is refused where its image shows nothing (black, saturated, without a colour, of the wrong shape), where its
-time stamp cannot be true, where it repeats the image before while something depends on it, and where hardly a dot of it
-can be followed. A stream without usable frames for too long stops the cell. `check_image` asks about one image,
-`FrameGate` keeps the book of a stream.
+time stamp cannot be true, where the whole image trembles, where it repeats the image before while something depends on
+it, and where hardly a dot of it can be followed. A stream without usable frames for too long stops the cell.
+`check_image` asks about one image, `FrameGate` keeps the book of a stream.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from lsds.clock import nanoseconds
 from lsds.errors import DataError
+from lsds.tactile.unrest import Unrest
 from lsds.watches import Freshness
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ class FrameGate:
             remedy="the camera repeats one image",
         )
         self._repeated = RepeatedImage()
+        self._unrest = Unrest()
         self.refused = 0
         self.refusals: deque[Refusal] = deque(maxlen=_KEPT)
 
@@ -77,6 +79,10 @@ class FrameGate:
         """
         if self._live and not self._fresh.stamped(frame.t_ns, now_ns):
             self.refuse(self._fresh.reason, now_ns, frame.seq)
+            return False
+        if self._live and self._is_sound(frame) and self._unrest.seen(frame.image):
+            reason = f"the whole image changes by {self._unrest.level:.0f} levels from frame to frame (noise? flicker?)"
+            self.refuse(f"frame {frame.seq}: {reason}", now_ns, frame.seq)
             return False
         if not self._live or not self._repeated.seen(frame.image) or not depends:
             self._changing.good(now_ns)
@@ -91,6 +97,10 @@ class FrameGate:
         self._changing.bad("the camera repeats one image")
         self._changing.require(now_ns)
         return False
+
+    def _is_sound(self, frame: Frame) -> bool:
+        image = frame.image
+        return isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3
 
     def followed(self, frame: Frame, tracks: MarkerTracks, now_ns: int) -> None:
         """Take note of how much of the gel is seen. Raises SafetyStop where that was too little for too long."""

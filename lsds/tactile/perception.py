@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from lsds.answers import sound_tracks
 from lsds.contracts import Observation
 from lsds.grip.load import load_of
 from lsds.grip.normal import normal_force_of
@@ -30,8 +31,11 @@ if TYPE_CHECKING:
 class Perception:
     """State from frame to frame: the tracker's, the last field's and the last features'."""
 
-    def __init__(self, tracker: Tracker, spec: SensorSpec, options: TactileOptions) -> None:
-        self._tracker = tracker
+    def __init__(
+        self, tracker: Tracker, spec: SensorSpec, options: TactileOptions, *, tracker_name: str = "tracker"
+    ) -> None:
+        """`tracker_name` is what errors call the tracker."""
+        self._tracker, self._tracker_name = tracker, tracker_name
         self._spec = spec
         self._options = options
         self._shear_n_m3 = options.shear_kpa_mm * 1e6
@@ -71,7 +75,8 @@ class Perception:
         """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
         check_image(frame, self._spec)
         frame = self._viewer.view(frame)
-        tracks = self._tracker.update(frame)
+        count = len(self._field.position_m)
+        tracks = sound_tracks(self._tracker_name, self._tracker.update(frame), count, frame.seq)
         field = self._field.build(tracks)
         contact = self._depth.measure(frame)
         features = self._features.extract(field, contact)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pluggy
 
 from lsds.contracts.backend import BackendSpec
+from lsds_mocks.faults.catalogue import CATALOGUE
 
 hookimpl = pluggy.HookimplMarker("lsds")
 
@@ -65,6 +66,16 @@ def lsds_backends() -> list[BackendSpec]:
             extra="sim",
             virtual_time=True,
             in_cell=True,
+        ),
+        *(
+            BackendSpec(
+                "fault",
+                entry.name,
+                f"lsds_mocks.faults.{entry.factory}",
+                "lsds_mocks.faults.plan:FaultOptions",
+                summary=entry.summary,
+            )
+            for entry in CATALOGUE
         ),
         BackendSpec(
             "wire_mock",

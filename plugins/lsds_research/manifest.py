@@ -62,6 +62,22 @@ _STUDIES = (
         "controllers on objects that nobody described: grip over needed, slip, drops",
     ),
     (
+        "faults",
+        "studies.faults.study:FaultsStudy",
+        "studies.faults.options:FaultsOptions",
+        ("numba",),
+        "sim",
+        "parts of the cell that fail while an object is lifted: stopped, harmless or missed",
+    ),
+    (
+        "search",
+        "search.study:SearchStudy",
+        "search.options:SearchOptions",
+        ("numba", "cma", "scipy"),
+        "search",
+        "scenarios in which the cell fails: found, shrunk, saved as files",
+    ),
+    (
         "slide",
         "studies.slide:SlideStudy",
         "studies.slide:SlideOptions",
@@ -161,6 +177,7 @@ _COMMANDS = (
     ),
     ("evaluate", ("pyarrow",), "data", "Score models on unseen data, such as real recordings."),
     ("choose", ("numba",), "sim", "Print the cheapest rig file that slips and grips no more than asked for."),
+    ("search", ("numba", "cma", "scipy"), "search", "Look for scenarios in which the cell fails."),
     ("label", (), "plot", "Label slip in recordings by eye, frame by frame."),
     (
         "reproduce",

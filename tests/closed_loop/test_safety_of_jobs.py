@@ -199,7 +199,7 @@ def wrong(bench):
 FAULTS = {
     # fault: (how, limit in seconds, error, what it says)
     "dead": (dead, 0.25, SafetyStop, "sensor: nothing usable.*unplugged"),
-    "blind": (blind, 0.25, SafetyStop, "sensor: nothing usable.*dots can be followed"),
+    "blind": (blind, 0.25, SafetyStop, "sensor: nothing usable.*(dots can be followed|whole image changes)"),
     "black": (black, 0.25, SafetyStop, "sensor: nothing usable.*black"),
     "late": (late, 0.25, SafetyStop, "sensor: nothing usable"),
     "repeated": (stuck, 0.25, SafetyStop, "sensor: nothing usable.*repeats one image"),

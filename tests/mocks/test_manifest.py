@@ -20,7 +20,7 @@ def test_every_backend_builds_with_its_default_options():
     context = BuildContext(VirtualClock(), 0)
     for spec in lsds_backends():
         # What is reached over a wire runs on real time: its clients do.
-        assert spec.virtual_time != (spec.kind in ("wire_mock", "study") or spec.over_wire)
+        assert spec.virtual_time != (spec.kind in ("wire_mock", "study", "fault") or spec.over_wire)
         assert spec.summary
         assert bool(spec.extra) == bool(spec.requires)
         assert not spec.hardware_verified
@@ -33,7 +33,7 @@ def test_every_backend_builds_with_its_default_options():
 
 def test_names():
     named = {(spec.kind, spec.name) for spec in lsds_backends()}
-    assert {(kind, name) for kind, name in named if kind != "wire_mock"} == {
+    assert {(kind, name) for kind, name in named if kind not in ("wire_mock", "fault")} == {
         ("cell", "simulated"),
         ("cell", "wire"),
         ("sensor", "mock-gelsight-mini"),
@@ -85,5 +85,5 @@ def test_without_numba_what_needs_it_says_how_to_get_it_and_the_rest_can_be_used
     assert told.keys() == {f"{spec.kind} {spec.name}" for spec in lsds_backends() if "numba" in spec.requires}
     assert "cell simulated" in told
     assert all("needs numba" in text and "lsds[sim]" in text and "\n" not in text for text in told.values())
-    free = {spec.name for spec in lsds_backends() if not spec.requires}
+    free = {spec.name for spec in lsds_backends() if not spec.requires and spec.kind != "fault"}
     assert free == {"hand-e", "robotiq-2f-85", "robotiq-2f-140", "ur5e"}

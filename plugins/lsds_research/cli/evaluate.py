@@ -7,6 +7,7 @@ import click
 from lsds.cli.study_command import study_command
 from lsds_research.incipient.options import IncipientOptions
 from lsds_research.slips.options import SlipOptions
+from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.models.options import ModelsOptions
 
@@ -71,6 +72,7 @@ def evaluate() -> None:
 evaluate.add_command(study_command("models", ModelsOptions, MODELS, positional=("data",), doing="scoring"))
 evaluate.add_command(study_command("slip", SlipOptions, SLIP, positional=("path",), doing="reading"))
 evaluate.add_command(study_command("grip", GripOptions, GripOptions.__doc__ or "", doing="lifting"))
+evaluate.add_command(study_command("faults", FaultsOptions, FaultsOptions.__doc__ or "", doing="lifting"))
 evaluate.add_command(
     study_command("incipient-slip", IncipientOptions, INCIPIENT, positional=("path",), doing="reading, training")
 )

@@ -1,0 +1,82 @@
+"""Watches the fingers of a gripper: they must not open by themselves, and must follow when they are told to close."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds, seconds
+from lsds.contracts import Contact
+from lsds.errors import DeviceFault, SafetyStop
+
+if TYPE_CHECKING:
+    from lsds.contracts import GripperState
+
+UNDER_WAY_S = 0.5
+"""A command that was sent so long ago at most may still be under way."""
+TICKS, LEAST_M = 3, 8e-4
+"""Fingers that are wider than they may be by so many ticks, and by that, have opened."""
+PATIENCE_S = 0.4
+"""Fingers that rest on nothing for so long, wider than they were told, do not follow."""
+
+
+class FingersWatch:
+    """Compares what the gripper tells with what it was sent, since the first command."""
+
+    def __init__(self, resolution_m: float) -> None:
+        self._near_m = max(TICKS * resolution_m, LEAST_M)
+        self._tick_m = max(resolution_m, 1e-4)
+        self._sent: deque[tuple[int, float]] = deque()
+        self._bound_m = math.inf
+        self._corrects, self._asked_m = False, math.nan
+        self._idle_ns: int | None = None
+        self._idle_m = math.nan
+
+    def sent(self, asked_m: float, taken_m: float, now_ns: int, *, corrects: bool) -> None:
+        """Take the aperture that was asked for and the one that the gripper took.
+
+        `corrects`: it is a correction, on which an object relies; a grasp has its own patience, and is said again.
+        Raises DeviceFault where it took one that is wider, and opens, by more than its resolution explains.
+        """
+        # One that cannot close as far as it is told takes less, and opens nothing by that.
+        if taken_m > max(asked_m, self._bound_m) + 1.01 * self._tick_m:
+            raise DeviceFault(
+                "gripper",
+                f"told {1e3 * asked_m:.2f} mm it took {1e3 * taken_m:.2f} mm, wider than its resolution explains",
+                remedy="give its true resolution in its spec",
+            )
+        self._corrects, self._asked_m = corrects, asked_m
+        self._sent.append((now_ns, taken_m))
+        # The last one that is older than what may be under way is where the fingers come from.
+        while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
+            self._sent.popleft()
+
+    def check(self, state: GripperState, now_ns: int) -> None:
+        """Take the gripper's newest state. Raises SafetyStop where the fingers opened, or do not close."""
+        if not self._sent:
+            return
+        while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
+            self._sent.popleft()
+        aperture_m = state.aperture_m
+        self._bound_m = max(self._bound_m, *(sent for _, sent in self._sent))
+        if aperture_m > self._bound_m + self._near_m:
+            raise SafetyStop(
+                f"gripper: its fingers opened from {1e3 * self._bound_m:.2f} to {1e3 * aperture_m:.2f} mm, and "
+                "nothing told them to; the arm was stopped (check its power, its fingers and its position sensor)"
+            )
+        self._bound_m = min(self._bound_m, aperture_m)
+        self._require_following(state, now_ns)
+
+    def _require_following(self, state: GripperState, now_ns: int) -> None:
+        wanted_m = self._asked_m
+        behind = state.aperture_m > wanted_m + self._near_m and state.contact is Contact.NONE and not state.moving
+        behind = behind and self._corrects
+        if not behind or not self._idle_m - state.aperture_m < self._tick_m:
+            self._idle_ns, self._idle_m = (now_ns, state.aperture_m) if behind else (None, math.nan)
+            return
+        if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(PATIENCE_S):
+            raise SafetyStop(
+                f"gripper: told to close to {1e3 * wanted_m:.2f} mm it rests at {1e3 * state.aperture_m:.2f} mm, on "
+                f"nothing, for {seconds(now_ns - self._idle_ns):.1f} s; the arm was stopped (is it stuck?)"
+            )

@@ -1,0 +1,193 @@
+"""Faults of a gripper: of its line, its electronics, its fingers, and of what it tells."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from typing import Any
+
+from lsds.clock import nanoseconds
+from lsds.contracts import GripperCommand, GripperState
+from lsds.errors import DeviceError, DeviceFault, DeviceTimeout, ProtocolFault
+from lsds_mocks.faults.made import fault
+from lsds_mocks.faults.plan import Around, Plan
+
+NAME = "gripper"
+OVER_CURRENT = 0x0E
+
+
+class Wrapped(Around):
+    """A gripper with a fault: `said` is what it tells of a state, `sent` what becomes of a command (None: nothing)."""
+
+    def read(self) -> GripperState:
+        """Return the newest state, as the fault has it."""
+        state: GripperState = self._part.read()
+        return self.said(state) if self._plan.on else state
+
+    def command(self, command: GripperCommand) -> GripperCommand:
+        """Send a command, or what the fault leaves of it."""
+        wanted = self.sent(command) if self._plan.on else command
+        if wanted is None:
+            return command
+        sent: GripperCommand = self._part.command(wanted)
+        return sent
+
+    def said(self, state: GripperState) -> GripperState:
+        """Return what is told of a state while the fault is on."""
+        return state
+
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        """Return what is sent of a command while the fault is on."""
+        return command
+
+
+class _Line(Wrapped):
+    """A share of the answers, to states and commands, fails with an error."""
+
+    def error(self) -> DeviceError:
+        return DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
+
+    def said(self, state: GripperState) -> GripperState:
+        if self._plan.happens():
+            raise self.error()
+        return state
+
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        if self._plan.happens():
+            raise self.error()
+        return command
+
+
+class _Crc(_Line):
+    def error(self) -> DeviceError:
+        return ProtocolFault(NAME, "an answer has a wrong check sum", remedy="check the cable and its shield")
+
+
+class _Refuses(Wrapped):
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        raise ProtocolFault(NAME, "it refuses the command", code=2, remedy="check its register map")
+
+
+class _Still(Wrapped):
+    """Once it is on, the fingers stand still."""
+
+    def __init__(self, part: Any, plan: Plan) -> None:
+        super().__init__(part, plan)
+        self._stands = False
+
+    def stand(self) -> None:
+        """Stop the fingers where they are, once."""
+        if not self._stands:
+            self._stands = True
+            self._part.stop()
+
+    def read(self) -> GripperState:
+        """Return the newest state; the fingers stop when the fault begins."""
+        if self._plan.on:
+            self.stand()
+        return super().read()
+
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        self.stand()
+        return None
+
+
+class _OwnFault(_Still):
+    def said(self, state: GripperState) -> GripperState:
+        raise DeviceFault(NAME, "over-current", code=OVER_CURRENT, remedy="let it cool down and activate it again")
+
+
+class _NoPower(_Still):
+    def read(self) -> GripperState:
+        """Return the newest state. Raises DeviceTimeout without power."""
+        if self._plan.on:
+            self.stand()
+            raise DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
+        return super().read()
+
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        self.stand()
+        raise DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
+
+
+class _Lies(_Still):
+    """It tells that the fingers are where they were last sent."""
+
+    _told_m: float | None = None
+
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        self._told_m = command.aperture_m
+        return super().sent(command)
+
+    def said(self, state: GripperState) -> GripperState:
+        told = state.aperture_m if self._told_m is None else self._told_m
+        return replace(state, aperture_m=told, target_m=told, moving=False)
+
+
+class _Offset(Wrapped):
+    def said(self, state: GripperState) -> GripperState:
+        return replace(state, aperture_m=state.aperture_m + self._plan.level)
+
+
+class _Slow(Wrapped):
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        return replace(command, speed_m_s=command.speed_m_s * self._plan.level)
+
+
+class _Weak(Wrapped):
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        return replace(command, force_n=command.force_n * self._plan.level)
+
+
+class _Coarse(Wrapped):
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        return replace(command, aperture_m=round(command.aperture_m / self._plan.level) * self._plan.level)
+
+
+class _Loses(Wrapped):
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        return None if self._plan.happens() else command
+
+
+class _Late(Wrapped):
+    """Commands wait; they are carried out at the next call after their time."""
+
+    def __init__(self, part: Any, plan: Plan) -> None:
+        super().__init__(part, plan)
+        self._waiting: deque[tuple[int, GripperCommand]] = deque()
+
+    def read(self) -> GripperState:
+        """Return the newest state, after what has waited was sent."""
+        now = self._plan.clock.now()
+        while self._waiting and self._waiting[0][0] <= now:
+            _, command = self._waiting.popleft()
+            self._part.command(replace(command, expires_ns=now + nanoseconds(0.1)))
+        return super().read()
+
+    def sent(self, command: GripperCommand) -> GripperCommand | None:
+        self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), command))
+        return None
+
+
+class _Frozen(Wrapped):
+    _last: GripperState | None = None
+
+    def said(self, state: GripperState) -> GripperState:
+        self._last = state if self._last is None else self._last
+        return self._last
+
+
+time_out = fault(_Line, "gripper:time_out")
+crc = fault(_Crc, "gripper:crc")
+refuses = fault(_Refuses, "gripper:refuses")
+own_fault = fault(_OwnFault, "gripper:own_fault")
+no_power = fault(_NoPower, "gripper:no_power")
+offset = fault(_Offset, "gripper:offset")
+slow = fault(_Slow, "gripper:slow")
+weak = fault(_Weak, "gripper:weak")
+late = fault(_Late, "gripper:late")
+coarse = fault(_Coarse, "gripper:coarse")
+loses = fault(_Loses, "gripper:loses")
+stuck = fault(_Still, "gripper:stuck")
+lies = fault(_Lies, "gripper:lies")
+frozen = fault(_Frozen, "gripper:frozen")

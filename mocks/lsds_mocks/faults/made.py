@@ -1,0 +1,40 @@
+"""Makes factories of faults, as the catalogue names them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lsds_mocks.faults.catalogue import CATALOGUE
+from lsds_mocks.faults.plan import Plan
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_mocks.faults.plan import FaultOptions
+
+_ENTRIES = {entry.factory: entry for entry in CATALOGUE}
+_KINDS = {"camera": "sensor"}
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A `Fault`."""
+
+    target: str
+    plan: Plan
+    wrapper: Callable[[Any, Plan], Any]
+
+    def around(self, part: Any) -> Any:
+        """Return the part with the fault."""
+        return self.wrapper(part, self.plan)
+
+
+def fault(wrapper: Callable[[Any, Plan], Any], factory: str) -> Callable[[FaultOptions, BuildContext], Made]:
+    """Return the factory of a fault, that of the catalogue with this name; `wrapper` puts the fault around a part."""
+    entry = _ENTRIES[factory]
+
+    def make(options: FaultOptions, context: BuildContext) -> Made:
+        return Made(_KINDS.get(entry.target, entry.target), Plan(entry.name, entry.levels, options, context), wrapper)
+
+    return make

@@ -1,0 +1,36 @@
+"""The smallest scenario that still fails: keys go back to their usual values, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lsds_research.search.space import Axis, Scenario
+
+
+def shrunk(scenario: Scenario, space: Sequence[Axis], fails: Callable[[Scenario], bool], most: int = 64) -> Scenario:
+    """Return a scenario of fewer keys that fails as well; `fails` runs one, at most `most` times.
+
+    First half of the keys at once, then a quarter, down to one (Zeller's delta debugging): most keys play no part.
+    """
+    usual = {axis.key: axis.usual for axis in space}
+    left = {key: value for key, value in scenario.items() if value != usual.get(key)}
+    runs, size = 0, max(1, len(left) // 2)
+    while left:
+        went = False
+        for chunk in _chunks(list(left), size):
+            if runs >= most:
+                return left
+            fewer = {key: value for key, value in left.items() if key not in chunk}
+            runs += 1
+            if fails(fewer):
+                left, went = fewer, True
+        if size == 1 and not went:
+            return left
+        size = max(1, min(size // 2, len(left)))
+    return left
+
+
+def _chunks(keys: Sequence[str], size: int) -> list[set[str]]:
+    return [set(keys[at : at + size]) for at in range(0, len(keys), size)]

@@ -1,0 +1,99 @@
+"""The space of scenarios: config keys with their ranges, and the way from a point of the unit cube to a config."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lsds.config.reading import read_toml
+from lsds.errors import DataError
+from lsds_research.collecting.objects import PLANS
+
+Value = str | float | int | bool
+Scenario = dict[str, Value]
+"""Config keys that differ from their defaults."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """A config key: a range (on a logarithmic scale where its ends differ by more than a factor of 5 and are positive),
+    or choices. The `usual` value is that of a scenario in which this key plays no part."""
+
+    key: str
+    low: float = 0.0
+    high: float = 1.0
+    choices: tuple[Value, ...] = ()
+    usual: Value = 0.0
+    whole: bool = False
+
+    def value(self, u: float) -> Value:
+        """Return the value at a place between 0 and 1."""
+        u = min(max(u, 0.0), 1.0)
+        if self.choices:
+            return self.choices[min(int(u * len(self.choices)), len(self.choices) - 1)]
+        if self.low > 0 and self.high > 5 * self.low:
+            found = self.low * math.exp(u * math.log(self.high / self.low))
+        else:
+            found = self.low + u * (self.high - self.low)
+        # What a file says must be what was run, to the last digit.
+        return round(found) if self.whole else float(f"{found:.4g}")
+
+
+DEFAULT = (
+    Axis("cell.simulated.object", choices=tuple(PLANS), usual="pvc-pipe"),
+    Axis("cell.simulated.friction_scale", 0.6, 1.6, usual=1.0),
+    Axis("cell.simulated.finger_stiffness_n_mm", 2.5, 10.0, usual=5.0),
+    Axis("cell.simulated.modulus_mpa", 0.12, 0.32, usual=0.2),
+    Axis("cell.simulated.turned_deg", -20.0, 20.0, usual=0.0),
+    Axis("cell.simulated.chatter_amplitude", 0.0, 0.5, usual=0.25),
+    Axis("cell.simulated.vibration_um", 0.0, 20.0, usual=3.0),
+    Axis("sensor.mock-gelsight-mini.gel", 1, 1000, usual=1, whole=True),
+    Axis("sensor.mock-gelsight-mini.noise", 0.5, 3.0, usual=1.0),
+    Axis("sensor.mock-gelsight-mini.wear", 0.0, 1.0, usual=0.0),
+    Axis("sensor.mock-gelsight-mini.rate_hz", 15.0, 40.0, usual=25.0),
+    Axis("sensor.mock-gelsight-mini.latency_ms", 15.0, 60.0, usual=25.0),
+    Axis("gripper.mock-hand-e.latency_ms", 5.0, 120.0, usual=40.0),
+    Axis("gripper.mock-hand-e.command_loss", 0.0, 0.2, usual=0.0),
+    Axis("task.first_squeeze_m", 5e-4, 3e-3, usual=1e-3),
+    Axis("task.lift_speed_m_s", 0.01, 0.1, usual=0.038),
+    Axis("task.lift_acceleration_m_s2", 0.3, 1.0, usual=0.5),
+    Axis("seed", 0, 1000, usual=0, whole=True),
+)
+"""What the default search varies."""
+
+
+def point_to_scenario(space: Sequence[Axis], point: Iterable[float]) -> Scenario:
+    """Return the scenario at a point of the unit cube."""
+    return {axis.key: axis.value(float(u)) for axis, u in zip(space, point, strict=True)}
+
+
+def read_space(path: Path) -> tuple[Axis, ...]:
+    """Return the space that a TOML file describes: `"task.lift_speed_m_s" = [0.01, 0.1]`, or a list of choices.
+
+    A list of two numbers is a range, of whole numbers where both are; any other list is one of choices, the first of
+    which is usual. Raises DataError that names the key.
+    """
+    return tuple(_axis(path, key, said) for key, said in _flat(read_toml(path)))
+
+
+def _flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    for key, value in tables.items():
+        found += _flat(value, f"{before}{key}.") if isinstance(value, Mapping) else [(before + key, value)]
+    return found
+
+
+def _axis(path: Path, key: str, said: Any) -> Axis:
+    if not isinstance(said, list) or len(said) < 2:
+        raise DataError(f"{path}, {key}: {said!r} is no range (write [least, greatest], or a list of choices)")
+    usual = next((axis.usual for axis in DEFAULT if axis.key == key), None)
+    if len(said) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in said):
+        low, high = said
+        if not low < high:
+            raise DataError(f"{path}, {key}: the least value {low} is not below the greatest {high}")
+        whole = isinstance(low, int) and isinstance(high, int)
+        return Axis(key, low, high, usual=low if usual is None else usual, whole=whole)
+    return Axis(key, choices=tuple(said), usual=said[0] if usual is None or usual not in said else usual)

@@ -1,0 +1,84 @@
+"""One lift with a fault, or without any, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from lsds.config.toml import value_text
+from lsds.errors import LsdsError
+from lsds.session.run import run
+
+OPENED_M = 1e-3
+"""Fingers that hold something and are wider by this, than when the fault began and than without it, have opened."""
+KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A run. An empty `fault` is the run that the others are compared with; `severity` is 0 for one without a scale."""
+
+    controller: str
+    detector: str
+    seed: int
+    fault: str = ""
+    severity: int = 0
+    moment: str = ""
+    settings: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Name of the run among those that are kept."""
+        return f"{self.pair} {self.fault} {self.severity} {self.moment}"
+
+    @property
+    def pair(self) -> str:
+        """Name of what it shares with the run without a fault."""
+        return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}"
+
+    def overrides(self) -> list[str]:
+        """Return the config keys of the run."""
+        keys = KEYS | {
+            "seed": self.seed,
+            "sensor.mock-gelsight-mini.gel": self.seed,
+            "controller.backend": self.controller,
+            "detector.backend": self.detector,
+        }
+        told = [*(f"{path}={value_text(value)}" for path, value in keys.items()), *self.settings]
+        if not self.fault:
+            return told
+        severity = f", severity = {self.severity}" if self.severity else ""
+        return [*told, f'faults=[{{backend = "{self.fault}", at = "{self.moment}"{severity}}}]']
+
+
+def run_case(case: Case) -> dict[str, Any] | str:
+    """Run a case; return its figures, or why it could not be run."""
+    try:
+        session = run(None, case.overrides())
+    except LsdsError as error:
+        return f"{case.key}: {error}"
+    summary, fault, truths = session.summary, session.fault, session.truths
+    onset_ns = session.stages.began_ns(case.moment or "take up")
+    held = [truth for truth in truths if onset_ns is not None and truth.t_ns >= onset_ns]
+    holds = bool(held) and held[0].normal_force_n > 0
+    return {
+        "controller": case.controller,
+        "detector": case.detector,
+        "seed": case.seed,
+        "fault": case.fault,
+        "severity": case.severity,
+        "moment": case.moment,
+        "pair": case.pair,
+        "outcome": summary["outcome"],
+        "error": None if fault is None else type(fault).__name__,
+        "reason": summary["fault"],
+        "unusable_frames": summary["unusable_frames"],
+        "slip_mm": None if summary["slip_distance_m"] is None else 1e3 * summary["slip_distance_m"],
+        "peak_n": summary["peak_normal_force_n"],
+        "began": onset_ns is not None,
+        # From the fault to the end of the run: nothing is commanded any more.
+        "safe_s": (truths[-1].t_ns - held[0].t_ns) * 1e-9 if held and fault is not None else None,
+        # Of fingers that hold something: their aperture when the fault begins, and the widest since.
+        "onset_m": held[0].aperture_m if holds else None,
+        "widest_m": max(truth.aperture_m for truth in held) if holds else None,
+    }

@@ -1,0 +1,73 @@
+"""Options of the study `faults`."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.cli.threads import processes
+from lsds_research.cluster import HELP
+
+Moment = Literal["approach", "squeeze", "take up", "lift", "slip", "hold"]
+
+
+class FaultsOptions(BaseModel):
+    """Let parts of the cell fail while an object is lifted, and compare with the same run without the fault.
+
+    Every combination of fault, severity, moment and seed is a run. A fault is stopped (an error with a name), harmless
+    (the same outcome), or missed. Figures are simulated.
+
+    \b
+    Examples:
+      lsds evaluate faults --quick
+      lsds evaluate faults --fault gripper-stuck --fault camera-frozen --moment lift --seeds 5
+      lsds evaluate faults --out faults.jsonl --plot faults.png --json faults.json
+      lsds evaluate faults --controller margin --controller pd --fault camera-late --fault camera-drops
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    faults: list[str] = Field(
+        default=[],
+        description="fault of an installed plugin; default: all",
+        json_schema_extra={"flag": "--fault", "metavar": "NAME"},
+    )
+    severities: list[int] = Field(
+        default=[1, 2, 3, 4, 5],
+        min_length=1,
+        description="severity, 1 to 5",
+        json_schema_extra={"flag": "--severity", "metavar": "N"},
+    )
+    moments: list[Moment] = Field(
+        default=["approach", "squeeze", "lift", "slip", "hold"],
+        min_length=1,
+        description="when the fault begins: approach, squeeze, take up, lift, slip (the first alarm), hold",
+        json_schema_extra={"flag": "--moment", "metavar": "NAME"},
+    )
+    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    controllers: list[str] = Field(
+        default=["margin"],
+        min_length=1,
+        description="controller",
+        json_schema_extra={"flag": "--controller", "metavar": "NAME"},
+    )
+    detectors: list[str] = Field(
+        default=["fused"],
+        min_length=1,
+        description="detector",
+        json_schema_extra={"flag": "--detector", "metavar": "NAME"},
+    )
+    settings: list[str] = Field(
+        default=[],
+        description="one more config key of every run",
+        json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"},
+    )
+    out: str = Field(
+        default="",
+        description="keep each run in this file (JSON lines); the same command goes on where it ended",
+        json_schema_extra={"metavar": "FILE"},
+    )
+    quick: bool = Field(default=False, description="every third fault, severities 3 and 5, lift and slip, one seed")
+    jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run lifts")
+    cluster: str = Field(default="", description=HELP, json_schema_extra={"metavar": "ADDRESS"})

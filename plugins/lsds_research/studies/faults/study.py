@@ -1,0 +1,183 @@
+"""Study `faults`: fault x severity x moment x seed, each next to the same run without the fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import combinations, product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult, StudyTable
+from lsds.errors import DataError
+from lsds.plugins.host import PluginHost
+from lsds.processes import DIED
+from lsds_research.chosen import chosen
+from lsds_research.cluster import shared_out
+from lsds_research.studies.faults.case import OPENED_M, Case, run_case
+from lsds_research.studies.faults.options import FaultsOptions
+from lsds_research.studies.faults.paired import holm, mcnemar
+from lsds_research.studies.faults.plot import plot_faults
+from lsds_research.studies.grip.kept import keep, read_kept
+
+if TYPE_CHECKING:
+    Row = dict[str, Any]
+
+SQUEEZED = 2.0
+"""Peak force over that of the run without the fault, beyond which it squeezes."""
+EXPLAINED = (
+    "stopped: ended by an error with a name, arm at rest, grip kept; harmless: the same outcome as the run without the "
+    "fault; missed: another outcome, and no error; opened: fingers that held something opened by a millimetre more "
+    f"than without it; squeezed: harmless, but with more than {SQUEEZED:g} times the peak force; safe: time from the "
+    "fault to the stop"
+)
+_COLUMNS = (
+    ("fault", "fault", ""),
+    ("runs", "runs", "d"),
+    ("stopped", "stopped", ".2f"),
+    ("harmless", "harmless", ".2f"),
+    ("missed", "missed", ".2f"),
+    ("opened", "opened", "d"),
+    ("squeezed", "squeezed", ".2f"),
+    ("safe_s", "safe after, s", ".2f"),
+    ("safe_max_s", "at most", ".2f"),
+    ("errors", "errors", ""),
+)
+_COMPARED = (("pair", "pair", ""), ("runs", "runs", "d"), ("missed", "missed", ""), ("p", "p (Holm)", ".3f"))
+
+
+class FaultsStudy:
+    """A `Study`."""
+
+    def __init__(self, options: FaultsOptions, context: BuildContext) -> None:
+        self._options, self._seed = options, context.seed
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Run the lifts. Raises DataError where none could be run, PluginError for an unknown fault or controller."""
+        options = self._options
+        planned = _planned(options, self._seed)
+        kept = Path(options.out) if options.out else None
+        known = read_kept(kept)
+        rows = [known[each.key] for each in planned if each.key in known]
+        missing = [each for each in planned if each.key not in known]
+        failures: dict[str, str] = {}
+        shared = shared_out(run_case, missing, options.jobs, options.cluster)
+        for done, (case, result) in enumerate(shared, start=len(rows) + 1):
+            if isinstance(result, dict):
+                rows.append(result)
+                keep(kept, case.key, result)
+            else:
+                failures[case.key] = result or DIED
+            tick(done, len(planned))
+        alone = {row["pair"]: row for row in rows if not row["fault"]}
+        judged = [_judged(row, alone[row["pair"]]) for row in rows if row["fault"] and row["pair"] in alone]
+        if not judged:
+            raise DataError(f"no run could be compared; the first failure: {next(iter(failures.values()), 'none')}")
+        judged.sort(key=lambda row: (row["fault"], row["severity"], row["moment"], row["pair"]))
+        table = [_summary(name, _of(judged, "fault", name)) for name in sorted({row["fault"] for row in judged})]
+        table.append(_summary("all", judged))
+        late = sum(not row["began"] for row in judged)
+        notes = [EXPLAINED, *([f"{late} runs ended before their fault began"] if late else [])]
+        return StudyResult(
+            f"{len(table) - 1} faults, {len(judged)} runs next to those without (simulated)",
+            _COLUMNS,
+            table,
+            partial(plot_faults, rows=judged),
+            notes,
+            {"runs": judged, "without": [*alone.values()], "failures": failures, "figures_are": "simulated"},
+            more=_compared(judged),
+            warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
+        )
+
+
+def _planned(options: FaultsOptions, seed: int) -> list[Case]:
+    """Return the runs, those without a fault first. Raises PluginError for an unknown fault, controller, detector."""
+    host = PluginHost()
+    names = chosen(host, "fault", options.faults)
+    controllers = chosen(host, "controller", options.controllers)
+    detectors = chosen(host, "detector", options.detectors)
+    scaled = {name: _is_scaled(host, name) for name in names}
+    severities, moments = sorted(set(options.severities)), options.moments
+    if options.quick:
+        names, severities, moments = names[::3], [3, 5], ["lift", "slip"]
+    seeds = range(seed + 1, seed + 1 + (1 if options.quick else options.seeds))
+    settings = tuple(options.settings)
+    without = [Case(who, by, own, settings=settings) for who, by, own in product(controllers, detectors, seeds)]
+    return without + [
+        Case(who, by, own, name, severity, moment, settings)
+        for name in names
+        for severity in (severities if scaled[name] else [0])
+        for moment, own, who, by in product(moments, seeds, controllers, detectors)
+    ]
+
+
+def _is_scaled(host: PluginHost, name: str) -> bool:
+    """Tell whether a fault has severities; one of another plugin has them if its options do."""
+    from lsds_mocks.faults.catalogue import CATALOGUE
+
+    own = {entry.name: bool(entry.levels) for entry in CATALOGUE}
+    if name in own:
+        return own[name]
+    model = host.options_model(host.find("fault", name))
+    return model is not None and "severity" in model.model_fields
+
+
+def _judged(row: Row, alone: Row) -> Row:
+    stopped = row["error"] is not None
+    same = row["outcome"] == alone["outcome"]
+    peak, usual = row["peak_n"], alone["peak_n"]
+    squeezed = bool(peak and usual and peak > SQUEEZED * usual)
+    verdict = "stopped" if stopped else "harmless" if same else "missed"
+    widest, usual_m = row["widest_m"], alone["widest_m"]
+    opened = widest is not None and usual_m is not None and widest > max(row["onset_m"], usual_m) + OPENED_M
+    return row | {
+        "verdict": verdict,
+        "squeezed": squeezed,
+        "opened": opened,
+        "outcome_without": alone["outcome"],
+    }
+
+
+def _summary(name: str, rows: Sequence[Row]) -> Row:
+    safe = [row["safe_s"] for row in rows if row["safe_s"] is not None]
+    errors = sorted({row["error"] for row in rows if row["error"]})
+    return {
+        "fault": name,
+        "runs": len(rows),
+        **{
+            word: float(np.mean([row["verdict"] == word for row in rows])) for word in ("stopped", "harmless", "missed")
+        },
+        "opened": sum(row["opened"] for row in rows),
+        "squeezed": float(np.mean([row["squeezed"] for row in rows])),
+        "safe_s": float(np.median(safe)) if safe else None,
+        "safe_max_s": max(safe, default=None),
+        "errors": ", ".join(errors) if name != "all" else "",
+    }
+
+
+def _compared(rows: Sequence[Row]) -> list[StudyTable]:
+    """Compare controllers, and detectors, by what each missed of the same faults."""
+    found: dict[str, tuple[int, str, float]] = {}
+    for part, other in (("controller", "detector"), ("detector", "controller")):
+        by: dict[str, dict[tuple[Any, ...], bool]] = {}
+        for row in rows:
+            what = tuple(row[key] for key in ("fault", "severity", "moment", "seed", other))
+            by.setdefault(row[part], {})[what] = row["verdict"] == "missed"
+        for one, two in combinations(sorted(by), 2):
+            pairs = [(by[one][what], by[two][what]) for what in by[one].keys() & by[two].keys()]
+            told = f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}"
+            found[f"{one}, {two}"] = (len(pairs), told, mcnemar(pairs))
+    if not found:
+        return []
+    corrected = holm({name: p for name, (_, _, p) in found.items()})
+    table: list[Row] = [
+        {"pair": name, "runs": runs, "missed": told, "p": corrected[name]} for name, (runs, told, _) in found.items()
+    ]
+    return [StudyTable(_COMPARED, table)]
+
+
+def _of(rows: Sequence[Row], key: str, value: str) -> list[Row]:
+    return [row for row in rows if row[key] == value]

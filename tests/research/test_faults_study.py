@@ -1,0 +1,43 @@
+"""`lsds evaluate faults`: runs next to those without, on one process or two, and its statistics."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from lsds_research.studies.faults.paired import holm, mcnemar
+
+from lsds.cli.main import main
+
+ASKED = ("evaluate", "faults", "--fault", "gripper-stuck", "--fault", "camera-dark", "--severity", "1")
+
+
+def test_mcnemars_exact_test_and_holms_correction():
+    pairs = [(True, False)] * 8 + [(False, True)] + [(True, True)] * 5
+    assert mcnemar(pairs) == pytest.approx(2 * (1 + 9) / 2**9)
+    assert mcnemar([(True, True)]) == 1.0
+    assert holm({"a": 0.01, "b": 0.04, "c": 0.03}) == pytest.approx({"a": 0.03, "c": 0.06, "b": 0.06})
+
+
+def test_a_stuck_gripper_is_stopped_a_dim_light_does_no_harm_on_any_number_of_processes(tmp_path, capsys):
+    told = []
+    for jobs in ("1", "2"):
+        file = tmp_path / f"{jobs}.json"
+        kept = tmp_path / f"{jobs}.jsonl"
+        asked = [*ASKED, "--moment", "slip", "--jobs", jobs, "--out", str(kept), "--json", str(file)]
+        assert main([*asked, "--plot", str(tmp_path / "faults.png")]) == 0
+        told.append(json.loads(file.read_text()))
+    runs = {run["fault"]: run for run in told[0]["runs"]}
+    assert (runs["gripper-stuck"]["verdict"], runs["gripper-stuck"]["error"]) == ("stopped", "SafetyStop")
+    assert runs["camera-dark"]["verdict"] == "harmless"
+    assert not any(run["opened"] for run in told[0]["runs"])
+    assert told[0]["runs"] == told[1]["runs"]
+    assert (tmp_path / "faults.png").stat().st_size > 5000
+    # The same command goes on where it ended.
+    assert main([*asked]) == 0
+    assert len(kept.read_text().splitlines()) == 3
+
+
+def test_an_unknown_fault_is_named(capsys):
+    assert main(["evaluate", "faults", "--fault", "gripper-stuk"]) == 3
+    assert "gripper-stuck" in capsys.readouterr().err

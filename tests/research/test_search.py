@@ -1,0 +1,97 @@
+"""`lsds search`: the space, the search, the shrinking, and failures that were planted for it."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from lsds_research.search.robustness import Limits, run_scenario
+from lsds_research.search.seek import seek
+from lsds_research.search.shrink import shrunk
+from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
+
+from lsds.cli.main import main
+from lsds.config import load_config
+from lsds.errors import DataError
+from lsds.session.run import run
+
+
+def searched(margin, dimensions=4, runs=120, seed=0):
+    found, batches = [], seek(dimensions, runs, seed)
+    batch = next(batches)
+    while True:
+        told = [margin(point) for point in batch]
+        found += zip(told, batch, strict=True)
+        try:
+            batch = batches.send(told)
+        except StopIteration:
+            return found
+
+
+def test_a_failure_in_a_small_corner_is_found_within_the_runs_that_were_asked_for():
+    """A ball of 4 % of the cube fails; the margin tells only how near it is."""
+    centre = np.array([0.8, 0.2, 0.7, 0.3])
+    found = searched(lambda point: float(np.linalg.norm(point - centre)) - 0.12)
+    assert len(found) == 120
+    assert min(margin for margin, _ in found) < 0
+    assert all(np.all((point >= 0) & (point <= 1)) for _, point in found)
+
+
+def test_the_search_depends_on_its_seed_and_on_nothing_else():
+    first, again, other = (searched(lambda point: float(point.sum()), seed=seed) for seed in (1, 1, 2))
+    assert [m for m, _ in first] == [m for m, _ in again]
+    assert [m for m, _ in first] != [m for m, _ in other]
+
+
+def test_a_failure_is_shrunk_to_the_keys_that_matter():
+    scenario = point_to_scenario(DEFAULT, np.full(len(DEFAULT), 0.9))
+    asked = []
+
+    def fails(fewer):
+        asked.append(fewer)
+        return {"task.lift_speed_m_s", "gripper.mock-hand-e.latency_ms"} <= fewer.keys()
+
+    small = shrunk(scenario, DEFAULT, fails)
+    assert small.keys() == {"task.lift_speed_m_s", "gripper.mock-hand-e.latency_ms"}
+    assert len(asked) < 64
+
+
+def test_every_scenario_of_the_default_space_is_a_config():
+    rng = np.random.default_rng(0)
+    for point in [np.zeros(len(DEFAULT)), np.ones(len(DEFAULT)), *rng.random((6, len(DEFAULT)))]:
+        load_config(None, [f"{key}={json.dumps(value)}" for key, value in point_to_scenario(DEFAULT, point).items()])
+    assert Axis("x", 0.01, 1.0).value(0.5) == pytest.approx(0.1)
+    assert Axis("x", 1, 3, whole=True).value(0.99) == 3
+
+
+def test_a_space_of_ones_own_is_read_and_its_mistakes_are_named(tmp_path):
+    file = tmp_path / "space.toml"
+    file.write_text('[task]\nlift_speed_m_s = [0.02, 0.2]\n[cell.simulated]\nobject = ["ball", "book", "can"]\n')
+    speed, thing = read_space(file)
+    assert (speed.low, speed.high, speed.usual) == (0.02, 0.2, 0.038)
+    assert thing.choices == ("ball", "book", "can")
+    for text, message in (("seed = 7", "is no range"), ("seed = [7, 3]", "is not below")):
+        file.write_text(text)
+        with pytest.raises(DataError, match=message):
+            read_space(file)
+
+
+def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(tmp_path, capsys):
+    """The sign as the paper prints it opens on slip, whatever else is the case."""
+    space = tmp_path / "space.toml"
+    space.write_text("[task]\nlift_speed_m_s = [0.03, 0.05]\nfirst_squeeze_m = [0.0008, 0.0012]\n")
+    planted = ["--with", "controller.backend=pd", "--with", "controller.pd.literal_sign=true"]
+    asked = ["search", "--runs", "8", "--most", "1", "--space", str(space), "--found", str(tmp_path), *planted]
+    out = ["--out", str(tmp_path / "kept.jsonl"), "--plot", str(tmp_path / "search.png")]
+    assert main([*asked, *out, "--json", str(tmp_path / "search.json")]) == 0
+    told = json.loads((tmp_path / "search.json").read_text())
+    (found,) = told["found"]
+    assert found["keys"] == "none: the default"
+    session = run(found["file"])
+    assert session.summary["outcome"] == "dropped"
+    again = run_scenario(({}, Limits(), ("controller.backend=pd", "controller.pd.literal_sign=true")))
+    assert min(again["margins"].values()) == found["margin"] < 0
+    # The same command takes what is kept, and says the same.
+    assert main([*asked, *out, "--json", str(tmp_path / "again.json")]) == 0
+    assert json.loads((tmp_path / "again.json").read_text()) == told
