@@ -151,7 +151,7 @@ def _outcome(
 
 def _reason(fault: BaseException) -> str:
     if isinstance(fault, KeyboardInterrupt):
-        return "stopped by a keyboard interrupt"
+        return str(fault) or "stopped by a keyboard interrupt"
     return f"{type(fault).__name__}: {fault}"
 
 
