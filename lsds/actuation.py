@@ -83,9 +83,12 @@ class Actuation:
         return sent is not None
 
     def watch(self, state: GripperState | None, now_ns: int) -> None:
-        """Raise SafetyStop where the fingers opened by themselves, or do not follow."""
-        if state is not None:
-            self._fingers.check(state, now_ns)
+        """Send a correction again that was lost. Raises SafetyStop where the fingers opened, or do not follow."""
+        if state is None:
+            return
+        self._fingers.check(state, now_ns)
+        if self._fingers.lost(state, now_ns):
+            self._send(Grip(self.held_m, *self._correction), allow_opening=False, corrects=True)
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the fingers rest at the last wanted grip; true without a gripper."""

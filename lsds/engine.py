@@ -98,9 +98,9 @@ class Engine:
         self._yielding: deque[Cycle] | None = None
         self.frame_to_command = LogHistogram()
         self.scheduler = Scheduler(rig.clock)
-        for section, fault in rig.faults:
+        for at, (section, fault) in enumerate(rig.faults):
             if fault.target == OBSERVER:
-                self.observers.add(f"fault {section.backend}", fault.around(None))
+                self.observers.add(f"fault {at + 1}, {section.backend}", fault.around(None))
         self._add_tasks()
 
     # -- what can be asked of it --------------------------------------------------------------------------

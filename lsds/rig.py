@@ -14,7 +14,7 @@ from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
-from lsds.contracts.fault import Fault
+from lsds.contracts.fault import OBSERVER, Fault
 from lsds.contracts.job import Job
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, Kind
 from lsds.deadlines import STOP_S, Deadlines
@@ -83,7 +83,6 @@ class Rig:
         self.config = config
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
-        _require_fingers(config)
         kinds = [kind for kind in CONFIG_KINDS if config.section(kind).chosen and not KINDS[kind].late]
         chosen = {kind: self.host.find(kind, config.section(kind).backend) for kind in kinds}
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
@@ -111,6 +110,7 @@ class Rig:
                 self.fingers = tuple(self._finger(at, name) for at, name in enumerate(config.fingers))
             elif kind not in _OF_A_FINGER and not KINDS[kind].late:
                 setattr(self, kind, self._build(kind, config.section(kind)) if kind in chosen else None)
+        _require_effect(self)
         self._devices: list[tuple[str, str, Device]] = [
             (finger.label, sensors[finger.name].spec.name, finger.sensor) for finger in self.fingers
         ]
@@ -375,13 +375,23 @@ def _require_one_cell(cell: Backend | None, devices: Sequence[Backend]) -> None:
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
 
 
-def _require_fingers(config: RigConfig) -> None:
-    """Refuse a fault of a finger that there is not."""
-    issues = [
-        ConfigIssue(f"faults.{at}.finger", f"no finger '{fault.finger}'", f"there are {', '.join(config.fingers)}")
-        for at, fault in enumerate(config.faults)
-        if fault.finger and fault.finger not in config.fingers
-    ]
+def _require_effect(rig: Rig) -> None:
+    """Refuse a fault of a part or a finger that there is not, or of a recording, which is looked at as it is."""
+    issues = []
+    for at, (section, fault) in enumerate(rig.faults):
+        whole = fault.target == OBSERVER or fault.target not in _OF_A_FINGER
+        if not whole and fault.target == "sensor" and rig.is_recording:
+            problem = f"'{section.backend}' is a fault of a camera, and a recording is looked at as it is"
+            issues.append(ConfigIssue(f"faults.{at}.backend", problem, "choose a fault of a tracker or detector"))
+        elif whole and fault.target != OBSERVER and getattr(rig, fault.target, None) is None:
+            problem = f"'{section.backend}' is a fault of the {fault.target}, and this rig has none"
+            issues.append(ConfigIssue(f"faults.{at}.backend", problem, "leave it out"))
+        elif section.finger and whole:
+            problem = f"'{section.backend}' is no fault of a finger"
+            issues.append(ConfigIssue(f"faults.{at}.finger", problem, "leave the key out"))
+        elif section.finger and section.finger not in rig.config.fingers:
+            known = f"there are {', '.join(rig.config.fingers)}"
+            issues.append(ConfigIssue(f"faults.{at}.finger", f"no finger '{section.finger}'", known))
     if issues:
         raise ConfigError("rig", issues)
 

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     "faults",
     multiple=True,
     metavar="NAME[:N][@MOMENT]",
-    help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable.",
+    help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable, in "
+    "addition to those of CONFIG.",
 )
 @click.option(
     "--plot",
@@ -71,7 +72,7 @@ def run(
     from lsds.cli.faults import faults_override
     from lsds.session.run import run as run_session
 
-    chosen = (*overrides, *faults_override(faults), *([] if seed is None else [f"seed={seed}"]))
+    chosen = (*overrides, *faults_override(faults, config), *([] if seed is None else [f"seed={seed}"]))
     # Check the output files before anything moves: a finished run cannot be repeated because a folder is missing.
     for target in (json_file, None if no_plot else plot):
         require_writable(target)
@@ -81,6 +82,10 @@ def run(
             click.echo(_table(session.summary))
         if json_file is not None:
             write_json(session.summary, json_file)
+        for fault in session.summary["faults"]:
+            if fault["began_s"] is None:
+                moment, came = fault["moment"], ", ".join(session.stages.names)
+                click.echo(f"note: {fault['backend']} never began: no '{moment}' came (there were {came})", err=True)
         sys.stdout.flush()
         if not isinstance(session.fault, KeyboardInterrupt):
             draw(session)
