@@ -21,9 +21,9 @@ TICKS, LEAST_M = 3, 8e-4
 """Fingers that are wider than they may be by so many ticks, and by that, have opened."""
 REPEAT_S = 0.4
 """A correction that the gripper does not tell as its target after so long is sent again,"""
-PATIENCE_S = 1.0
-"""and fingers that rest on nothing for so long, wider than they were told, do not follow: the second one, too, has had
-the time that a gripper of 0.2 s takes."""
+PATIENCE_S, PATIENCE_UNHEARD_S = 0.4, 1.0
+"""and fingers that rest on nothing for so long, wider than they were told, do not follow. A gripper that does not tell
+the target may not have heard: the second one, too, gets the time that a gripper of 0.2 s takes."""
 
 
 class FingersWatch:
@@ -75,8 +75,10 @@ class FingersWatch:
 
     def lost(self, state: GripperState, now_ns: int) -> bool:
         """Return whether the last correction is to be sent again: the gripper does not tell it as its target."""
-        unheard = abs(state.target_m - self._taken_m) > 1.01 * self._tick_m
-        return self._corrects and unheard and now_ns - self._taken_ns > nanoseconds(REPEAT_S)
+        return self._corrects and not self._heard(state) and now_ns - self._taken_ns > nanoseconds(REPEAT_S)
+
+    def _heard(self, state: GripperState) -> bool:
+        return abs(state.target_m - self._taken_m) <= 1.01 * self._tick_m
 
     def _is_over(self, next_ns: int, aperture_m: float, state: GripperState, now_ns: int) -> bool:
         """Return whether fingers cannot be on the way to an aperture any more, after which another one was sent."""
@@ -90,7 +92,8 @@ class FingersWatch:
         if not behind or not self._idle_m - state.aperture_m < self._tick_m:
             self._idle_ns, self._idle_m = (now_ns, state.aperture_m) if behind else (None, math.nan)
             return
-        if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(PATIENCE_S):
+        patience_s = PATIENCE_S if self._heard(state) else PATIENCE_UNHEARD_S
+        if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(patience_s):
             raise SafetyStop(
                 f"gripper: told to close to {1e3 * wanted_m:.2f} mm it rests at {1e3 * state.aperture_m:.2f} mm, on "
                 f"nothing, for {seconds(now_ns - self._idle_ns):.1f} s; the arm was stopped (is it stuck?)"

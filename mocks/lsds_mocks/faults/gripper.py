@@ -43,11 +43,12 @@ class _Refuses(Moved):
 
 
 class _Still(Moved):
-    """Once it is on, the fingers stand still."""
+    """Once it is on, the fingers stand still; what it is told to do it tells as its target."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
         self._stands = False
+        self._told_m: float | None = None
 
     def stand(self) -> None:
         """Stop the fingers where they are, once."""
@@ -64,7 +65,11 @@ class _Still(Moved):
 
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         self.stand()
+        self._told_m = command.aperture_m
         return None
+
+    def said(self, state: GripperState) -> GripperState:
+        return state if self._told_m is None else replace(state, target_m=self._told_m)
 
 
 class _OwnFault(_Still):
@@ -88,12 +93,6 @@ class _NoPower(_Still):
 
 class _Lies(_Still):
     """It tells that the fingers are where they were last sent."""
-
-    _told_m: float | None = None
-
-    def sent(self, command: GripperCommand) -> GripperCommand | None:
-        self._told_m = command.aperture_m
-        return super().sent(command)
 
     def said(self, state: GripperState) -> GripperState:
         told = state.aperture_m if self._told_m is None else self._told_m
