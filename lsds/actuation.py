@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from lsds.calls import Calls
 from lsds.clock import nanoseconds
 from lsds.contracts import ArmCommand, Grip, GripperCommand, Twist
+from lsds.deadlines import Deadlines
 from lsds.errors import CommandExpired, SafetyStop
 from lsds.fingers import FingersWatch
 from lsds.safety import Guard
@@ -34,8 +36,14 @@ class Actuation:
         config: RigConfig,
         clock: Clock,
         may_send: Callable[[], None] = lambda: None,
+        calls: Calls | None = None,
     ) -> None:
         """`may_send` is called before every command, and raises if the cell has been stopped in the meantime."""
+        self._calls = Calls() if calls is None else calls
+        deadlines = Deadlines(config.deadlines, virtual=getattr(clock, "virtual", False))
+        self._commands = tuple(
+            deadlines.of(f"{kind} '{config.section(kind).backend}'", "command") for kind in ("gripper", "arm")
+        )
         self.guard = Guard(config.safety)
         self.held_m = math.nan
         self.opened = False
@@ -75,9 +83,12 @@ class Actuation:
         return sent is not None
 
     def watch(self, state: GripperState | None, now_ns: int) -> None:
-        """Raise SafetyStop where the fingers opened by themselves, or do not follow."""
-        if state is not None:
-            self._fingers.check(state, now_ns)
+        """Send a correction again that was lost. Raises SafetyStop where the fingers opened, or do not follow."""
+        if state is None:
+            return
+        self._fingers.check(state, now_ns)
+        if self._fingers.lost(state, now_ns):
+            self._send(Grip(self.held_m, *self._correction), allow_opening=False, corrects=True)
 
     def arrived(self, state: GripperState | None, now_ns: int) -> bool:
         """Return whether the fingers rest at the last wanted grip; true without a gripper."""
@@ -95,7 +106,7 @@ class Actuation:
         if self._arm is not None:
             self._may_send()
             command = ArmCommand(twist, acceleration_m_s2, self._clock.now() + self._lifetime_ns)
-            self.moving = self._arm.command(self.guard.arm(command)).twist
+            self.moving = self._calls.make(self._commands[1], self._arm.command, self.guard.arm(command)).twist
 
     def _send(self, grip: Grip, *, allow_opening: bool, corrects: bool = False) -> float | None:
         gripper = self._gripper
@@ -110,7 +121,7 @@ class Actuation:
         held = self.held_m if math.isfinite(self.held_m) else stroke
         command = self.guard.gripper(command, held, allow_opening=allow_opening)
         try:
-            sent = gripper.command(command)
+            sent = self._calls.make(self._commands[0], gripper.command, command)
         except CommandExpired as error:
             # Leave the grip unchanged; the next frame gives a new command. Not for ever: the arm relies on the grip.
             now = self._clock.now()

@@ -75,10 +75,11 @@ class Background:
                 break
         raise DataError(f"the job did not reach '{stage}' within {timeout_s:g} s; it is at '{self.stage}'")
 
-    def end(self) -> None:
-        """End the run and wait until it has ended."""
+    def end(self, timeout_s: float | None = None) -> bool:
+        """End the run and wait until it has ended, no longer than a time limit; return whether it has."""
         self._engine.stop()
-        self._thread.join()
+        self._thread.join(timeout_s)
+        return not self._thread.is_alive()
 
     def _run(self) -> None:
         try:

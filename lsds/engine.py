@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from lsds.actuation import Actuation
 from lsds.answers import sound_aperture
 from lsds.background import Background
+from lsds.calls import SETTLE_S
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import OBSERVER, Cycle, Grip, GripInput, Job, Setting, Situation, Twist, Wanted
-from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginError, raised_by
+from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop, raised_by
 from lsds.fusion import fused_detection, fused_estimate
 from lsds.histogram import LogHistogram
 from lsds.line import FingerLine
@@ -33,6 +35,7 @@ from lsds.states import States
 from lsds.tactile.perception import Perception
 
 if TYPE_CHECKING:
+    from lsds.calls import Call
     from lsds.contracts import FingerCycle, Frame
     from lsds.rig import Rig
 
@@ -69,10 +72,13 @@ class Engine:
         self._fragile_n = math.inf if config.task.fragile_n is None else config.task.fragile_n
         start = rig.clock.now()
         self._recorded = rig.is_recording
-        self.lines = tuple(FingerLine(finger, config, start, live=not self._recorded) for finger in rig.fingers)
+        self.lines = tuple(FingerLine(finger, rig, start, live=not self._recorded) for finger in rig.fingers)
         for line in self.lines:
             _require_rate(line, config.safety.stale_after_s)
-        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._may_send)
+        self._calls = rig.thread.calls
+        self._update = rig.deadlines.of(self._controller_name, "update")
+        self._step = rig.deadlines.of(self._job_label, "step")
+        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._may_send, self._calls)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
         if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "minds_force", False):
@@ -85,16 +91,16 @@ class Engine:
         self._wanted = Wanted("begin")
         self._watchdog: Watchdog | None = None
         self._controlled_ns: int | None = None
-        self._began = self._ended = False
+        self._began = self._ended = self._left = False
         self.recorded = 0
         self.on_recorded: Callable[[Frame], object] | None = None
         self.acting_since_ns: int | None = None
         self._yielding: deque[Cycle] | None = None
         self.frame_to_command = LogHistogram()
         self.scheduler = Scheduler(rig.clock)
-        for section, fault in rig.faults:
+        for at, (section, fault) in enumerate(rig.faults):
             if fault.target == OBSERVER:
-                self.observers.add(f"fault {section.backend}", fault.around(None))
+                self.observers.add(f"fault {at + 1}, {section.backend}", fault.around(None))
         self._add_tasks()
 
     # -- what can be asked of it --------------------------------------------------------------------------
@@ -158,17 +164,16 @@ class Engine:
 
     def run(self) -> None:
         """Run until the job is done, the recording ends, or `stop` is called."""
-        with self._running():
-            while self._advance():
-                pass
+        with self._attended():
+            self._within(self._to_the_end)
 
-    def __iter__(self) -> Iterator[Cycle]:
+    def __iter__(self) -> Generator[Cycle]:
         """Run, yielding each cycle. Leaving the loop stops the cell; a slow body trips the watchdog."""
         self._yielding = deque()
-        with self._running():
+        with self._attended():
             more = True
             while more:
-                more = self._advance()
+                more = self._within(self._advance)
                 while self._yielding:
                     yield self._yielding.popleft()
 
@@ -188,7 +193,12 @@ class Engine:
         try:
             yield running
         except BaseException as error:
-            running.end()
+            if isinstance(error, KeyboardInterrupt):
+                self._rig.hurry()
+                if not running.end(SETTLE_S):
+                    self._leave()
+            else:
+                running.end()
             running.add_note_to(error)
             raise
         running.end()
@@ -247,8 +257,8 @@ class Engine:
                 0.0 if self._rig.gripper is None else self._rig.gripper.spec.resolution_m,
                 self._wanted.slide,
             )
-            who = self._controller_name
-            aperture = sound_aperture(who, _call(who, self._rig.controller.update, asked))
+            aperture = self._make(self._update, self._rig.controller.update, asked)
+            aperture = sound_aperture(self._controller_name, aperture)
             if aperture is not None:
                 command = self._act.correct(aperture, may_open=self._may_open)
         self.frame_to_command.add((perf_ns() - started,))
@@ -328,7 +338,7 @@ class Engine:
             pose=self._states.pose,
             fingers=tuple(line.newest for line in self.lines if line.newest is not None),
         )
-        wanted = _call(self._job_label, self._job.step, situation)
+        wanted = self._make(self._step, self._job.step, situation)
         self._require_sound(wanted)
         self._rig.stages.enter(wanted.stage, now_ns)
         begins = wanted.corrects and not self._wanted.corrects
@@ -344,7 +354,7 @@ class Engine:
             self._act.opened = False
         if begins or sent:
             # What a controller remembers is of a grip that is no more.
-            _call(self._controller_name, lambda _: self._rig.controller.reset(), None)
+            self._make(self._update._replace(name="reset"), lambda _: self._rig.controller.reset(), None)
             self._controlled_ns = None
         if wanted.twist is not None:
             self._act.move(wanted.twist, wanted.acceleration_m_s2)
@@ -370,7 +380,18 @@ class Engine:
         if problem:
             raise PluginError(f"{self._job_label}: stage '{wanted.stage}': {problem} (a mistake in that job)")
 
+    def _make(self, call: Call, function: Callable[[A], B], argument: A) -> B:
+        """Call a backend; an exception that does not explain itself names the backend."""
+        try:
+            return self._calls.make(call, function, argument)
+        except LsdsError:
+            raise
+        except Exception as error:
+            raise raised_by(call.who, error) from error
+
     def _may_send(self) -> None:
+        if self._left:
+            raise SafetyStop("the run was ended while a call was in progress; nothing more is sent")
         if self._watchdog is not None:
             self._watchdog.check()
 
@@ -382,6 +403,37 @@ class Engine:
             return self._next_recorded()
         self.scheduler.run(_FOREVER_NS)
         return not self._ended
+
+    def _to_the_end(self) -> None:
+        while self._advance():
+            pass
+
+    def _within(self, function: Callable[[], B]) -> B:
+        """Run a function in the cell's thread, so that a call that hangs can be left; a recording has no devices."""
+        if self._recorded:
+            return function()
+        try:
+            return self._rig.thread.run(function, leave=self._leave)
+        except KeyboardInterrupt:
+            self._rig.hurry()
+            raise
+
+    def _leave(self) -> None:
+        """End the run without waiting for the call in progress; should it ever return, it may send nothing."""
+        self._left = True
+        self.stop()
+
+    @contextmanager
+    def _attended(self) -> Iterator[None]:
+        """Begin and end the run in the cell's thread, around a body in the caller's."""
+        running = self._running()
+        self._within(running.__enter__)
+        try:
+            yield
+        except BaseException as error:
+            self._within(partial(running.__exit__, type(error), error, error.__traceback__))
+            raise
+        self._within(partial(running.__exit__, None, None, None))
 
     @contextmanager
     def _running(self) -> Iterator[None]:
@@ -403,15 +455,22 @@ class Engine:
             for finger in self._rig.fingers:
                 finger.detector.reset()
                 finger.estimator.reset()
-            _call(self._job_label, self._job.begin, setting)
+            self._make(self._step._replace(name="begin"), self._job.begin, setting)
             with quiet_process():
                 if self._recorded:
                     self._frames = all_frames(self.lines, self._clock.now())
                 if self._rig.virtual:
                     yield
                     return
-                with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now) as self._watchdog:
-                    yield
+                with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now, self._doing) as self._watchdog:
+                    try:
+                        yield
+                    except CallHangs:
+                        raise  # It says more than the watchdog could.
+                    except LsdsError as error:
+                        # What fails in a cell that the watchdog has stopped fails because of that.
+                        self._watchdog.check(error)
+                        raise
                     self._watchdog.check()
         finally:
             self._watchdog = None
@@ -419,6 +478,11 @@ class Engine:
             # The tasks hold the engine, which holds them: without this, a run's frames wait for the garbage collector.
             self.scheduler.clear()
             self._rig.stop()
+
+    def _doing(self) -> str:
+        """What the loop is in the middle of."""
+        call = self._calls.at
+        return "" if call is None else f"{call.name}() of {call.who}"
 
     # -- a recording, frame by frame ----------------------------------------------------------------------
 
@@ -437,16 +501,6 @@ class Engine:
         if self.on_recorded is not None:
             self.on_recorded(frame)
         return not self._ended
-
-
-def _call(who: str, function: Callable[[A], B], argument: A) -> B:
-    """Call a backend; an exception that does not explain itself names the backend."""
-    try:
-        return function(argument)
-    except LsdsError:
-        raise
-    except Exception as error:
-        raise raised_by(who, error) from error
 
 
 def _moves(twist: Twist | None) -> bool:

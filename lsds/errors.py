@@ -113,6 +113,20 @@ class DeviceTimeout(DeviceError):
     """The device did not answer within the time that its protocol allows."""
 
 
+class CallHangs(DeviceTimeout):
+    """A device, or an algorithm, has not returned from a call within its deadline; it is left behind in that call.
+
+    `device` names it by kind and backend, `call` is the call's name.
+    """
+
+    def __init__(self, device: str, call: str, limit_s: float, *, key: str = "") -> None:
+        self.call = call
+        longer = f"; raise {key} if it needs longer" if key else ""
+        remedy = f"find what it waits for{longer}"
+        super().__init__(device, f"has not returned from {call}() for {limit_s:g} s", remedy=remedy)
+        self.args = (f"{device} {self.problem} ({remedy})",)
+
+
 class StaleData(DeviceError):
     """No sample has arrived yet, or the newest sample is too old."""
 

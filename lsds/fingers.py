@@ -14,11 +14,16 @@ if TYPE_CHECKING:
     from lsds.contracts import GripperState
 
 UNDER_WAY_S = 0.5
-"""A command that was sent so long ago at most may still be under way."""
+"""A command that was sent so long ago at most may still be under way,"""
+UNHEARD_S = 2.0
+"""and one so long ago, where the gripper still tells it as its target: what was sent since may be lost."""
 TICKS, LEAST_M = 3, 8e-4
 """Fingers that are wider than they may be by so many ticks, and by that, have opened."""
-PATIENCE_S = 0.4
-"""Fingers that rest on nothing for so long, wider than they were told, do not follow."""
+REPEAT_S = 0.4
+"""A correction that the gripper does not tell as its target after so long is sent again,"""
+PATIENCE_S, PATIENCE_UNHEARD_S = 0.4, 1.0
+"""and fingers that rest on nothing for so long, wider than they were told, do not follow. A gripper that does not tell
+the target may not have heard: the second one, too, gets the time that a gripper of 0.2 s takes."""
 
 
 class FingersWatch:
@@ -30,6 +35,7 @@ class FingersWatch:
         self._sent: deque[tuple[int, float]] = deque()
         self._bound_m = math.inf
         self._corrects, self._asked_m = False, math.nan
+        self._taken_m, self._taken_ns = math.nan, 0
         self._idle_ns: int | None = None
         self._idle_m = math.nan
 
@@ -47,6 +53,7 @@ class FingersWatch:
                 remedy="give its true resolution in its spec",
             )
         self._corrects, self._asked_m = corrects, asked_m
+        self._taken_m, self._taken_ns = taken_m, now_ns
         self._sent.append((now_ns, taken_m))
 
     def check(self, state: GripperState, now_ns: int) -> None:
@@ -54,7 +61,7 @@ class FingersWatch:
         if not self._sent:
             return
         # The last one that is older than what may be under way is where the fingers come from.
-        while len(self._sent) > 1 and now_ns - self._sent[1][0] > nanoseconds(UNDER_WAY_S):
+        while len(self._sent) > 1 and self._is_over(self._sent[1][0], self._sent[0][1], state, now_ns):
             self._sent.popleft()
         aperture_m = state.aperture_m
         self._bound_m = max(self._bound_m, *(sent for _, sent in self._sent))
@@ -66,6 +73,18 @@ class FingersWatch:
         self._bound_m = min(self._bound_m, aperture_m)
         self._require_following(state, now_ns)
 
+    def lost(self, state: GripperState, now_ns: int) -> bool:
+        """Return whether the last correction is to be sent again: the gripper does not tell it as its target."""
+        return self._corrects and not self._heard(state) and now_ns - self._taken_ns > nanoseconds(REPEAT_S)
+
+    def _heard(self, state: GripperState) -> bool:
+        return abs(state.target_m - self._taken_m) <= 1.01 * self._tick_m
+
+    def _is_over(self, next_ns: int, aperture_m: float, state: GripperState, now_ns: int) -> bool:
+        """Return whether fingers cannot be on the way to an aperture any more, after which another one was sent."""
+        is_target = abs(state.target_m - aperture_m) <= 1.01 * self._tick_m
+        return now_ns - next_ns > nanoseconds(UNHEARD_S if is_target else UNDER_WAY_S)
+
     def _require_following(self, state: GripperState, now_ns: int) -> None:
         wanted_m = self._asked_m
         behind = state.aperture_m > wanted_m + self._near_m and state.contact is Contact.NONE and not state.moving
@@ -73,7 +92,8 @@ class FingersWatch:
         if not behind or not self._idle_m - state.aperture_m < self._tick_m:
             self._idle_ns, self._idle_m = (now_ns, state.aperture_m) if behind else (None, math.nan)
             return
-        if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(PATIENCE_S):
+        patience_s = PATIENCE_S if self._heard(state) else PATIENCE_UNHEARD_S
+        if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(patience_s):
             raise SafetyStop(
                 f"gripper: told to close to {1e3 * wanted_m:.2f} mm it rests at {1e3 * state.aperture_m:.2f} mm, on "
                 f"nothing, for {seconds(now_ns - self._idle_ns):.1f} s; the arm was stopped (is it stuck?)"

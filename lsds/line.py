@@ -20,9 +20,8 @@ from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, brightness
 
 if TYPE_CHECKING:
-    from lsds.config import RigConfig
     from lsds.contracts import Frame, MarkerTracks
-    from lsds.rig import Finger
+    from lsds.rig import Finger, Rig
 
 #: With fewer of its dots followed than this share, for more than so many frames in a row, a recording's gel has leapt.
 LEAST_FOLLOWED, PATIENCE = 0.5, 12
@@ -39,7 +38,8 @@ class FingerLine:
     stops instead, and waits for the camera.
     """
 
-    def __init__(self, finger: Finger, config: RigConfig, start_ns: int, *, live: bool = True) -> None:
+    def __init__(self, finger: Finger, rig: Rig, start_ns: int, *, live: bool = True) -> None:
+        config = rig.config
         self.finger = finger
         self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
         self.newest: FingerCycle | None = None
@@ -48,6 +48,9 @@ class FingerLine:
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._seq = -1
         self._names = tuple(f"{kind} '{config.section(kind).backend}'" for kind in ("tracker", "detector", "estimator"))
+        self._calls = rig.thread.calls
+        self._reading = rig.deadline(finger.sensor, "read")
+        self._updates = tuple(rig.deadlines.of(name, "update") for name in self._names)
         self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile, tracker_name=self._names[0])
 
     @property
@@ -61,7 +64,7 @@ class FingerLine:
         Raises EOFError where a recording has ended, SafetyStop where nothing usable came for too long.
         """
         try:
-            frame = self.finger.sensor.read()
+            frame = self._calls.make(self._reading, self.finger.sensor.read)
         except StaleData as error:
             self.gate.silent(str(error), now_ns)
             return None
@@ -82,20 +85,21 @@ class FingerLine:
         """
         if not self.gate.admit(frame, now_ns, depends=depends):
             return None
-        finger, (tracker, detector, estimator) = self.finger, self._names
+        finger, (tracker, detector, estimator), make = self.finger, self._names, self._calls.make
+        tracking, detecting, estimating = self._updates
         at_work = tracker
         try:
             if not self.referenced:
-                self._take_reference(frame, now_ns)
+                make(tracking, self._take_reference, frame, now_ns)
                 return None
             try:
-                observation, tracks = self.perception.observe(frame)
+                observation, tracks = make(tracking, self.perception.observe, frame)
                 if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._take_anew(frame):
                     return None
                 at_work = detector
-                detection = sound_detection(detector, finger.detector.update(observation), frame.seq)
+                detection = sound_detection(detector, make(detecting, finger.detector.update, observation), frame.seq)
                 at_work = estimator
-                estimate = sound_estimate(estimator, finger.estimator.update(observation), frame.seq)
+                estimate = sound_estimate(estimator, make(estimating, finger.estimator.update, observation), frame.seq)
             except DataError as error:
                 self.gate.refuse(str(error), now_ns, frame.seq)
                 return None

@@ -9,14 +9,16 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, cast
 
 from lsds.bringup import Result, bring_up_error
+from lsds.calls import LOOK_S, Call, CellThread
 from lsds.clock import Clock, VirtualClock, WallClock, nanoseconds, seconds
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Arm, Cell, Device, Gripper, Lifecycle, PoseSource, TactileSensor
-from lsds.contracts.fault import Fault
+from lsds.contracts.fault import OBSERVER, Fault
 from lsds.contracts.job import Job
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, Kind
-from lsds.errors import ConfigError, ConfigIssue
+from lsds.deadlines import STOP_S, Deadlines
+from lsds.errors import CallHangs, ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
 from lsds.stages import shared_stages
@@ -24,8 +26,10 @@ from lsds.stages import shared_stages
 if TYPE_CHECKING:
     from lsds.config.model import BackendSection, FaultSection, RigConfig
 
-STOP_TIMEOUT_S = 1.0
-"""How long `Rig.stop` waits for all devices together, under the wall clock."""
+HURRIED_STOP_S, HURRIED_CLOSE_S = 0.3, 1.0
+"""How long stopping and closing all devices may take after an interrupt: somebody waits for the end."""
+HUNG_S = 0.3
+"""How long a device that has hung once may take for another call."""
 
 
 def build_cell(config: RigConfig, clock: Clock) -> Any:
@@ -79,7 +83,6 @@ class Rig:
         self.config = config
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
-        _require_fingers(config)
         kinds = [kind for kind in CONFIG_KINDS if config.section(kind).chosen and not KINDS[kind].late]
         chosen = {kind: self.host.find(kind, config.section(kind).backend) for kind in kinds}
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
@@ -87,6 +90,11 @@ class Rig:
         devices = [*sensors.values(), *devices]
         _require_one_cell(chosen.get("cell"), devices)
         self.virtual = _is_virtual(config, devices)
+        self.thread = CellThread()
+        self.deadlines = Deadlines(config.deadlines, virtual=self.virtual)
+        self._hung: set[str] = set()
+        self._hurried = self._closed = False
+        self._close_by_ns: int | None = None
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
         self.context = BuildContext(self.clock, config.seed)
         if not any(b.spec.over_wire for b in chosen.values()) and not any(b.spec.in_cell for b in devices):
@@ -102,6 +110,7 @@ class Rig:
                 self.fingers = tuple(self._finger(at, name) for at, name in enumerate(config.fingers))
             elif kind not in _OF_A_FINGER and not KINDS[kind].late:
                 setattr(self, kind, self._build(kind, config.section(kind)) if kind in chosen else None)
+        _require_effect(self)
         self._devices: list[tuple[str, str, Device]] = [
             (finger.label, sensors[finger.name].spec.name, finger.sensor) for finger in self.fingers
         ]
@@ -158,33 +167,46 @@ class Rig:
         """
         if self.cell is not None:
             try:
-                self.cell.connect()
-            except BaseException:
+                self._call(self._cell_name, "connect", self.cell.connect)
+            except BaseException as error:
+                self._note(error)
                 self._close_quietly()
                 raise
-        self._bring_up("connect", lambda device: device.connect())
+        self._bring_up("connect")
 
     def arm_devices(self) -> None:
         """Make every device commandable; grippers and arms may move now. Raises BringUpError, everything closed."""
-        self._bring_up("arm", lambda device: device.arm())
+        self._bring_up("arm")
 
     def stop(self) -> tuple[str, ...]:
         """End all motion now, from any thread and state. Never raises; returns what went wrong, empty for nothing.
 
         A keyboard interrupt in the middle is raised after every device was told.
 
-        Under the wall clock every device is stopped in its own thread, and `STOP_TIMEOUT_S` bounds the whole call: a
-        device that hangs keeps no other moving. Under the virtual clock, where nothing can hang on hardware, it runs
-        inline and so stays deterministic.
+        Under the wall clock every device is stopped in its own thread, and `STOP_S` bounds the whole call: a device
+        that hangs keeps no other moving. Under the virtual clock it runs one after another and so stays deterministic.
         """
         problems: list[str] = []
-        calls = [_guarded(device.stop, f"{kind} {name}", problems) for kind, name, device in self._devices]
+        told: list[Callable[[], None]]
         if self.virtual:
-            _all_of(calls)
+            told = [partial(self._call, _who(kind, name), "stop", device.stop) for kind, name, device in self._devices]
+        else:
+            told = [device.stop for _, _, device in self._devices]
+        calls = [
+            _guarded(call, f"{kind} {name}", problems)
+            for call, (kind, name, _) in zip(told, self._devices, strict=True)
+        ]
+        if self.virtual:
+            try:
+                _all_of(calls)
+            finally:
+                if self._closed:
+                    self.thread.end()
             return tuple(problems)
         wall = WallClock()
-        deadline = wall.now() + nanoseconds(STOP_TIMEOUT_S)
-        threads = [threading.Thread(target=call, daemon=True) for call in calls]
+        limit_s = HURRIED_STOP_S if self._hurried else STOP_S
+        deadline = wall.now() + nanoseconds(limit_s)
+        threads = [threading.Thread(target=call, name="lsds-stop", daemon=True) for call in calls]
         for thread in threads:
             thread.start()
 
@@ -194,26 +216,46 @@ class Rig:
         _all_of([partial(await_, thread) for thread in threads])
         for thread, (kind, name, _) in zip(threads, self._devices, strict=True):
             if thread.is_alive():
-                problems.append(f"{kind} {name}: stop() did not return within {STOP_TIMEOUT_S} s")
+                self._hung.add(_who(kind, name))
+                problems.append(f"{kind} {name}: stop() did not return within {limit_s} s")
         return tuple(problems)
+
+    def deadline(self, device: object, name: str) -> Call:
+        """Return the mark of a call of one of its devices, with its deadline."""
+        who = next((_who(kind, called) for kind, called, own in self._devices if own is device), "a device")
+        return self.deadlines.of(who, name)
+
+    def hurry(self) -> None:
+        """Bound what is left to do (stopping, closing) to about a second: somebody has interrupted the run."""
+        self._hurried = True
+        if self._closed and self._close_by_ns is None:
+            self._close_by_ns = WallClock().now() + nanoseconds(HURRIED_CLOSE_S)
 
     def disarm(self) -> None:
         """Take the power to move away from every device. Raises an ExceptionGroup of all failures."""
-        self._all("disarming the rig", lambda device: device.disarm())
+        self._all("disarming the rig", "disarm")
 
     def close(self) -> None:
         """Stop and close every device, last first. Does nothing the second time.
 
-        Raises one ExceptionGroup of all failures. An interrupt in the middle is raised after the others are closed.
+        Raises one ExceptionGroup of all failures; a device that hangs is named in it and left behind. An interrupt in
+        the middle is raised after the others are closed.
         """
+        if self._closed:
+            return
         try:
             self.stop()
+        except BaseException as error:
+            self._note(error)
+            raise
         finally:
+            self._closed = True
+            if self._hurried:
+                self.hurry()
             try:
-                self._all("closing the rig", lambda device: device.close())
+                self._all("closing the rig", "close")
             finally:
-                if self.cell is not None:
-                    self.cell.close()
+                self.thread.end()
 
     def __enter__(self) -> Rig:
         self.connect()
@@ -223,6 +265,7 @@ class Rig:
         if error is None:
             self.close()
             return
+        self._note(error)
         # What went wrong first is what the reader needs; trouble while closing is a note to it.
         for failure in self._close_quietly():
             error.add_note(f"and while closing: {type(failure).__name__}: {failure}")
@@ -251,17 +294,43 @@ class Rig:
             **parts,
         )
 
-    def _bring_up(self, step: str, bring: Callable[[Device], None]) -> None:
+    @property
+    def _cell_name(self) -> str:
+        return _who("cell", self.config.section("cell").backend)
+
+    def _call(self, who: str, name: str, function: Callable[[], None]) -> None:
+        """Make one call of a device in the cell's thread, within its deadline. Raises CallHangs."""
+        call = self.deadlines.of(who, name)
+        limit_s = min(call.limit_s, HUNG_S) if who in self._hung else call.limit_s
+        if name == "stop" and self._hurried:
+            limit_s = min(limit_s, HURRIED_STOP_S)
+        if self._close_by_ns is not None:
+            limit_s = min(limit_s, max(LOOK_S, seconds(self._close_by_ns - WallClock().now())))
+        try:
+            self.thread.call(call._replace(limit_s=limit_s), function)
+        except CallHangs:
+            self._hung.add(who)
+            raise
+
+    def _note(self, error: BaseException) -> None:
+        """Take note of an interrupt, and of a device that hangs."""
+        if isinstance(error, KeyboardInterrupt):
+            self.hurry()
+        elif isinstance(error, CallHangs):
+            self._hung.add(error.device)
+
+    def _bring_up(self, step: str) -> None:
         results = []
         try:
             for kind, name, device in self._devices:
                 error: Exception | None = None
                 try:
-                    bring(device)
+                    self._call(_who(kind, name), step, getattr(device, step))
                 except Exception as raised:
                     error = raised
                 results.append(Result(kind, name, error))
-        except BaseException:
+        except BaseException as interrupt:
+            self._note(interrupt)
             self._close_quietly()
             raise
         if any(result.error for result in results):
@@ -275,17 +344,22 @@ class Rig:
             return group.exceptions
         return ()
 
-    def _all(self, doing: str, call: Callable[[Device], None]) -> None:
+    def _all(self, doing: str, step: str) -> None:
         failures: list[Exception] = []
         interrupt: BaseException | None = None
-        for kind, name, device in reversed(self._devices):
+        owned: list[tuple[str, str, Any]] = list(reversed(self._devices))
+        if step == "close" and self.cell is not None:
+            owned.append(("cell", self.config.section("cell").backend, self.cell))
+        for kind, name, device in owned:
+            call = partial(self._call, _who(kind, name), step, getattr(device, step))
             try:
-                call(device)
+                call()
             except Exception as error:
                 error.add_note(f"while {doing}: {kind} {name}")
                 failures.append(error)
             except BaseException as error:
                 interrupt = error
+                self._note(error)
                 _once_more(call, device)
         if interrupt is not None:
             raise interrupt
@@ -301,13 +375,23 @@ def _require_one_cell(cell: Backend | None, devices: Sequence[Backend]) -> None:
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
 
 
-def _require_fingers(config: RigConfig) -> None:
-    """Refuse a fault of a finger that there is not."""
-    issues = [
-        ConfigIssue(f"faults.{at}.finger", f"no finger '{fault.finger}'", f"there are {', '.join(config.fingers)}")
-        for at, fault in enumerate(config.faults)
-        if fault.finger and fault.finger not in config.fingers
-    ]
+def _require_effect(rig: Rig) -> None:
+    """Refuse a fault of a part or a finger that there is not, or of a recording, which is looked at as it is."""
+    issues = []
+    for at, (section, fault) in enumerate(rig.faults):
+        whole = fault.target == OBSERVER or fault.target not in _OF_A_FINGER
+        if not whole and fault.target == "sensor" and rig.is_recording:
+            problem = f"'{section.backend}' is a fault of a camera, and a recording is looked at as it is"
+            issues.append(ConfigIssue(f"faults.{at}.backend", problem, "choose a fault of a tracker or detector"))
+        elif whole and fault.target != OBSERVER and getattr(rig, fault.target, None) is None:
+            problem = f"'{section.backend}' is a fault of the {fault.target}, and this rig has none"
+            issues.append(ConfigIssue(f"faults.{at}.backend", problem, "leave it out"))
+        elif section.finger and whole:
+            problem = f"'{section.backend}' is no fault of a finger"
+            issues.append(ConfigIssue(f"faults.{at}.finger", problem, "leave the key out"))
+        elif section.finger and section.finger not in rig.config.fingers:
+            known = f"there are {', '.join(rig.config.fingers)}"
+            issues.append(ConfigIssue(f"faults.{at}.finger", f"no finger '{section.finger}'", known))
     if issues:
         raise ConfigError("rig", issues)
 
@@ -342,10 +426,15 @@ def _all_of(calls: list[Callable[[], None]]) -> None:
         raise interrupt
 
 
-def _once_more(call: Callable[[Device], None], device: Device) -> None:
+def _once_more(call: Callable[[], None], device: Any) -> None:
     """Repeat a call that an interrupt cut short, so that no device stays half closed."""
     try:
-        if device.lifecycle is not Lifecycle.CLOSED:
-            call(device)
+        if getattr(device, "lifecycle", None) is not Lifecycle.CLOSED:
+            call()
     except Exception:
         return
+
+
+def _who(kind: str, name: str) -> str:
+    """How a device is called in messages: "gripper 'hand-e'"."""
+    return f"{kind} '{name}'"

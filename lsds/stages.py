@@ -23,6 +23,11 @@ class Stages:
         """Note that a stage is on."""
         self._began.setdefault(stage, now_ns)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The stages that have begun, in their order."""
+        return tuple(self._began)
+
     def began_ns(self, stage: str) -> int | None:
         """Return when a stage first began, None where it has not."""
         return self._began.get(stage)

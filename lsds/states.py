@@ -27,6 +27,8 @@ class States:
         self.arm: ArmState | None = None
         self.pose: PoseSample | None = None
         self._rig = rig
+        self._calls = rig.thread.calls
+        self._reads = [rig.deadline(device, "read") for device in (rig.gripper, rig.arm, rig.pose_source)]
         self._apertures: deque[tuple[int, float]] = deque(maxlen=KEPT)
         stale = nanoseconds(rig.config.safety.stale_after_s)
         self._gripper_fresh = Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable")
@@ -39,7 +41,7 @@ class States:
         if gripper is None:
             return
         try:
-            state = gripper.read()
+            state = self._calls.make(self._reads[0], gripper.read)
         except StaleData as error:
             fresh.bad(str(error))
         else:
@@ -62,7 +64,7 @@ class States:
         if arm is None:
             return
         try:
-            state = arm.read()
+            state = self._calls.make(self._reads[1], arm.read)
         except StaleData as error:
             fresh.bad(str(error))
         else:
@@ -74,8 +76,9 @@ class States:
 
     def read_pose(self, now_ns: int) -> None:
         """Read the newest poses. They serve jobs and observers only, so missing poses do not stop the cell."""
-        if self._rig.pose_source is not None:
+        source = self._rig.pose_source
+        if source is not None:
             try:
-                self.pose = self._rig.pose_source.read()
+                self.pose = self._calls.make(self._reads[2], source.read)
             except StaleData:
                 self.pose = None

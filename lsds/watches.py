@@ -22,15 +22,20 @@ class Freshness:
     """The time since the last usable sample of a source, on the rig's clock; its time stamps are checked.
 
     `limit_ns` is the longest time without a usable sample, `allowance_ns` an extra time at the start; `remedy` is shown
-    if the source gave no reason.
+    if the source gave no reason. It is asked many times within the limit; where it was not, the loop itself was late,
+    and the error says so: what came meanwhile nobody has looked at.
     """
+
+    #: So long a share of the limit without being asked is the loop's own lateness.
+    AWAY_SHARE = 0.25
 
     def __init__(self, source: str, start_ns: int, limit_ns: int, *, allowance_ns: int = 0, remedy: str = "") -> None:
         self._source = source
         self._limit_ns = limit_ns
         self._remedy = remedy
         self._reason = ""
-        self._good_ns = start_ns
+        self._good_ns = self._asked_ns = start_ns
+        self._away_ns = 0
         self._allowance_ns = allowance_ns
         self._stamp_ns: int | None = None
 
@@ -42,6 +47,7 @@ class Freshness:
     def good(self, now_ns: int) -> None:
         """Record a usable sample."""
         self._good_ns, self._allowance_ns, self._reason = now_ns, 0, ""
+        self._asked_ns, self._away_ns = now_ns, 0
 
     def bad(self, reason: str) -> None:
         """Record the reason for a missing sample."""
@@ -70,11 +76,17 @@ class Freshness:
     def require(self, now_ns: int) -> None:
         """Raise SafetyStop if there was no usable sample for too long."""
         silence = now_ns - self._good_ns
+        since, self._asked_ns = now_ns - self._asked_ns, now_ns
+        if since > self.AWAY_SHARE * self._limit_ns:
+            self._away_ns += since
         if silence > self._limit_ns + self._allowance_ns:
+            why = self._reason or f"no new sample came; {self._remedy}"
+            if 2 * self._away_ns > silence:
+                away = f"the loop itself was not run for {seconds(self._away_ns):.2f} s of it: the machine is busy"
+                why = f"{away}; {why}"
             raise SafetyStop(
                 f"{self._source}: nothing usable for {seconds(silence):.2f} s, the limit is "
-                f"{seconds(self._limit_ns + self._allowance_ns):.2f} s; the arm was stopped and the grip kept "
-                f"({self._reason or self._remedy})"
+                f"{seconds(self._limit_ns + self._allowance_ns):.2f} s; the arm was stopped and the grip kept ({why})"
             )
 
 

@@ -6,12 +6,14 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 import click
 from click.shell_completion import CompletionItem
 
 from lsds import __version__
 from lsds.cli.plugged import command_summaries, plugin_command
+from lsds.cli.signals import Terminated, terminable
 from lsds.errors import LsdsError
 
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -104,23 +106,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run_command(cli, "lsds", arguments)
 
 
+def program() -> NoReturn:
+    """Run the command line and end the process, whatever a plugin has left running."""
+    code = main()
+    from lsds.cli.ending import end_process
+
+    end_process(code)
+
+
 def run_command(command: click.Command, name: str, arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code.
 
     An `LsdsError` is printed as one message on stderr and gives the exit code of its class; `--debug` shows the
     traceback instead. A missing library that an extra of lsds installs is reported the same way. An interrupt gives
-    130, a closed output pipe 141, as a shell expects.
+    130, SIGTERM 143, a closed output pipe 141, as a shell expects.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        result = command.main(args=arguments, prog_name=name, standalone_mode=False)
-        sys.stdout.flush()
-    except click.exceptions.Abort:
-        click.echo("interrupted", err=True)
-        return 130
-    except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        return 130
+        with terminable():
+            result = command.main(args=arguments, prog_name=name, standalone_mode=False)
+            sys.stdout.flush()
+    except click.exceptions.Abort as abort:
+        return _interrupted(abort.__cause__)
+    except KeyboardInterrupt as error:
+        return _interrupted(error)
     except click.exceptions.Exit as request:
         return request.exit_code
     except click.ClickException as error:
@@ -149,6 +158,13 @@ def run_command(command: click.Command, name: str, arguments: Sequence[str] | No
     return result if isinstance(result, int) else 0
 
 
+def _interrupted(error: BaseException | None) -> int:
+    click.echo("terminated" if isinstance(error, Terminated) else "interrupted", err=True)
+    for note in getattr(error, "__notes__", ()):
+        click.echo(f"  {note}", err=True)
+    return error.exit_code if isinstance(error, Terminated) else 130
+
+
 def _explain(error: LsdsError) -> int:
     click.echo(f"error: {error}", err=True)
     for note in getattr(error, "__notes__", ()):
@@ -157,4 +173,4 @@ def _explain(error: LsdsError) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program()

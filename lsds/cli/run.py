@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.cli.threads import one_thread
+
+if TYPE_CHECKING:
+    from lsds.session.run import Session
 
 
 @click.command()
@@ -23,7 +28,8 @@ from lsds.cli.threads import one_thread
     "faults",
     multiple=True,
     metavar="NAME[:N][@MOMENT]",
-    help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable.",
+    help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable, in "
+    "addition to those of CONFIG.",
 )
 @click.option(
     "--plot",
@@ -45,10 +51,12 @@ def run(
 ) -> None:
     """Grasp, lift and hold an object, and close the gripper when it slips.
 
-    Ctrl-C stops the cell, keeps the grip, and still writes the results so far.
+    Ctrl-C (or SIGTERM) stops the cell, keeps the grip, and still writes the results so far; it draws only if --plot is
+    given.
 
     Without CONFIG it runs the simulated cell: a PVC pipe, gripped slightly too weakly, lifted at 3.8 cm/s. The exit
-    code is 0 if the object was held, 8 if it was dropped, and that of the error if the run ended in a fault.
+    code is 0 if the object was held, 8 if it was dropped, 130 after Ctrl-C, 143 after SIGTERM, and that of the error if
+    the run ended in a fault.
 
     \b
     Examples:
@@ -64,25 +72,59 @@ def run(
     from lsds.cli.faults import faults_override
     from lsds.session.run import run as run_session
 
-    chosen = (*overrides, *faults_override(faults), *([] if seed is None else [f"seed={seed}"]))
+    chosen = (*overrides, *faults_override(faults, config), *([] if seed is None else [f"seed={seed}"]))
     # Check the output files before anything moves: a finished run cannot be repeated because a folder is missing.
     for target in (json_file, None if no_plot else plot):
         require_writable(target)
-    session = run_session(config, chosen)
-    summary = session.summary
-    if json_file != "-":
-        click.echo(_table(summary))
-    try:
+
+    def report(session: Session) -> None:
+        if json_file != "-":
+            click.echo(_table(session.summary))
         if json_file is not None:
-            write_json(summary, json_file)
+            write_json(session.summary, json_file)
+        for fault in session.summary["faults"]:
+            if fault["began_s"] is None:
+                moment, came = fault["moment"], ", ".join(session.stages.names)
+                click.echo(f"note: {fault['backend']} never began: no '{moment}' came (there were {came})", err=True)
+        sys.stdout.flush()
+        if not isinstance(session.fault, KeyboardInterrupt):
+            draw(session)
+
+    def draw(session: Session) -> None:
         if not no_plot and session.record.samples:
             session.draw(plot)
             click.echo(f"picture: {plot}", err=json_file == "-")
-    finally:
-        if session.fault is not None:
-            raise session.fault
-    if summary["outcome"] == "dropped":
+
+    session = run_session(config, chosen, finished=_fault_first(report))
+    if isinstance(session.fault, KeyboardInterrupt):
+        # Drawing takes seconds, and whoever has interrupted waits for the end.
+        asked = click.get_current_context().get_parameter_source("plot") is ParameterSource.COMMANDLINE
+        _fault_first(draw if asked else _say_no_picture)(session)
+    if session.summary["outcome"] == "dropped":
+        for failure in getattr(session.fault, "exceptions", ()):
+            click.echo(f"error: {failure}", err=True)
         raise click.exceptions.Exit(8)
+    if session.fault is not None:
+        raise session.fault
+
+
+def _say_no_picture(session: Session) -> None:
+    if session.record.samples:
+        click.echo("picture: not drawn after an interrupt, only where --plot asks for it", err=True)
+
+
+def _fault_first(report: Callable[[Session], None]) -> Callable[[Session], None]:
+    """Return a report whose own failure (a full disk, say) does not hide what ended the run."""
+
+    def reporting(session: Session) -> None:
+        try:
+            report(session)
+        except Exception as error:
+            if session.fault is None:
+                raise
+            session.fault.add_note(f"and while writing the results: {error}")
+
+    return reporting
 
 
 def _table(summary: dict[str, Any]) -> str:

@@ -59,7 +59,9 @@ def _section_issues(
 
 def _choice_issues(kind: Kind, path: str, chosen: str, host: PluginHost) -> Iterator[ConfigIssue]:
     if chosen == NO_DEVICE:
-        if kind not in OPTIONAL_KINDS:
+        if kind == "fault":
+            yield ConfigIssue(f"{path}.backend", "'none' is no fault", "leave the table out")
+        elif kind not in OPTIONAL_KINDS:
             yield ConfigIssue(f"{path}.backend", f"a rig needs a {kind}")
         return
     try:

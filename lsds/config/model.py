@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
+from lsds.deadlines import DeadlineOptions
 from lsds.plugins.registry import NO_DEVICE
 from lsds.safety import SafetyOptions
 from lsds.tactile.options import TactileOptions
@@ -117,6 +118,7 @@ class _Settings(BaseModel):
     tactile: TactileOptions = TactileOptions()
     task: TaskOptions = TaskOptions()
     safety: SafetyOptions = SafetyOptions()
+    deadlines: DeadlineOptions = DeadlineOptions()
     schedule: ScheduleOptions = ScheduleOptions()
     plugins: PluginOptions = PluginOptions()
 

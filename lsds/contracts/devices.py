@@ -4,6 +4,9 @@ The life of a device: constructing does no I/O; `connect` makes it readable; `ar
 only step that may move in order to activate; `disarm` makes it readable only again; `close` releases the device.
 `stop` ends motion from any state and any thread, in bounded time, any number of times. `lifecycle` is the present
 state. A call in the wrong state raises `LifecycleError`.
+
+All calls but `stop` come from one thread at a time, which is not the main one; each has a deadline (`docs/safety.md`),
+after which the device is left behind in that call. A `close` from another thread may come then.
 """
 
 from __future__ import annotations

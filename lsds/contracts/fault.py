@@ -17,6 +17,11 @@ class Fault(Protocol):
         """The kind of the part that it afflicts (a key of `KINDS`), or "observer"."""
         ...
 
+    @property
+    def moment(self) -> str:
+        """The stage of the run with which it begins, "start" for that of the run."""
+        ...
+
     def around(self, part: Any) -> Any:
         """Return the part with the fault, of the same contract; until the fault begins it does what the part does.
 

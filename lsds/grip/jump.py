@@ -21,6 +21,8 @@ FELL, GONE = 0.67, 0.25
 arm that brakes at 2 m/s^2 leaves 0.7 in one frame."""
 RISE_S = 0.015
 """The rise is that over at least this time: two fingers may show it a millisecond apart."""
+FALL_S = 0.05
+"""The fall is that within this time, or since the last frame: two fingers may show it at any times of a frame."""
 
 
 class LoadJump:
@@ -39,7 +41,10 @@ class LoadJump:
             self._calm_n, self._calm_ns = median(loads), t_ns
         late = t_ns - self._calm_ns <= nanoseconds(LATE_S)
         has_jumped = late and load_n > JUMP * self._calm_n
-        self.fell = late and GONE * self._calm_n < load_n < FELL * self._calm_n
+        # What is set down, or handed over, falls over some frames: only what falls in one has lost its friction.
+        newest = [load for at, load in self._recent if t_ns - at <= nanoseconds(FALL_S)]
+        at_once = max([*newest, *loads[-1:]], default=0.0) - load_n > (1 - FELL) * self._calm_n
+        self.fell = late and at_once and GONE * self._calm_n < load_n < FELL * self._calm_n
         jumped_n = self._ahead(t_ns, load_n) if has_jumped else 0.0
         self._recent.append((t_ns, load_n))
         while t_ns - self._recent[0][0] > nanoseconds(CALM_S):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from contextlib import closing
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from lsds.config import RigConfig, load_config
 from lsds.contracts import CellTruth, Cycle, Frame, Job, MarkerReference
 from lsds.engine import Engine
 from lsds.errors import LsdsError, PluginError
+from lsds.observers import Observers
 from lsds.rig import Rig
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
@@ -22,7 +24,11 @@ from lsds.stages import Stages
 @dataclass(frozen=True, slots=True)
 class Session:
     """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end; `stages` tells
-    when each stage began."""
+    when each stage began.
+
+    What went wrong while closing, after a run that had no fault, is its `fault`, too (an ExceptionGroup); the summary
+    is of the run, and has none then.
+    """
 
     summary: dict[str, Any]
     record: RunRecord
@@ -51,49 +57,77 @@ def run(
     *,
     job: Job | None = None,
     observe: Callable[[Cycle], object] | None = None,
+    finished: Callable[[Session], object] | None = None,
 ) -> Session:
     """Load, connect, arm, run the job, close. What ends the run early becomes `fault`; an error before it is raised.
 
     `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys
     ("task.lift_s=1"). `job` replaces that of the config; `observe` is called with every cycle. Whatever
-    ends the run, the cell is stopped and closed, and the summary contains everything recorded until then.
+    ends the run, the cell is stopped and closed, and the summary contains everything recorded until then. `finished`
+    is called with the session when the cell has been stopped and before it is closed, so that results are safe first.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
-    fault: BaseException | None = None
     with Rig(chosen) as rig:
         rig.arm_devices()
-        rate_hz = chosen.schedule.arm_rate_hz
-        truths = TruthLog(rig.own_cell, rate_hz)
-        record = RunRecord(truths)
-        engine = Engine(rig, job)
-        # The summary is made from the record. Recording takes microseconds, so it runs inline and drops nothing.
-        engine.observers.add("record", record.observe)
-        if observe is not None:
-            engine.observers.add("observe", observe)
-        if rig.own_cell is not None:
-            engine.every("truth", truths.sample, rate_hz)
-        begun, began_ns = perf_ns(), rig.clock.now()
+        session = _run(rig, job, observe)
+        if isinstance(session.fault, KeyboardInterrupt):
+            rig.hurry()
+        if finished is not None:
+            finished(session)
         try:
+            rig.close()
+        except ExceptionGroup as failures:
+            # A run that has ended well is not lost because a device would not close.
+            if session.fault is None:
+                return replace(session, fault=failures)
+            for failure in failures.exceptions:
+                session.fault.add_note(f"and while closing: {type(failure).__name__}: {failure}")
+    return session
+
+
+def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -> Session:
+    """Run the job on a rig that is armed, and make its summary."""
+    rate_hz = rig.config.schedule.arm_rate_hz
+    truths = TruthLog(rig.own_cell, rate_hz)
+    record = RunRecord(truths)
+    engine = Engine(rig, job)
+    # The summary is made from the record. Recording takes microseconds, so it runs inline and drops nothing.
+    engine.observers.add("record", record.observe)
+    # What somebody else does with a cycle (a live view, say) is done in the caller's own thread.
+    watching: Observers[Cycle] = Observers(threaded=False)
+    if observe is not None:
+        watching.add("observe", observe)
+    if rig.own_cell is not None:
+        engine.every("truth", truths.sample, rate_hz)
+    begun, began_ns = perf_ns(), rig.clock.now()
+    fault: BaseException | None = None
+    try:
+        if observe is None:
             engine.run()
-            truths.sample(rig.clock.now())
-        except (LsdsError, KeyboardInterrupt) as error:
-            fault = error
-        except Exception as error:
-            note = "; ".join(getattr(error, "__notes__", ()))
-            fault = PluginError(
-                f"a backend raised {type(error).__name__}: {error} ({note}); the cell was stopped "
-                "(lsds --debug run shows where)"
-            )
-            fault.__cause__ = error
-        finally:
-            wall_s = seconds(perf_ns() - begun)
-            simulated_s = seconds(rig.clock.now() - began_ns)
-            engine.observers.close()
-        failures = [observer.failure for observer in engine.observers.statistics() if observer.failure]
-        if failures and fault is None:
-            fault = PluginError(f"an observer of the run failed: {failures[0]}")
-        summary = summarise(
-            rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
+        else:
+            with closing(iter(engine)) as cycles:
+                for cycle in cycles:
+                    watching.publish(cycle)
+        truths.sample(rig.clock.now())
+    except (LsdsError, KeyboardInterrupt) as error:
+        fault = error
+    except Exception as error:
+        note = "; ".join(getattr(error, "__notes__", ()))
+        fault = PluginError(
+            f"a backend raised {type(error).__name__}: {error} ({note}); the cell was stopped "
+            "(lsds --debug run shows where)"
         )
+        fault.__cause__ = error
+    finally:
+        wall_s = seconds(perf_ns() - begun)
+        simulated_s = seconds(rig.clock.now() - began_ns)
+        engine.observers.close()
+    observers = (*engine.observers.statistics(), *watching.statistics())
+    failures = [observer.failure for observer in observers if observer.failure]
+    if failures and fault is None:
+        fault = PluginError(f"an observer of the run failed: {failures[0]}")
+    summary = summarise(
+        rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
+    )
     perception = engine.perception
     return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)

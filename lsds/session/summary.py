@@ -88,6 +88,10 @@ def summarise(
             "reference": engine.perception.reference.count if engine.perception.reference else None,
             "kept_fraction": _mean([sample.kept_fraction for sample in samples]),
         },
+        "faults": [
+            {"backend": section.backend, "moment": fault.moment, "began_s": _began_s(rig, fault.moment)}
+            for section, fault in rig.faults
+        ],
         "corrections": sum(sample.command_m is not None for sample in acting),
         "guard": engine.guard.counts,
         "cycles": len(samples),
@@ -149,9 +153,15 @@ def _outcome(
     return "held" if before >= LEAST_CONTACT and after >= LOST_SHARE * before else "dropped"
 
 
+def _began_s(rig: Rig, moment: str) -> float | None:
+    """Return when a moment of the run came, by the rig's clock, None where it did not come."""
+    began_ns = rig.stages.began_ns(moment)
+    return None if began_ns is None else seconds(began_ns)
+
+
 def _reason(fault: BaseException) -> str:
     if isinstance(fault, KeyboardInterrupt):
-        return "stopped by a keyboard interrupt"
+        return str(fault) or "stopped by a keyboard interrupt"
     return f"{type(fault).__name__}: {fault}"
 
 

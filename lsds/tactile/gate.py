@@ -62,7 +62,10 @@ class FrameGate:
             remedy="check the sensor and its cable",
         )
         self._changing = Freshness(
-            source, start_ns, nanoseconds(safety.frozen_after_s), remedy="the camera repeats one image"
+            source,
+            start_ns,
+            nanoseconds(max(safety.frozen_after_s, safety.stale_after_s)),
+            remedy="the camera repeats one image",
         )
         self._repeated = RepeatedImage()
         self._unrest = Unrest()
@@ -91,6 +94,7 @@ class FrameGate:
             self.refuse(str(error), now_ns, frame.seq)
             return False
         self._fresh.good(now_ns)
+        self._changing.bad("the camera repeats one image")
         self._changing.require(now_ns)
         return False
 
@@ -123,19 +127,28 @@ class FrameGate:
 
 
 class RepeatedImage:
-    """Notices an image that is the last one again, by a few of its rows: a camera's noise never comes twice."""
+    """Notices an image that is the last one again: a camera's noise never comes twice.
+
+    A few rows tell nearly always; only where they repeat the whole image is looked at.
+    """
 
     _ROWS = 48
 
     def __init__(self) -> None:
         self._rows: NDArray[np.uint8] | None = None
+        self._image: NDArray[np.uint8] | None = None
 
     def seen(self, image: NDArray[np.uint8]) -> bool:
         """Take an image (height, width, 3); return whether it repeats the one before."""
         rows = image[:: self._ROWS]
-        repeated = self._rows is not None and np.array_equal(rows, self._rows)
+        repeated = (
+            self._rows is not None
+            and self._image is not None
+            and np.array_equal(rows, self._rows)
+            and np.array_equal(image, self._image)
+        )
         if not repeated:
-            self._rows = rows.copy()
+            self._rows, self._image = rows.copy(), image
         return repeated
 
 

@@ -33,9 +33,10 @@ class Unrest:
 
         What is no such image is not taken: `check_image` says what is wrong with it.
         """
-        if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3):
+        if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.size):
             return False
-        rows = np.ascontiguousarray(image[::ROWS])
+        # Columns that do not fill a tile are left out.
+        rows = np.ascontiguousarray(image[::ROWS, : max(TILES, image.shape[1] // TILES * TILES)])
         before, self._rows = self._rows, rows
         if before is None or before.shape != rows.shape or rows.shape[1] % TILES:
             self._count = 0

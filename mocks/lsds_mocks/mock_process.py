@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import queue
@@ -83,6 +84,12 @@ class MockProcess:
         answer = self._answer(STOP_TIMEOUT_S)
         if not answer.get("ok"):
             raise DeviceError(f"mock {self.name}", str(answer.get("error")))
+
+    def ask_to_end(self) -> None:
+        """Tell it to end, without waiting."""
+        if self._process is not None and self._process.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._process.stdin.close()
 
     def stop(self) -> None:
         """End it: by the end of its input first, by force if that does not help."""

@@ -70,6 +70,14 @@ _STUDIES = (
         "parts of the cell that fail while an object is lifted: stopped, harmless or missed",
     ),
     (
+        "risk",
+        "search.risk:RiskStudy",
+        "search.risk_options:RiskOptions",
+        ("numba", "scipy"),
+        "search",
+        "how likely a failure is: multilevel splitting over a space of scenarios, or plain counting",
+    ),
+    (
         "search",
         "search.study:SearchStudy",
         "search.options:SearchOptions",

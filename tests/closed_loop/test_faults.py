@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lsds_mocks.faults.catalogue import CATALOGUE
 
+from lsds.cli.faults import faults_override
 from lsds.clock import VirtualClock
 from lsds.config import load_config
-from lsds.contracts import BuildContext
-from lsds.errors import ConfigError
+from lsds.contracts import BuildContext, Frame
+from lsds.errors import ConfigError, StaleData
 from lsds.plugins.host import PluginHost
 from lsds.session.run import run
 from lsds.stages import Stages, shared_stages
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """A command that is known by its number."""
+
+    number: int
+    expires_ns: int = 0
+
+
 SHORT = ("task.lift_s=0.6", "task.hold_s=0.3")
 
 
@@ -102,6 +115,95 @@ def test_a_wrong_fault_is_an_error_that_names_its_place(faults, message):
 def test_a_fault_of_a_finger_that_there_is_not_is_an_error():
     with pytest.raises(ConfigError, match=r"faults\.0\.finger: no finger 'left' \(there are finger\)"):
         run(None, ['faults=[{backend = "camera-dark", finger = "left"}]'])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["arm.backend=none", 'faults=[{backend = "arm-slow"}]'], r"faults\.0\.backend: .* fault of the arm, .* none"),
+        (['faults=[{backend = "arm-slow", finger = "finger"}]'], r"faults\.0\.finger: .* no fault of a finger"),
+        (['faults=[{backend = "observer-raises", finger = "finger"}]'], r"faults\.0\.finger"),
+        (['faults=[{backend = "none"}]'], r"faults\.0\.backend: 'none' is no fault \(leave the table out\)"),
+    ],
+)
+def test_a_fault_that_cannot_take_effect_is_an_error(overrides, message):
+    with pytest.raises(ConfigError, match=message):
+        run(None, overrides)
+
+
+def test_faults_of_the_command_line_come_to_those_of_the_file(tmp_path):
+    file = tmp_path / "rig.toml"
+    file.write_text('[[faults]]\nbackend = "arm-slow"\nseverity = 1\n')
+    (override,) = faults_override(["lsds-mocks:camera-noise:5@lift", "gripper-stuck"], file)
+    config = load_config(file, [override])
+    assert [fault.backend for fault in config.faults] == ["arm-slow", "lsds-mocks:camera-noise", "gripper-stuck"]
+    assert [fault.options() for fault in config.faults] == [{"severity": 1}, {"severity": 5, "at": "lift"}, {}]
+    assert faults_override([], file) == []
+    with pytest.raises(ConfigError, match="is not NAME"):
+        faults_override(["camera-noise@"])
+
+
+def test_two_faults_of_one_name_are_two_faults():
+    never = '{backend = "observer-raises", at = "never"}'
+    session = run(None, [*SHORT, f"faults=[{never}, {never}]"])
+    assert session.fault is None
+    assert session.summary["faults"] == 2 * [{"backend": "observer-raises", "moment": "never", "began_s": None}]
+    context = BuildContext(VirtualClock(), 3)
+    first, second = (PluginHost().build("fault", "camera-noise", {}, context).plan for _ in range(2))
+    assert first.rng.random() != second.rng.random()
+
+
+class Source:
+    """A camera whose frames are their numbers."""
+
+    def __init__(self):
+        self.frame = None
+
+    def read(self):
+        return self.frame
+
+
+def test_frames_that_change_places_all_come_each_with_its_own_time():
+    context = BuildContext(VirtualClock(), 0)
+    shared_stages(context).enter("start", 0)
+    source = Source()
+    camera = PluginHost().build("fault", "camera-swaps", {"severity": 5}, context).around(source)
+    image, seen = np.zeros((2, 2, 3), np.uint8), []
+    source.frame = Frame(image, 0, -1)
+    for seq in range(6):
+        source.frame = Frame(image, seq * 10, seq)
+        for _ in range(3):
+            try:
+                frame = camera.read()
+            except StaleData:
+                continue
+            if not seen or seen[-1] != (frame.seq, frame.t_ns):
+                seen.append((frame.seq, frame.t_ns))
+    assert seen == [(0, 10), (1, 0), (2, 30), (3, 20), (4, 50), (5, 40)]
+
+
+@pytest.mark.parametrize("name", ["gripper-late", "arm-lags"])
+def test_what_waits_when_a_fault_ends_never_comes_after_a_newer_command(name):
+    context = BuildContext(VirtualClock(), 0)
+    shared_stages(context).enter("start", 0)
+    taken = []
+
+    class Device:
+        def read(self):
+            return None
+
+        def command(self, command):
+            taken.append(command.number)
+            return command
+
+    device = PluginHost().build("fault", name, {"severity": 5, "for_s": 0.1}, context).around(Device())
+    for number, t_s in enumerate((0.0, 0.05, 0.2, 0.8)):
+        context.clock.sleep_until(int(t_s * 1e9))
+        device.command(Numbered(number))
+        device.read()
+    context.clock.sleep_until(2 * 10**9)
+    device.read()
+    assert taken == [2, 3]
 
 
 def test_every_fault_of_the_catalogue_can_be_built_and_says_what_it_afflicts():

@@ -202,7 +202,7 @@ FAULTS = {
     "blind": (blind, 0.25, SafetyStop, "sensor: nothing usable.*(dots can be followed|whole image changes)"),
     "black": (black, 0.25, SafetyStop, "sensor: nothing usable.*black"),
     "late": (late, 0.25, SafetyStop, "sensor: nothing usable"),
-    "repeated": (stuck, 1.1, SafetyStop, "sensor: nothing usable.*repeats one image"),
+    "repeated": (stuck, 0.25, SafetyStop, "sensor: nothing usable.*repeats one image"),
     "silent gripper": (silent_gripper, 0.25, SafetyStop, "gripper: nothing usable.*unplugged"),
     "silent arm": (silent_arm, 0.25, SafetyStop, "arm: nothing usable.*unplugged"),
     "Ctrl-C": (interrupt, 0.06, KeyboardInterrupt, ""),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -74,3 +76,24 @@ def test_it_is_seen_where_the_gel_lies_on_the_object_and_grows_with_pressing():
     assert np.abs(shown[:, :70]).mean() > 0
     assert np.allclose(painted(depth=DEEP / 2), painted() / 2, atol=1e-6)
     assert not grain().paint(np.empty((*SHAPE, 3), np.float32), (0, 0, 0), DEEP * 0, X, Y, ALONG_X)
+
+
+def test_nothing_is_left_to_compile_at_the_first_contact():
+    """On the wire a picture that has to wait for the compiler is half a second late: the cell stops at first touch."""
+    script = """
+import numpy as np
+from lsds_mocks.optics import grain
+from lsds_mocks.optics.grain import Grain
+from lsds_mocks.devices.look import look_of
+from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_mocks.optics.renderer import Renderer
+renderer = Renderer(look_of(GelSightOptions()), [1])
+renderer.prepare()
+known = list(grain._paint.signatures)
+shader = renderer._shader
+deep = np.full((len(shader.y_m), len(shader.x_m)), 1e-4, np.float32)
+shader.lit(deep, (Grain(4.0, 0.4, np.random.default_rng(1)), (1e-3, np.float64(0.0), 0.1)))
+assert known and grain._paint.signatures == known, (known, grain._paint.signatures)
+"""
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False)
+    assert told.returncode == 0, told.stderr

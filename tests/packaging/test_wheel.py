@@ -54,6 +54,6 @@ def test_every_module_is_shipped(wheel):
 def test_the_entry_points_name_what_is_there(wheel):
     (entry_points,) = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
     text = wheel.read(entry_points).decode()
-    assert "lsds = lsds.cli.main:main" in text
+    assert "lsds = lsds.cli.main:program" in text
     for package in ("lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks"):
         assert f"{package}.manifest" in text

@@ -6,15 +6,15 @@ import json
 
 import numpy as np
 import pytest
-from lsds_research.search.robustness import Limits, run_scenario
+from lsds_research.search.robustness import STOPPED, Limits, hangs, margins_of, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
 
 from lsds.cli.main import main
 from lsds.config import load_config
-from lsds.errors import DataError
-from lsds.session.run import run
+from lsds.errors import CallHangs, DataError
+from lsds.session.run import Session, run
 
 
 def searched(margin, dimensions=4, runs=120, seed=0):
@@ -55,6 +55,24 @@ def test_a_failure_is_shrunk_to_the_keys_that_matter():
     small = shrunk(scenario, DEFAULT, fails)
     assert small.keys() == {"task.lift_speed_m_s", "gripper.mock-hand-e.latency_ms"}
     assert len(asked) < 64
+
+
+def test_a_key_that_is_told_with_its_usual_value_may_matter():
+    space = [Axis("a", 0.0, 1.0, usual=0.5), Axis("b", 0.0, 1.0, usual=0.5), Axis("c", 0.0, 1.0, usual=0.5)]
+    scenario = {"a": 0.5, "b": 0.5, "c": 0.9}
+    assert shrunk(scenario, space, lambda fewer: {"a", "c"} <= fewer.keys()) == {"a": 0.5, "c": 0.9}
+    assert shrunk(scenario, space, lambda fewer: "c" in fewer) == {"c": 0.9}
+    assert shrunk(scenario, space, lambda fewer: True, most=0) == scenario
+
+
+def test_a_run_that_hangs_has_failed_whatever_it_took():
+    margins = margins_of(
+        Session({"outcome": "fault"}, None, (), None, None, CallHangs("arm 'x'", "read", 5.0), None), Limits()
+    )
+    assert margins == {"named": STOPPED}
+    assert hangs(CallHangs("arm 'x'", "read", 5.0))
+    assert not hangs(None)
+    assert run_scenario(({}, Limits(), ("task.lift_s=0.3", "task.hold_s=0.1")))["margins"]["ends"] == 1.0
 
 
 def test_every_scenario_of_the_default_space_is_a_config():

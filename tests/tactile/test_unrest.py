@@ -35,6 +35,13 @@ def test_what_moves_on_a_part_of_the_gel_is_not_refused():
         assert not unrest.seen(moving)
 
 
+@pytest.mark.parametrize("size", [(0, 0, 3), (240, 0, 3), (1, 1, 3), (240, 5, 3), (240, 323, 3)])
+def test_images_of_any_size_are_looked_at(size):
+    rng, unrest = np.random.default_rng(1), Unrest()
+    seen = [unrest.seen(rng.integers(0, 255, size).astype(np.uint8)) for _ in range(10)]
+    assert any(seen) == (size[1] >= 8)
+
+
 def test_another_size_begins_anew():
     rng, unrest = np.random.default_rng(1), Unrest()
     for k in range(12):

@@ -99,6 +99,25 @@ class Time:
         return self.now
 
 
+def test_the_watchdog_tells_what_was_late_the_loop_or_the_machine():
+    now = [0]
+    dog = Watchdog(lambda: None, 0.4, lambda: now[0], lambda: "read() of sensor 'left'")
+    for now[0] in range(0, 500_000_001, 100_000_000):
+        dog.poll()
+    with pytest.raises(SafetyStop, match=r"watchdog: the loop was silent for 0\.500 s.*in read\(\) of sensor 'left'"):
+        dog.check()
+    now = [0]
+    dog = Watchdog(lambda: None, 0.4, lambda: now[0], lambda: "read() of sensor 'left'")
+    now[0] = 700_000_000
+    dog.poll()
+    cause = ValueError("led to")
+    with pytest.raises(
+        SafetyStop, match=r"the watchdog itself was not run for 0\.600 s.*the machine is busy"
+    ) as caught:
+        dog.check(cause)
+    assert caught.value.__cause__ is cause
+
+
 def test_the_watchdog_stops_once_when_starved():
     time, stops = Time(), []
     dog = Watchdog(lambda: stops.append(1), 0.5, time)

@@ -25,6 +25,27 @@ def test_a_source_may_be_without_for_its_limit_and_longer_at_the_start():
         fresh.require(3501 * MS)
 
 
+def test_where_the_loop_itself_was_late_the_error_says_so():
+    fresh = Freshness("sensor left", 0, 200 * MS, remedy="look at the cable")
+    for t_ms in range(0, 200, 10):
+        fresh.require(t_ms * MS)
+    with pytest.raises(SafetyStop, match=r"\(no new sample came; look at the cable\)"):
+        fresh.require(201 * MS)
+    fresh.good(300 * MS)
+    with pytest.raises(SafetyStop, match=r"the loop itself was not run for 0\.25 s of it: the machine is busy"):
+        fresh.require(550 * MS)
+
+
+def test_an_image_is_repeated_only_where_every_pixel_is():
+    watch = RepeatedImage()
+    image = np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
+    other = image.copy()
+    other[7, 7] ^= 1
+    assert not watch.seen(image)
+    assert not watch.seen(other)
+    assert watch.seen(other.copy())
+
+
 def test_stamps_are_checked_not_believed():
     fresh = Freshness("sensor", 0, 200 * MS)
     assert fresh.stamped(100 * MS, 110 * MS)

@@ -63,6 +63,7 @@ class ProcessCell:
         self._seed = context.seed
         self._processes: list[MockProcess] = []
         self._truth: RemoteTruth | None = None
+        self._closing = False
 
     def connect(self) -> None:
         """Connect to a running plant and reset its object; if there is none, start it and all mocks.
@@ -86,6 +87,8 @@ class ProcessCell:
         wanted += [(name, {"cell": self.socket, **options}) for name, options in self.options.mocks.items()]
         try:
             for name, options in wanted:
+                if self._closing:
+                    raise ConnectFailed("cell wire", "was closed while it was starting")
                 process = MockProcess(name, options, seed=self._seed)
                 self._processes.append(process)
                 process.start()
@@ -110,9 +113,13 @@ class ProcessCell:
 
     def close(self) -> None:
         """End what it has started."""
+        self._closing = True
         if self._truth is not None:
             self._truth.close()
             self._truth = None
+        # The mocks end side by side, the plant that they look at after them.
+        for mock in self._processes[1:]:
+            mock.ask_to_end()
         while self._processes:
             self._processes.pop().stop()
 

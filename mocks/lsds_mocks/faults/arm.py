@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import replace
 from typing import Any
 
-from lsds.clock import nanoseconds
 from lsds.contracts import ArmCommand, ArmState, Twist
 from lsds.errors import DeviceTimeout
 from lsds_mocks.faults.made import fault
-from lsds_mocks.faults.moved import Frozen, Moved
+from lsds_mocks.faults.moved import Frozen, Later, Moved
 from lsds_mocks.faults.plan import Plan
 
 NAME = "arm"
@@ -39,34 +37,8 @@ class _ProtectiveStop(Moved):
         return None
 
 
-class _Lags(Moved):
-    """Commands wait; they are carried out at the next call after their time."""
-
-    def __init__(self, part: Any, plan: Plan) -> None:
-        super().__init__(part, plan)
-        self._waiting: deque[tuple[int, ArmCommand]] = deque()
-
-    def read(self) -> ArmState:
-        """Return the newest state, after what has waited was sent."""
-        self._send()
-        state: ArmState = super().read()
-        return state
-
-    def sent(self, command: ArmCommand) -> ArmCommand | None:
-        self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), command))
-        self._send()
-        return None
-
-    def stop(self) -> None:
-        """Stop: nothing that waits is sent any more."""
-        self._waiting.clear()
-        self._part.stop()
-
-    def _send(self) -> None:
-        now = self._plan.clock.now()
-        while self._waiting and self._waiting[0][0] <= now:
-            _, command = self._waiting.popleft()
-            self._part.command(replace(command, expires_ns=now + nanoseconds(_LONG_S)))
+class _Lags(Later):
+    _lifetime_s = _LONG_S
 
 
 class _Slow(Moved):

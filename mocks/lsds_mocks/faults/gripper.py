@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import replace
 from typing import Any
 
-from lsds.clock import nanoseconds
 from lsds.contracts import GripperCommand, GripperState
 from lsds.errors import DeviceError, DeviceFault, DeviceTimeout, ProtocolFault
 from lsds_mocks.faults.made import fault
-from lsds_mocks.faults.moved import Frozen, Moved
+from lsds_mocks.faults.moved import Frozen, Later, Moved
 from lsds_mocks.faults.plan import Plan
 
 NAME = "gripper"
@@ -45,11 +43,12 @@ class _Refuses(Moved):
 
 
 class _Still(Moved):
-    """Once it is on, the fingers stand still."""
+    """Once it is on, the fingers stand still; what it is told to do it tells as its target."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
         self._stands = False
+        self._told_m: float | None = None
 
     def stand(self) -> None:
         """Stop the fingers where they are, once."""
@@ -66,7 +65,11 @@ class _Still(Moved):
 
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         self.stand()
+        self._told_m = command.aperture_m
         return None
+
+    def said(self, state: GripperState) -> GripperState:
+        return state if self._told_m is None else replace(state, target_m=self._told_m)
 
 
 class _OwnFault(_Still):
@@ -90,12 +93,6 @@ class _NoPower(_Still):
 
 class _Lies(_Still):
     """It tells that the fingers are where they were last sent."""
-
-    _told_m: float | None = None
-
-    def sent(self, command: GripperCommand) -> GripperCommand | None:
-        self._told_m = command.aperture_m
-        return super().sent(command)
 
     def said(self, state: GripperState) -> GripperState:
         told = state.aperture_m if self._told_m is None else self._told_m
@@ -127,27 +124,6 @@ class _Loses(Moved):
         return None if self._plan.happens() else command
 
 
-class _Late(Moved):
-    """Commands wait; they are carried out at the next call after their time."""
-
-    def __init__(self, part: Any, plan: Plan) -> None:
-        super().__init__(part, plan)
-        self._waiting: deque[tuple[int, GripperCommand]] = deque()
-
-    def read(self) -> GripperState:
-        """Return the newest state, after what has waited was sent."""
-        now = self._plan.clock.now()
-        while self._waiting and self._waiting[0][0] <= now:
-            _, command = self._waiting.popleft()
-            self._part.command(replace(command, expires_ns=now + nanoseconds(0.1)))
-        state: GripperState = super().read()
-        return state
-
-    def sent(self, command: GripperCommand) -> GripperCommand | None:
-        self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), command))
-        return None
-
-
 time_out = fault(_Line, "gripper:time_out")
 crc = fault(_Crc, "gripper:crc")
 refuses = fault(_Refuses, "gripper:refuses")
@@ -156,7 +132,7 @@ no_power = fault(_NoPower, "gripper:no_power")
 offset = fault(_Offset, "gripper:offset")
 slow = fault(_Slow, "gripper:slow")
 weak = fault(_Weak, "gripper:weak")
-late = fault(_Late, "gripper:late")
+late = fault(Later, "gripper:late")
 coarse = fault(_Coarse, "gripper:coarse")
 loses = fault(_Loses, "gripper:loses")
 stuck = fault(_Still, "gripper:stuck")

@@ -25,6 +25,11 @@ class Made:
     plan: Plan
     wrapper: Callable[[Any, Plan], Any]
 
+    @property
+    def moment(self) -> str:
+        """The stage of the run with which it begins."""
+        return self.plan.moment
+
     def around(self, part: Any) -> Any:
         """Return the part with the fault."""
         return self.wrapper(part, self.plan)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
+from dataclasses import replace
 from typing import Any
 
-from lsds_mocks.faults.plan import Around
+from lsds.clock import nanoseconds
+from lsds_mocks.faults.plan import Around, Plan
 
 
 class Moved(Around):
@@ -39,3 +42,42 @@ class Frozen(Moved):
         """Return the first state that the fault saw."""
         self._last = state if self._last is None else self._last
         return self._last
+
+
+class Later(Moved):
+    """Commands wait; they are carried out, in their order, at the next call after their time. Those that wait when the
+    fault ends are lost: a newer one comes before them."""
+
+    _lifetime_s = 0.1
+
+    def __init__(self, part: Any, plan: Plan) -> None:
+        super().__init__(part, plan)
+        self._waiting: deque[tuple[int, Any]] = deque()
+
+    def read(self) -> Any:
+        """Return the newest state, after what has waited was sent."""
+        self._send()
+        return super().read()
+
+    def command(self, command: Any) -> Any:
+        """Send a command, now or later."""
+        if not self._plan.on:
+            self._waiting.clear()
+        return super().command(command)
+
+    def sent(self, command: Any) -> Any | None:
+        """Have a command wait."""
+        self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), command))
+        self._send()
+        return None
+
+    def stop(self) -> None:
+        """Stop: nothing that waits is sent any more."""
+        self._waiting.clear()
+        self._part.stop()
+
+    def _send(self) -> None:
+        now = self._plan.clock.now()
+        while self._waiting and self._waiting[0][0] <= now:
+            _, command = self._waiting.popleft()
+            self._part.command(replace(command, expires_ns=now + nanoseconds(self._lifetime_s)))

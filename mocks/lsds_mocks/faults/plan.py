@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -39,8 +40,15 @@ class Plan:
         self._options = options
         self.clock = context.clock
         self._stages = shared_stages(context)
-        self._entropy = context.rng_seed(f"fault {name}")
+        # Two faults of one name are two faults: each has its own stream.
+        number = next(context.shared(f"faults {name}", count))
+        self._entropy = context.rng_seed(f"fault {name}" + (f" {number}" if number else ""))
         self._rng: np.random.Generator | None = None
+
+    @property
+    def moment(self) -> str:
+        """The stage of the run with which the fault begins."""
+        return self._options.at
 
     @property
     def rng(self) -> np.random.Generator:

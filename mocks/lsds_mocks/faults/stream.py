@@ -79,16 +79,28 @@ class _ClockBack(_ClockStep):
 
 
 class _Swaps(Stream):
-    """A frame is kept back, and comes after its successor, each with its own time."""
+    """A frame is kept back, and comes right after its successor, each with its own time."""
 
-    _back: Frame | None = None
+    def __init__(self, part: Any, plan: Plan) -> None:
+        super().__init__(part, plan)
+        self._kept: Frame | None = None
+        self._next: Frame | None = None
+
+    def read(self) -> Frame:
+        """Return the newest frame, or the one that should have come before it."""
+        after, self._next = self._next, None
+        if after is None:
+            return super().read()
+        self.seen = after
+        return after
 
     def take(self, frame: Frame) -> Frame | None:
-        back, self._back = self._back, None
-        if back is not None:
-            return replace(back, seq=frame.seq)
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            self._next = replace(kept, seq=frame.seq)
+            return replace(frame, seq=kept.seq)
         if self._plan.happens():
-            self._back = frame
+            self._kept = frame
             return None
         return frame
 

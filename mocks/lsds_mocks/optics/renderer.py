@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import cv2
 import numpy as np
 
+from lsds_mocks.optics import grain
 from lsds_mocks.optics.background import background
 from lsds_mocks.optics.dots import DotPainter
 from lsds_mocks.optics.exposure import Brightness
@@ -90,6 +91,7 @@ class Renderer:
         if self._dots is not None:
             self._dots.paint(self.rest_px)
         self._noise.photograph(self._bare, self._bare, 1.0, 0)
+        grain.prepare()
 
     def markers(self, gel: GelModel, state: GelState) -> NDArray[np.float64]:
         """Return exact dot centres (N, 2) in pixels."""
@@ -110,9 +112,9 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
         # Gels on cells deform with shear, too; the surface of the others follows from how deep the object stands.
-        grain = None if gel.grain is None else (gel.grain, state.body)
-        key = None if state.fine else (state.indentation_m, state.reach_m, grain)
-        lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, grain)
+        relief = None if gel.grain is None else (gel.grain, state.body)
+        key = None if state.fine else (state.indentation_m, state.reach_m, relief)
+        lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, relief)
         start = self._light.start(seq)
         if start is not None:
             lit = np.asarray(cv2.transform(lit, np.diag(start)), np.uint8)

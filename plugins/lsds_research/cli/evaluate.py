@@ -6,6 +6,7 @@ import click
 
 from lsds.cli.study_command import study_command
 from lsds_research.incipient.options import IncipientOptions
+from lsds_research.search.risk_options import RiskOptions
 from lsds_research.slips.options import SlipOptions
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.grip.options import GripOptions
@@ -73,6 +74,7 @@ evaluate.add_command(study_command("models", ModelsOptions, MODELS, positional=(
 evaluate.add_command(study_command("slip", SlipOptions, SLIP, positional=("path",), doing="reading"))
 evaluate.add_command(study_command("grip", GripOptions, GripOptions.__doc__ or "", doing="lifting"))
 evaluate.add_command(study_command("faults", FaultsOptions, FaultsOptions.__doc__ or "", doing="lifting"))
+evaluate.add_command(study_command("risk", RiskOptions, RiskOptions.__doc__ or "", doing="running"))
 evaluate.add_command(
     study_command("incipient-slip", IncipientOptions, INCIPIENT, positional=("path",), doing="reading, training")
 )

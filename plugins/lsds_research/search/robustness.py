@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.clock import cpu_ns
 from lsds.config.overrides import override_texts
-from lsds.errors import LsdsError, PluginError
+from lsds.errors import CallHangs, LsdsError, PluginError
 from lsds.session.run import run
 
 if TYPE_CHECKING:
@@ -44,7 +44,8 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     except Exception as error:
         return {"margins": {"named": -1.0}, "outcome": "not run", "fault": f"{type(error).__name__}: {error}"}
     margins = margins_of(session, limits)
-    margins["ends"] = 1 - (cpu_ns() - began_ns) * 1e-9 / HANGS_S
+    # All or nothing: a time that ranked scenarios would not come out alike twice.
+    margins["ends"] = -1.0 if hangs(session.fault) or (cpu_ns() - began_ns) * 1e-9 > HANGS_S else 1.0
     summary = session.summary
     return {
         "margins": margins,
@@ -52,6 +53,11 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         "fault": summary["fault"],
         "simulated_s": summary.get("simulated_s", 0.0),
     }
+
+
+def hangs(fault: BaseException | None) -> bool:
+    """Tell whether a run was ended because a call did not return."""
+    return isinstance(fault, CallHangs)
 
 
 def margins_of(session: Session, limits: Limits) -> dict[str, float]:

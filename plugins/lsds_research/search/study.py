@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,12 +12,11 @@ import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
-from lsds_research.cluster import shared_out
-from lsds_research.kept import keep, read_kept
 from lsds_research.search.files import save_scenario
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
-from lsds_research.search.robustness import Limits, least, run_scenario
+from lsds_research.search.robustness import Limits
+from lsds_research.search.scenarios import Scenarios
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Scenario, point_to_scenario, read_space
@@ -43,17 +41,17 @@ class SearchStudy:
         self._space = read_space(Path(options.space)) if options.space else DEFAULT
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
         self._settings = tuple(options.settings)
-        self._kept = Path(options.out) if options.out else None
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Search, shrink, save. Raises DataError for a space or a folder that cannot be used, MissingExtra."""
-        self._known = read_kept(self._kept)
+        options = self._options
+        self._scenarios = Scenarios(self._limits, self._settings, options.out, options.jobs, options.cluster)
         rows: list[dict[str, Any]] = []
         batches = seek(len(self._space), self._runs, self._seed)
         batch = next(batches)
         while True:
             asked = [point_to_scenario(self._space, point) for point in batch]
-            rows += self._all(asked, partial(self._tick, tick, len(rows)))
+            rows += self._scenarios.rows(asked, partial(self._tick, tick, len(rows)))
             try:
                 batch = batches.send([row["margin"] for row in rows[len(rows) - len(asked) :]])
             except StopIteration:
@@ -84,25 +82,6 @@ class SearchStudy:
     def _tick(self, tick: Callable[[int, int], None], before: int, done: int) -> None:
         tick(before + done, self._runs)
 
-    def _all(self, scenarios: Sequence[Scenario], done: Callable[[int], None]) -> list[dict[str, Any]]:
-        """Return the rows of scenarios, in their order; those that are kept are not run again."""
-        keys = [self._key(scenario) for scenario in scenarios]
-        missing = {key: s for key, s in zip(keys, scenarios, strict=True) if key not in self._known}
-        asked = [(scenario, self._limits, self._settings) for scenario in missing.values()]
-        shared = shared_out(run_scenario, asked, self._options.jobs, self._options.cluster)
-        for count, ((scenario, _, _), result) in enumerate(shared, start=len(scenarios) - len(missing) + 1):
-            # A process that died took the scenario with it: that is a failure without a name.
-            told = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
-            way, margin = least(told["margins"])
-            row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | told
-            self._known[self._key(scenario)] = row
-            keep(self._kept, self._key(scenario), row)
-            done(count)
-        return [self._known[key] for key in keys]
-
-    def _key(self, scenario: Scenario) -> str:
-        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings])
-
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         """Shrink the worst failures of each way to fail; save them where a folder is named."""
         failed = sorted(
@@ -121,7 +100,7 @@ class SearchStudy:
             seen.add(told)
             ways[row["way"]] += 1
             name = f"{row['way'].replace(' ', '-')}-{ways[row['way']]}"
-            margin = self._all([small], lambda _: None)[0]["margin"]
+            margin = self._scenarios.rows([small], lambda _: None)[0]["margin"]
             comment = [f"fails: {row['way']} (margin {margin:.2f}); found by lsds search, shrunk"]
             file = ""
             if self._options.found:
@@ -130,5 +109,5 @@ class SearchStudy:
         return found
 
     def _fails(self, way: str, scenario: Scenario) -> bool:
-        row = self._all([scenario], lambda _: None)[0]
+        row = self._scenarios.rows([scenario], lambda _: None)[0]
         return bool(row["margins"].get(way, 1.0) < 0)

@@ -16,7 +16,8 @@ KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A run. An empty `fault` is the run that the others are compared with; `severity` is 0 for one without a scale."""
+    """A run. An empty `fault` is the run that the others are compared with; `severity` is 0 for one without a scale.
+    `rig` is a rig file, empty for the default rig, in which each seed has a gel of its own."""
 
     controller: str
     detector: str
@@ -25,6 +26,7 @@ class Case:
     severity: int = 0
     moment: str = ""
     settings: tuple[str, ...] = ()
+    rig: str = ""
 
     @property
     def key(self) -> str:
@@ -34,16 +36,18 @@ class Case:
     @property
     def pair(self) -> str:
         """Name of what it shares with the run without a fault."""
-        return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}"
+        rig = f" {self.rig}" if self.rig else ""
+        return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}{rig}"
 
     def overrides(self) -> list[str]:
         """Return the config keys of the run."""
         keys: dict[str, Any] = KEYS | {
             "seed": self.seed,
-            "sensor.mock-gelsight-mini.gel": self.seed,
             "controller.backend": self.controller,
             "detector.backend": self.detector,
         }
+        if not self.rig:
+            keys["sensor.mock-gelsight-mini.gel"] = self.seed
         told = [*override_texts(keys), *self.settings]
         if not self.fault:
             return told
@@ -54,7 +58,7 @@ class Case:
 def run_case(case: Case) -> dict[str, Any] | str:
     """Run a case; return its figures, or why it could not be run."""
     try:
-        session = run(None, case.overrides())
+        session = run(case.rig or None, case.overrides())
     except LsdsError as error:
         return f"{case.key}: {error}"
     summary, fault, truths = session.summary, session.fault, session.truths

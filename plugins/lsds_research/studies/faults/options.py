@@ -23,6 +23,7 @@ class FaultsOptions(BaseModel):
       lsds evaluate faults --quick
       lsds evaluate faults --fault gripper-stuck --fault camera-frozen --moment lift --seeds 5
       lsds evaluate faults --out faults.jsonl --plot faults.png --json faults.json
+      lsds evaluate faults --rig examples/rigs/wire.toml --jobs 1 --fault gripper-crc --moment lift
       lsds evaluate faults --controller margin --controller pd --fault camera-late --fault camera-drops
     """
 
@@ -57,6 +58,11 @@ class FaultsOptions(BaseModel):
         min_length=1,
         description="detector",
         json_schema_extra={"flag": "--detector", "metavar": "NAME"},
+    )
+    rig: str = Field(
+        default="",
+        description="rig file instead of the default rig; one of drivers on the wire runs in real time, with --jobs 1",
+        json_schema_extra={"metavar": "FILE"},
     )
     settings: Settings = []
     out: Out = ""

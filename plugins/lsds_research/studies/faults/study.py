@@ -91,9 +91,12 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
         names, severities, moments = names[::3], [3, 5], ["lift", "slip"]
     seeds = range(seed + 1, seed + 1 + (1 if options.quick else options.seeds))
     settings = tuple(options.settings)
-    without = [Case(who, by, own, settings=settings) for who, by, own in product(controllers, detectors, seeds)]
+    without = [
+        Case(who, by, own, settings=settings, rig=options.rig)
+        for who, by, own in product(controllers, detectors, seeds)
+    ]
     return without + [
-        Case(who, by, own, name, severity, moment, settings)
+        Case(who, by, own, name, severity, moment, settings, options.rig)
         for name in names
         for severity in (severities if scaled[name] else [0])
         for moment, own, who, by in product(moments, seeds, controllers, detectors)

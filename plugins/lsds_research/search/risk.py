@@ -1,0 +1,104 @@
+"""Study `risk`: the probability of a failure, with bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult
+from lsds_research.search.risk_options import RiskOptions
+from lsds_research.search.risk_plot import plot_risk
+from lsds_research.search.robustness import Limits
+from lsds_research.search.scenarios import Scenarios
+from lsds_research.search.space import DEFAULT, point_to_scenario, read_space
+from lsds_research.search.split import Points, Probability, counted, split
+
+_COLUMNS = (
+    ("failure", "failure", ""),
+    ("runs", "runs", "d"),
+    ("failed", "failed", "d"),
+    ("estimate", "probability", ".2g"),
+    ("least", "at least (95 %)", ".2g"),
+    ("most", "at most (95 %)", ".2g"),
+)
+_WAYS = {"drop": ("holds", "slips little", "ends"), "slip": ("slips little", "holds", "ends")}
+_AT_ONCE = 16
+
+
+class RiskStudy:
+    """A `Study`."""
+
+    def __init__(self, options: RiskOptions, context: BuildContext) -> None:
+        self._options, self._seed = options, context.seed
+        self._runs, self._plain = (20, True) if options.quick else (options.runs, options.plain)
+        self._space = read_space(Path(options.space)) if options.space else DEFAULT
+        self._limits = Limits(options.slip_mm * 1e-3, options.peak)
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Run the scenarios. Raises DataError for a space or a file that cannot be used, MissingExtra."""
+        own = self._options
+        scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster)
+        draw = _counting if self._plain else split
+        batches = draw(len(self._space), self._runs, self._seed)
+        rows: list[dict[str, Any]] = []
+        levels: list[list[float]] = []
+        batch = next(batches)
+        while True:
+            asked = [point_to_scenario(self._space, point) for point in batch]
+            found = scenarios.rows(asked, partial(_tick, tick, len(rows), max(self._runs, len(rows) + len(asked))))
+            rows += found
+            margins = [self._margin(row) for row in found]
+            levels.append(margins)
+            try:
+                batch = batches.send(margins)
+            except StopIteration as end:
+                told: Probability = end.value
+                break
+        row = {"failure": own.failure, "runs": len(rows), "failed": told.failed} | {
+            key: value for key, value in asdict(told).items() if key in ("estimate", "least", "most")
+        }
+        stopped = sum(row["margins"].get("named", 1.0) >= 0 and row["fault"] is not None for row in rows)
+        notes = [
+            f"{'plain counting' if self._plain else f'splitting over {len(told.levels)} levels'}; {stopped} runs were "
+            "stopped by an error with a name, which is no failure",
+        ]
+        if not told.estimate and told.levels:
+            notes.append("none failed on the last level: the probability is below the bound")
+        return StudyResult(
+            f"probability of a failure over {len(self._space)} config keys (simulated)",
+            _COLUMNS,
+            [row],
+            partial(plot_risk, margins=levels, limits=told.levels),
+            notes,
+            {
+                "probability": asdict(told),
+                "runs": rows,
+                "simulated_s": float(np.sum([one["simulated_s"] for one in rows])),
+                "figures_are": "simulated",
+                "seed": self._seed,
+            },
+        )
+
+    def _margin(self, row: dict[str, Any]) -> float:
+        margins = row["margins"]
+        ways = _WAYS.get(self._options.failure, tuple(margins))
+        return float(min((margins[way] for way in (*ways, "named") if way in margins), default=1.0))
+
+
+def _counting(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], Probability]:
+    """Yield points drawn evenly, some at a time; return how many of them failed."""
+    rng, failed = np.random.default_rng(seed), 0
+    for begin in range(0, runs, _AT_ONCE):
+        margins = yield list(rng.random((min(_AT_ONCE, runs - begin), dimensions)))
+        failed += sum(margin < 0 for margin in margins)
+    return counted(failed, runs)
+
+
+def _tick(tick: Callable[[int, int], None], before: int, whole: int, done: int) -> None:
+    tick(before + done, whole)

@@ -1,0 +1,51 @@
+"""Options of the study `risk`."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.cli.threads import processes
+from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
+
+
+class RiskOptions(BaseModel):
+    """Estimate how likely a failure is, in scenarios drawn evenly from ranges of config keys.
+
+    Multilevel splitting: the worst tenth of the scenarios is varied at random into as many that are no better, and so
+    on, until a tenth fails. A failure of one in a million then takes some thousand runs. With --plain, scenarios are
+    drawn and counted. Figures are simulated.
+
+    \b
+    Examples:
+      lsds evaluate risk --quick
+      lsds evaluate risk --with cell.simulated.object=pvc-pipe --out pipe.jsonl --json pipe.json
+      lsds evaluate risk --space ranges.toml --failure any --runs 200
+      lsds evaluate risk --plain --runs 3000 --space ranges.toml
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    failure: Literal["drop", "slip", "any"] = Field(
+        default="drop",
+        description="drop: the object falls; slip: it slips by more than --slip-mm; any: crush, opening, hang, too",
+    )
+    slip_mm: float = Field(
+        default=60.0, gt=0, le=1000, description="a longer slip is a failure; the object falls after 60"
+    )
+    peak: float = Field(
+        default=5.0, gt=1, le=1000, description="a peak grip over what is needed beyond this is a failure, with any"
+    )
+    space: str = Field(
+        default="",
+        description="TOML file of ranges, as lsds search takes it; default: that of lsds search",
+        json_schema_extra={"metavar": "FILE"},
+    )
+    runs: int = Field(default=100, ge=20, le=1_000_000, description="scenarios of a level, or of all with --plain")
+    plain: bool = Field(default=False, description="draw and count, without splitting")
+    settings: Settings = []
+    out: Out = ""
+    quick: bool = Field(default=False, description="20 scenarios, counted")
+    jobs: Jobs = Field(default_factory=processes, description="processes that run scenarios")
+    cluster: Cluster = ""

@@ -1,0 +1,126 @@
+"""The probability of a failure that is too rare to be counted, by multilevel splitting (subset simulation).
+
+Scenarios are drawn evenly from a space. The worst tenth of them is carried on: each wanders at random within the part
+of the space that is no better than the best of that tenth, so that there are as many as before; of these the worst
+tenth, and so on, until a tenth fails. The probability is a tenth to the number of levels, times the share of the last
+that failed (Au and Beck 2001, Probabilistic Engineering Mechanics 16; steps by conditional sampling, Papaioannou et al.
+2015, ibid. 41).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lsds.extras import require
+
+Points = list[NDArray[np.float64]]
+
+SHARE = 0.1
+"""Share of the scenarios of a level that the next one begins from."""
+MOST_SHARE = 0.5
+"""Where more of them are as bad as that, margins do not tell which way is down."""
+MOST_LEVELS = 6
+"""Levels after which a failure is called rarer than a millionth."""
+STEP = 0.6
+"""How much of a step is new, of 1: a greater one is refused more often, a smaller one goes less far."""
+SURE = 1.645
+"""Standard deviations of the upper bound: 95 % on one side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Probability:
+    """A probability with bounds: 95 % that it is not above `most`, and as much that it is not below `least`.
+
+    `levels` are the margins at which the levels began; `failed` of the last level's `runs` failed, none where it is a
+    bound only.
+    """
+
+    estimate: float
+    least: float
+    most: float
+    levels: tuple[float, ...]
+    failed: int
+    runs: int
+
+
+def counted(failed: int, runs: int) -> Probability:
+    """Return the probability by plain counting, with the bounds of Clopper and Pearson (1934)."""
+    require("scipy", extra="search", purpose="a probability")
+    from scipy.stats import beta
+
+    low = float(beta.ppf(0.05, failed, runs - failed + 1)) if failed else 0.0
+    high = float(beta.ppf(0.95, failed + 1, runs - failed)) if failed < runs else 1.0
+    return Probability(failed / runs, low, high, (), failed, runs)
+
+
+def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], Probability]:
+    """Yield batches of points of the unit cube; send back their margins, below 0 for a failure; return the probability.
+
+    `runs` is the number of points of a level. Raises MissingExtra without scipy.
+    """
+    require("scipy", extra="search", purpose="a probability")
+    from scipy.special import ndtr
+
+    rng = np.random.default_rng(seed)
+    chains = max(2, round(SHARE * runs))
+    steps = max(2, runs // chains)
+    places = rng.standard_normal((chains * steps, dimensions))
+    margins = np.array((yield [ndtr(place) for place in places]), float)
+    ancestors = np.arange(len(places))
+    levels: list[float] = []
+    before, variance = 1.0, 0.0
+    while len(levels) < MOST_LEVELS:
+        limit = float(np.partition(margins, chains - 1)[chains - 1])
+        # What is as bad as the limit, because margins are coarse, is in the level, too.
+        within = margins <= limit
+        if limit < 0 or np.mean(within) > MOST_SHARE:
+            break
+        levels.append(limit)
+        before *= float(np.mean(within))
+        variance += _variance(within, ancestors)
+        chosen = rng.permutation(np.flatnonzero(within))[:chains]
+        now, told = places[chosen], margins[chosen]
+        walked, seen = [now], [told]
+        for _ in range(steps - 1):
+            moved = math.sqrt(1 - STEP**2) * now + STEP * rng.standard_normal(now.shape)
+            found = np.array((yield [ndtr(place) for place in moved]), float)
+            taken = found <= limit
+            now, told = np.where(taken[:, None], moved, now), np.where(taken, found, told)
+            walked.append(now)
+            seen.append(told)
+        places, margins = np.concatenate(walked), np.concatenate(seen)
+        ancestors = np.tile(np.arange(chains), steps)
+    return _told(before, margins < 0, ancestors, variance, levels)
+
+
+def _variance(happened: NDArray[np.bool_], ancestors: NDArray[np.intp]) -> float:
+    """Return the squared coefficient of variation of a share, whose samples are alike within each chain."""
+    share = float(np.mean(happened))
+    chains = [float(np.mean(happened[ancestors == own])) for own in np.unique(ancestors)]
+    return float(np.var(chains, ddof=1)) / (len(chains) * share**2) if len(chains) > 1 else (1 - share) / share
+
+
+def _told(
+    before: float,
+    failed: NDArray[np.bool_],
+    ancestors: NDArray[np.intp],
+    variance: float,
+    levels: Sequence[float],
+) -> Probability:
+    count, runs = int(failed.sum()), len(failed)
+    if not levels:
+        return counted(count, runs)
+    independent = len(np.unique(ancestors))
+    if not count:
+        # As if only one scenario of each chain told something.
+        spread = math.exp(SURE * math.sqrt(math.log1p(variance)))
+        return Probability(0.0, 0.0, min(1.0, before * spread * counted(0, independent).most), tuple(levels), 0, runs)
+    share = count / runs
+    spread = math.exp(SURE * math.sqrt(math.log1p(variance + _variance(failed, ancestors))))
+    estimate = before * share
+    return Probability(estimate, estimate / spread, min(1.0, estimate * spread), tuple(levels), count, runs)

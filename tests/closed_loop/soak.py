@@ -1,0 +1,96 @@
+"""Long operation of one process: a job that grasps, lifts, lowers and lets go again and again, and what it costs."""
+
+from __future__ import annotations
+
+import gc
+import sys
+import threading
+from pathlib import Path
+from typing import NamedTuple
+
+import lsds
+from lsds.contracts import Grip, Twist, Wanted
+
+OVERRIDES = ("cell.simulated.fidelity=winkler",)
+ROUND_S = 6.0
+
+
+class AgainJob:
+    """Grasp, lift, lower, let go, and again, for `rounds` rounds; `each` is called at the end of each."""
+
+    def __init__(self, rounds, each):
+        self.rounds, self.each = rounds, each
+
+    def begin(self, setting):
+        self.began = None
+        self.ended = 0
+
+    def step(self, now):
+        if not now.referenced:
+            return Wanted("look")
+        self.began = now.t_ns if self.began is None else self.began
+        ended, t = divmod((now.t_ns - self.began) / 1e9, ROUND_S)
+        if ended > self.ended:
+            self.ended = int(ended)
+            self.each(self.ended)
+        if t < 1.5:
+            return Wanted("close", grip=Grip(0.0222, 0.05, 60.0), twist=Twist(), done=ended >= self.rounds)
+        if t < 3.0:
+            return Wanted("up", corrects=True, twist=Twist((0.0, 0.0, 0.03)))
+        if t < 4.5:
+            return Wanted("down", corrects=True, twist=Twist((0.0, 0.0, -0.03)))
+        if t < 5.0:
+            return Wanted("rest", twist=Twist())
+        return Wanted("open", grip=Grip(0.035, 0.05, 60.0), twist=Twist())
+
+
+class Look(NamedTuple):
+    """The process after so many rounds or starts."""
+
+    ended: int
+    blocks: int
+    resident_kb: int
+    threads: int
+    descriptors: int
+
+
+def look(ended):
+    gc.collect()
+    return Look(ended, sys.getallocatedblocks(), memory_kb(), threading.active_count(), descriptors())
+
+
+def children():
+    """The processes that this one has started."""
+    return {pid for listed in Path("/proc/self/task").glob("*/children") for pid in listed.read_text().split()}
+
+
+def memory_kb():
+    """The memory of this process that is resident now, kB."""
+    fields = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    return int(fields["VmRSS"].split()[0])
+
+
+def descriptors():
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+def operate(rounds, *overrides):
+    """Run that many rounds in one run; return a look after each."""
+    seen = []
+    job = AgainJob(rounds, lambda ended: seen.append(look(ended)))
+    with lsds.bring_up(overrides=[*OVERRIDES, *overrides], job=job) as engine:
+        engine.run()
+    return seen
+
+
+def start_and_stop(times):
+    """Bring up, run for a moment, close, that many times; return a look after each."""
+    seen = []
+    for ended in range(1, times + 1):
+        with lsds.bring_up(overrides=[*OVERRIDES, "job.backend=watch"]) as engine:
+            for at, _ in enumerate(engine):
+                if at == 2:
+                    break
+        del engine
+        seen.append(look(ended))
+    return seen
