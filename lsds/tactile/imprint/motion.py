@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel, fastest
+from lsds.tactile.imprint.faint import FaintDots
 from lsds.tactile.imprint.layers import COUNT, Layers
 from lsds.tactile.imprint.registration import Registration
 from lsds.tactile.imprint.relief import ReliefMaker
@@ -60,7 +61,9 @@ class ImprintFollower:
         """`image` is the reference's frame; whether something touches it does not matter."""
         self._metres_per_px = metres_per_px
         self._maker = ReliefMaker()
-        self._residue = DotResidue(reference, self._maker.relief(image), metres_per_px)
+        self._faint = FaintDots(reference, image, metres_per_px)
+        relief = self._maker.relief(image, self._faint.xy_px, self._faint.radius_px)
+        self._residue = DotResidue(reference, relief, metres_per_px)
         self._sharpness = sharpness(image)
         self.reset()
 
@@ -71,7 +74,7 @@ class ImprintFollower:
 
     def follow(self, frame: Frame, field: DeformationField) -> FollowedImprint:
         """Return the imprint of the next frame, to be asked for its motion before the one after it."""
-        now = Shown(frame, field, self._maker, self._residue, self._metres_per_px, self._sharpness)
+        now = Shown(frame, field, self._maker, self._faint, self._residue, self._metres_per_px, self._sharpness)
         before, self._last = self._last, now
         for asked in self._asked:
             asked.forget()
@@ -119,11 +122,12 @@ class Shown:
         frame: Frame,
         field: DeformationField,
         maker: ReliefMaker,
+        faint: FaintDots,
         residue: DotResidue,
         metres_per_px: float,
         reference_sharpness: float,
     ) -> None:
-        self._frame, self._maker, self._residue = frame, maker, residue
+        self._frame, self._maker, self._faint, self._residue = frame, maker, faint, residue
         self._reference_sharpness = reference_sharpness
         self.field, self.metres_per_px, self.redrawn = field, metres_per_px, frame.redrawn
 
@@ -135,7 +139,8 @@ class Shown:
     @cached_property
     def layers(self) -> Layers:
         """The relief at several resolutions."""
-        relief = self._residue.taken_off(self._maker.relief(self._frame), self.field)
+        relief = self._maker.relief(self._frame, self._faint.carried(self.field), self._faint.radius_px)
+        relief = self._residue.taken_off(relief, self.field)
         self.scale = relief.scale
         return Layers(relief)
 

@@ -40,6 +40,10 @@ SATURATED, MOST_SATURATED = 247, 0.25
 BORDER = 3
 
 
+_NONE = np.zeros((0, 2))
+_SIXTEEN = 16
+
+
 class Relief(NamedTuple):
     """Curvature (h, w), slope per relief pixel, and the weight (h, w) of each pixel: 1 on the gel, 0 on dots.
 
@@ -59,9 +63,11 @@ class ReliefMaker:
         # Light is one where nothing presses. What the sum of shares takes off is what that one would add.
         self._shares = [([float(share) for share in shares], -float(shares.sum())) for shares in inverse.T]
 
-    def relief(self, frame: Frame) -> Relief:
-        """Return the relief that a frame shows."""
+    def relief(self, frame: Frame, faint_px: NDArray[np.float64] = _NONE, radius_px: float = 0.0) -> Relief:
+        """Return the relief that a frame shows. Discs around `faint_px` (n, 2) are left out as dots are."""
         colours, dots, scale = _at_most(WIDEST, frame)
+        if len(faint_px):
+            dots = _with_discs(dots, (faint_px + 0.5) / scale - 0.5, radius_px / scale)
         # A dot's soft rim is darker than the gel and not yet dark.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(dots, _ROUND)), np.uint8)
         if colours.max() >= SATURATED:
@@ -97,6 +103,14 @@ def _at_most(widest: int, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.u
         dots = np.asarray(cv2.resize(dots, size, interpolation=cv2.INTER_NEAREST), np.uint8)
         scale *= 2
     return colours, dots, float(scale)
+
+
+def _with_discs(dots: NDArray[np.uint8], places: NDArray[np.float64], radius: float) -> NDArray[np.uint8]:
+    """Return a mask of dots (h, w) with more of them, in px."""
+    dots = dots.copy()
+    for x, y in np.round(places * _SIXTEEN).astype(int).tolist():
+        cv2.circle(dots, (x, y), round(radius * _SIXTEEN), 255, -1, shift=4)
+    return dots
 
 
 def _unsaturated(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:

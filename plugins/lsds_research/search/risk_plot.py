@@ -25,6 +25,6 @@ def plot_risk(path: Path, margins: Sequence[Sequence[float]], limits: Sequence[f
     axes.axhline(0, color="k", lw=0.8)
     axes.set_xlabel("run")
     axes.set_ylabel("margin: 1 is best, below 0 a failure (simulated)")
-    axes.legend(fontsize=8, loc="lower left")
+    axes.legend(fontsize=8, loc="best")
     axes.grid(alpha=0.25)
     figure.savefig(path, dpi=110)
