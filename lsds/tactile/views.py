@@ -72,9 +72,19 @@ class ViewedFrame(Frame):
         of a contact change nothing.
         """
         grey = self.half_grey
-        mean = cv2.blur(grey, (MEAN_WINDOW, MEAN_WINDOW), borderType=cv2.BORDER_REFLECT)
+        mean = surroundings(grey)
         cv2.convertScaleAbs(mean, mean, DARKNESS)
         return np.asarray(cv2.compare(grey, mean, cv2.CMP_LT), np.uint8)
+
+
+def surroundings(half_grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the mean around each pixel (h, w) of a grey image at half resolution."""
+    return np.asarray(cv2.blur(half_grey, (MEAN_WINDOW, MEAN_WINDOW), borderType=cv2.BORDER_REFLECT), np.uint8)
+
+
+def smaller(xy_px: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+    """Return positions (n, 2) of the image in pixels of a view, each `scale` px wide: pixels' corners coincide."""
+    return np.asarray((xy_px + 0.5) / scale - 0.5)
 
 
 class Viewer:

@@ -239,7 +239,7 @@ class Pump:
             # Counted from the last status' arrival: on a slow line every request takes longer than this.
             overdue = self._clock.now() - self._looked_ns > 2 * self._period_ns
             # After a failure, read the status before writing: the gripper may have been switched off and on, and a
-            # request to # activate would then open it.
+            # request to activate would then open it.
             look = self._doubtful or not self._trusted() or (overdue and not halting)
             order = None if halting or look else self._take()
         if look:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel
-from lsds.tactile.views import HALF, MEAN_WINDOW, viewed
+from lsds.tactile.views import HALF, smaller, surroundings, viewed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,17 +39,17 @@ class FaintDots:
     def __init__(self, reference: MarkerReference, image: Frame, metres_per_px: float) -> None:
         self._reference, self._metres_per_px = reference, metres_per_px
         self._pitch_px = float(np.mean(reference.pitch_px))
-        grey, dark = viewed(image).half_grey, viewed(image).dark
-        mean = cv2.blur(grey, (MEAN_WINDOW, MEAN_WINDOW), borderType=cv2.BORDER_REFLECT)
-        darker = np.asarray(1 - cv2.divide(grey, mean, dtype=cv2.CV_32F), np.float32)
-        known = (reference.xy_px + 0.5) / HALF - 0.5
+        views = viewed(image)
+        grey, dark = views.half_grey, views.dark
+        darker = np.asarray(1 - cv2.divide(grey, surroundings(grey), dtype=cv2.CV_32F), np.float32)
+        known = smaller(reference.xy_px, HALF)
         radius = _radius(dark, known, self._pitch_px / HALF)
         self.radius_px = radius * HALF
-        missing = (_missing(reference) + 0.5) / HALF - 0.5
+        missing = smaller(_missing(reference), HALF)
         places = [_settled(darker, place, radius) for place in (*known, *missing)]
         faint = [n for n, place in enumerate(places) if _is_faint(darker, dark, place, radius)]
         #: Positions (n, 2) in the reference, px.
-        self.xy_px = (np.array([places[n] for n in faint]).reshape(-1, 2) + 0.5) * HALF - 0.5
+        self.xy_px = smaller(np.array([places[n] for n in faint]).reshape(-1, 2), 1 / HALF)
         #: Which of them the tracker follows, and as which marker.
         self._followed = np.array([n < reference.count for n in faint], bool)
         self._marker = np.array([n for n in faint if n < reference.count], int)
@@ -59,13 +59,16 @@ class FaintDots:
         seen = field.valid
         if not len(self.xy_px) or np.count_nonzero(seen) < LEAST_DOTS:
             return self.xy_px
-        moved = field.displacement_m[seen] / self._metres_per_px
-        reference = self._reference
-        gel = CarriedGel(reference.xy_px[seen], moved, self._pitch_px, reference.image_size)
-        x, y = self.xy_px.T.astype(np.float32)
-        places = np.asarray(self.xy_px + gel.at(x, y), np.float64)
-        own = self.xy_px[self._followed] + field.displacement_m[self._marker] / self._metres_per_px
-        places[self._followed] = np.where(seen[self._marker, None], own, places[self._followed])
+        moved = field.displacement_m / self._metres_per_px
+        told = self._followed.copy()
+        told[told] = seen[self._marker]
+        places = self.xy_px.copy()
+        places[told] += moved[self._marker[seen[self._marker]]]
+        if not told.all():
+            reference = self._reference
+            gel = CarriedGel(reference.xy_px[seen], moved[seen], self._pitch_px, reference.image_size)
+            x, y = self.xy_px[~told].T.astype(np.float32)
+            places[~told] += gel.at(x, y)
         return places
 
 

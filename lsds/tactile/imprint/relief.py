@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from lsds.tactile.depth import PhotometricCalibration
-from lsds.tactile.views import HALF, viewed
+from lsds.tactile.views import HALF, smaller, viewed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,10 +38,7 @@ SMOOTH, WINDOW = 1.5, (7, 7)
 SATURATED, MOST_SATURATED = 247, 0.25
 #: Pixels this close to the border have no neighbours to make a curvature of.
 BORDER = 3
-
-
 _NONE = np.zeros((0, 2))
-_SIXTEEN = 16
 
 
 class Relief(NamedTuple):
@@ -67,7 +64,7 @@ class ReliefMaker:
         """Return the relief that a frame shows. Discs around `faint_px` (n, 2) are left out as dots are."""
         colours, dots, scale = _at_most(WIDEST, frame)
         if len(faint_px):
-            dots = _with_discs(dots, (faint_px + 0.5) / scale - 0.5, radius_px / scale)
+            dots = _with_discs(dots, smaller(faint_px, scale), radius_px / scale)
         # A dot's soft rim is darker than the gel and not yet dark.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(dots, _ROUND)), np.uint8)
         if colours.max() >= SATURATED:
@@ -141,6 +138,7 @@ def _unit(mask: NDArray[np.uint8]) -> Plane:
     return np.asarray(mask.astype(np.float32) * np.float32(1 / 255))
 
 
+_SIXTEEN = 16
 #: A smoothed slope rests on at least this share of free pixels, or fades.
 _LEAST_SEEN = 0.02
 _ROUND = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)), np.uint8)

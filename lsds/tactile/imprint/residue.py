@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from lsds.tactile.imprint.carrying import LEAST_DOTS, CarriedGel
+from lsds.tactile.views import smaller
 
 if TYPE_CHECKING:
     from lsds.contracts import DeformationField, MarkerReference
@@ -54,8 +55,7 @@ def _common(reference: MarkerReference, relief: Relief) -> Plane:
     rows, columns = relief.curvature.shape
     half = int(np.mean(reference.pitch_px) / 2 / relief.scale)
     size = 2 * half + 1
-    # An image pixel's centre lies half way into the first pixels of the finer image.
-    place = (reference.xy_px + 0.5) / relief.scale - 0.5
+    place = smaller(reference.xy_px, relief.scale)
     inside = (place > half).all(axis=1) & (place[:, 0] < columns - 1 - half) & (place[:, 1] < rows - 1 - half)
     patches = np.array([cv2.getRectSubPix(relief.curvature, (size, size), (float(x), float(y))) for x, y in place])
     shown = np.zeros((rows, columns), np.float32)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
-from lsds_research.search.space import DEFAULT, point_to_scenario, read_space
+from lsds_research.search.space import DEFAULT, read_space
 from lsds_research.search.split import Points, Probability, counted, split
 
 _COLUMNS = (
@@ -45,21 +46,14 @@ class RiskStudy:
         own = self._options
         scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster)
         draw = _counting if self._plain else split
-        batches = draw(len(self._space), self._runs, self._seed)
-        rows: list[dict[str, Any]] = []
-        levels: list[list[float]] = []
-        batch = next(batches)
-        while True:
-            asked = [point_to_scenario(self._space, point) for point in batch]
-            found = scenarios.rows(asked, partial(_tick, tick, len(rows), max(self._runs, len(rows) + len(asked))))
-            rows += found
-            margins = [self._margin(row) for row in found]
-            levels.append(margins)
-            try:
-                batch = batches.send(margins)
-            except StopIteration as end:
-                told: Probability = end.value
-                break
+        answered, told = scenarios.answer(
+            self._space,
+            draw(len(self._space), self._runs, self._seed),
+            self._margin,
+            lambda done, asked: tick(done, max(self._runs, asked)),
+        )
+        rows = list(chain.from_iterable(answered))
+        margins = [[self._margin(row) for row in batch] for batch in answered]
         row = {"failure": own.failure, "runs": len(rows), "failed": told.failed} | {
             key: value for key, value in asdict(told).items() if key in ("estimate", "least", "most")
         }
@@ -74,7 +68,7 @@ class RiskStudy:
             f"probability of a failure over {len(self._space)} config keys (simulated)",
             _COLUMNS,
             [row],
-            partial(plot_risk, margins=levels, limits=told.levels),
+            partial(plot_risk, margins=margins, limits=told.levels),
             notes,
             {
                 "probability": asdict(told),
@@ -98,7 +92,3 @@ def _counting(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequen
         margins = yield list(rng.random((min(_AT_ONCE, runs - begin), dimensions)))
         failed += sum(margin < 0 for margin in margins)
     return counted(failed, runs)
-
-
-def _tick(tick: Callable[[int, int], None], before: int, whole: int, done: int) -> None:
-    tick(before + done, whole)

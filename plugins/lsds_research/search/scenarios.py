@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds_research.cluster import shared_out
 from lsds_research.kept import keep, read_kept
 from lsds_research.search.robustness import Limits, least, run_scenario
-from lsds_research.search.space import Scenario
+from lsds_research.search.space import Axis, Scenario, point_to_scenario
+
+if TYPE_CHECKING:
+    from lsds_research.search.seek import Points
+
+T = TypeVar("T")
 
 
 class Scenarios:
@@ -39,5 +45,32 @@ class Scenarios:
             done(count)
         return [self._known[key] for key in keys]
 
+    def answer(
+        self,
+        space: Sequence[Axis],
+        batches: Generator[Points, Sequence[float], T],
+        margin: Callable[[dict[str, Any]], float],
+        tick: Callable[[int, int], None],
+    ) -> tuple[list[list[dict[str, Any]]], T]:
+        """Run what is asked for, batch by batch, and send back the margins; return the rows and the answer at the end.
+
+        `tick` is called with how many were run, and how many were asked for until then.
+        """
+        found: list[list[dict[str, Any]]] = []
+        count = 0
+        batch = next(batches)
+        while True:
+            asked = [point_to_scenario(space, point) for point in batch]
+            found.append(self.rows(asked, partial(_ahead, tick, count, count + len(asked))))
+            count += len(asked)
+            try:
+                batch = batches.send([margin(row) for row in found[-1]])
+            except StopIteration as end:
+                return found, end.value
+
     def _key(self, scenario: Scenario) -> str:
         return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings])
+
+
+def _ahead(tick: Callable[[int, int], None], before: int, asked: int, done: int) -> None:
+    tick(before + done, asked)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import chain
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import DEFAULT, Scenario, point_to_scenario, read_space
+from lsds_research.search.space import DEFAULT, Scenario, read_space
 
 _COLUMNS = (
     ("failure", "failure", ""),
@@ -46,16 +48,11 @@ class SearchStudy:
         """Search, shrink, save. Raises DataError for a space or a folder that cannot be used, MissingExtra."""
         options = self._options
         self._scenarios = Scenarios(self._limits, self._settings, options.out, options.jobs, options.cluster)
-        rows: list[dict[str, Any]] = []
         batches = seek(len(self._space), self._runs, self._seed)
-        batch = next(batches)
-        while True:
-            asked = [point_to_scenario(self._space, point) for point in batch]
-            rows += self._scenarios.rows(asked, partial(self._tick, tick, len(rows)))
-            try:
-                batch = batches.send([row["margin"] for row in rows[len(rows) - len(asked) :]])
-            except StopIteration:
-                break
+        answered, _ = self._scenarios.answer(
+            self._space, batches, itemgetter("margin"), lambda done, _: tick(done, self._runs)
+        )
+        rows = list(chain.from_iterable(answered))
         found = self._found(rows)
         failed = [row for row in rows if row["margin"] < 0]
         stopped = Counter(row["fault"].split(":")[0] for row in rows if row["fault"] and row["margin"] >= 0)
@@ -78,9 +75,6 @@ class SearchStudy:
                 "seed": self._seed,
             },
         )
-
-    def _tick(self, tick: Callable[[int, int], None], before: int, done: int) -> None:
-        tick(before + done, self._runs)
 
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         """Shrink the worst failures of each way to fail; save them where a folder is named."""

@@ -89,8 +89,7 @@ class Functions:
 
     def set_digital_out(self, n: int, b: Any) -> None:
         """Switch an output, 0-7 standard, 8-9 tool."""
-        index = _index(n, 10)
-        self._c.io.set_digital(index if index < CONFIGURABLE_SHIFT else index + CONFIGURABLE_SHIFT, bool(b))
+        self._c.io.set_digital(_terminal(n), bool(b))
 
     def set_configurable_digital_out(self, n: int, b: Any) -> None:
         """Switch a configurable output, 0-7."""
@@ -126,13 +125,11 @@ class Functions:
 
     def get_digital_out(self, n: int) -> bool:
         """Return an output, 0-7 standard, 8-9 tool."""
-        index = _index(n, 10)
-        return bool(self._c.io.digital >> (index if index < 8 else index - 8 + TOOL_SHIFT) & 1)
+        return bool(self._c.io.digital >> _terminal(n) & 1)
 
     def get_digital_in(self, n: int) -> bool:
         """Return an input, 0-7 standard, 8-9 tool."""
-        index = _index(n, 10)
-        return bool(self._c.io.digital_in >> (index if index < 8 else index - 8 + TOOL_SHIFT) & 1)
+        return bool(self._c.io.digital_in >> _terminal(n) & 1)
 
     def set_analog_out(self, n: int, f: float) -> None:
         """Set an analogue output, as a ratio 0..1."""
@@ -216,3 +213,9 @@ def _index(address: Any, count: int = REGISTERS) -> int:
     if not 0 <= index < count:
         raise ScriptError(f"index {index} is out of range: 0 to {count - 1}")
     return index
+
+
+def _terminal(address: Any) -> int:
+    """Return the bit of a digital terminal, 0-7 standard, 8-9 tool."""
+    index = _index(address, CONFIGURABLE_SHIFT + 2)
+    return index if index < CONFIGURABLE_SHIFT else index - CONFIGURABLE_SHIFT + TOOL_SHIFT

@@ -104,14 +104,12 @@ class Operations:
 
     def lt(self, a: Any, b: Any) -> bool:
         """`a < b`: numbers, or texts."""
-        if not (type(a) in _NUMBERS and type(b) in _NUMBERS) and not (type(a) is str and type(b) is str):
-            raise _no_way("<", a, b)
+        _require_order("<", a, b)
         return bool(a < b)
 
     def le(self, a: Any, b: Any) -> bool:
         """`a <= b`: numbers, or texts."""
-        if not (type(a) in _NUMBERS and type(b) in _NUMBERS) and not (type(a) is str and type(b) is str):
-            raise _no_way("<=", a, b)
+        _require_order("<=", a, b)
         return bool(a <= b)
 
     def gt(self, a: Any, b: Any) -> bool:
@@ -252,6 +250,11 @@ def _place(value: UrList | str, index: Any, count: int | None = None) -> int:
     if not 0 <= number < count:
         raise ScriptError(f"runtime_error: index {wrapped(number)} is out of range: 0 to {count - 1}")
     return number
+
+
+def _require_order(operator: str, a: Any, b: Any) -> None:
+    if not (type(a) in _NUMBERS and type(b) in _NUMBERS) and not (type(a) is str and type(b) is str):
+        raise _no_way(operator, a, b)
 
 
 def _no_way(operator: str, a: Any, b: Any) -> ScriptError:
