@@ -1,20 +1,40 @@
-"""Parallel work in processes: a crash affects only its own item, and workers end with their parent."""
+"""Parallel work in processes: a crash affects only its own item, and workers end with their parent.
+
+No process that is started here imports a module from the current folder: a file `struct.py` that happens to lie there
+would replace Python's own.
+"""
 
 from __future__ import annotations
 
 import os
+import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context, parent_process
-from typing import TypeVar
+from contextlib import contextmanager
+from multiprocessing import parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import Any, TypeVar
 
 from lsds.errors import DataError
 
 DIED = "its process died (a library's crash, or out of memory)"
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""Python's variable that leaves the current folder out of the module search path."""
+
+
+def module_command(module: str, *arguments: str) -> list[str]:
+    """Return the command that runs a module with this Python, without the current folder in its search path."""
+    return [sys.executable, "-P", "-m", module, *arguments]
+
+
+def isolated_environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return this process's environment for a child whose own children, too, ignore the current folder."""
+    return {**os.environ, _SAFE_PATH: "1", **(extra or {})}
 
 
 def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Result | None]]:
@@ -70,7 +90,9 @@ def _together(
 
 def _pool(jobs: int) -> ProcessPoolExecutor:
     # Spawn instead of fork: a forked process inherits locks held by other threads.
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_quiet)
+    with _isolation():
+        # The queues of the pool start a process, too: multiprocessing's resource tracker.
+        pool = ProcessPoolExecutor(jobs, _IsolatedContext(), initializer=_quiet)
     try:
         pool.submit(os.getpid).result()
     except BrokenProcessPool:
@@ -79,6 +101,31 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
             '"__main__":\', or one job only)'
         ) from None
     return pool
+
+
+class _IsolatedProcess(SpawnProcess):
+    @staticmethod
+    def _Popen(process_obj: Any) -> Any:
+        # Spawning runs `python -c`, which searches the current folder first unless the environment forbids it.
+        with _isolation():
+            return SpawnProcess._Popen(process_obj)
+
+
+class _IsolatedContext(SpawnContext):
+    Process = _IsolatedProcess
+
+
+@contextmanager
+def _isolation() -> Iterator[None]:
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
 
 
 def _quiet() -> None:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import queue
 import subprocess
-import sys
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from lsds.errors import ConnectFailed, DeviceError
+from lsds.processes import isolated_environment, module_command
 
 START_TIMEOUT_S = 20.0
 STOP_TIMEOUT_S = 5.0
@@ -49,9 +48,9 @@ class MockProcess:
 
     def start(self) -> Self:
         """Start it and wait until it listens. Raises ConnectFailed with what it printed where it does not."""
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        environment = isolated_environment({"PYTHONUNBUFFERED": "1"})
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "lsds.cli.main", "mock", *self._arguments()],
+            module_command("lsds.cli.main", "mock", *self._arguments()),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

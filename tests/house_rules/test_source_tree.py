@@ -73,6 +73,18 @@ def test_the_rule_about_the_wall_clock_finds_what_it_should(text, found):
     assert len(list(wall_clock_uses(ast.parse(text)))) == found
 
 
+def test_one_place_starts_python(trees):
+    """It keeps the current folder out of the module search path, which `python -m` and `python -c` begin with."""
+    others = {file: module for file, module in trees.items() if file != "lsds/processes.py"}
+    found = [
+        f"{file}, line {node.lineno}"
+        for file, module in others.items()
+        for node in ast.walk(module)
+        if isinstance(node, ast.Attribute) and ast.unparse(node) == "sys.executable"
+    ]
+    assert found == []
+
+
 def test_every_module_says_what_it_is_for(trees):
     assert [file for file, module in trees.items() if not ast.get_docstring(module)] == []
 

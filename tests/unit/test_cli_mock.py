@@ -34,8 +34,8 @@ def test_mocks_their_flags_and_their_choices_are_completed():
     [
         (["hand-f"], "No such command 'hand-f'. Did you mean 'hand-e'?"),
         (["hand-e", "--fault", "kind=dorp"], "'dorp' is not allowed (did you mean 'drop'?"),
-        (["hand-e", "--fault", "kind=protective-stop"], "'protective-stop' is not one of its"),
-        (["ur5e", "--fault", "kind=drop,face=rtd"], "there is no face 'rtd' (did you mean 'rtde'?)"),
+        (["hand-e", "--fault", "kind=protective-stop"], "'protective-stop' is no fault of this mock"),
+        (["ur5e", "--fault", "kind=drop,face=rtd"], "'drop' does not occur on a face 'rtd' (did you mean 'rtde'?)"),
         (["hand-e", "--fault", "drop"], "drop: is not KEY=VALUE (write kind=drop,probability=0.1)"),
         (["hand-e", "--stroke-mm", "wide"], "stroke_mm: should be a valid number"),
         (["ur5e", "--host", "198.51.100.1"], "is not an address of the loopback interface"),

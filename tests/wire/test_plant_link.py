@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import socket
+import stat
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
+from lsds_mocks.cell.processes import ProcessCell, ProcessCellOptions
 from lsds_mocks.link.packets import pack_gel, unpack_gel
+from lsds_mocks.link.private_socket import make_private
 from lsds_mocks.link.remote import RemoteArm, RemoteFingers, RemoteScene, RemoteTruth
 from lsds_mocks.link.remote_gel import RemoteGel
 from lsds_mocks.mock_process import MockProcess
 
 from lsds.clock import WallClock
+from lsds.contracts import BuildContext
 from lsds.errors import ConnectFailed, DeviceError
 from tests.wire.waiting import until
 
@@ -104,3 +112,56 @@ def test_a_gel_survives_its_packet(address):
         assert again.reach_m == state.reach_m
     finally:
         gel.close()
+
+
+# -- who may join ---------------------------------------------------------------------------------------------
+
+
+def test_a_run_keeps_its_socket_in_a_folder_that_only_its_user_can_enter(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    cell = ProcessCell(ProcessCellOptions(mocks={}), BuildContext(CLOCK, 0))
+    cell.connect()
+    try:
+        path = Path(cell.socket)
+        assert path.parent.parent == tmp_path
+        assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
+        assert stat.S_IMODE(path.stat().st_mode) & 0o077 == 0
+    finally:
+        cell.close()
+
+
+@pytest.mark.parametrize("trap", ["open", "link", "file"])
+def test_a_folder_that_others_prepared_is_refused(tmp_path, trap):
+    folder = tmp_path / "lsds"
+    if trap == "open":
+        folder.mkdir()
+        folder.chmod(0o755)
+    elif trap == "link":
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        folder.symlink_to(tmp_path / "elsewhere")
+    else:
+        folder.touch()
+    with pytest.raises(ConnectFailed, match=str(folder)):
+        make_private(folder)
+
+
+def test_a_plant_of_another_user_is_not_joined(address, monkeypatch):
+    monkeypatch.setattr(os, "getuid", lambda: 54321)
+    with pytest.raises(ConnectFailed, match="belongs to another user"):
+        RemoteTruth(address)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can act as another user")
+def test_a_client_of_another_user_is_not_let_in(address):
+    os.chmod(address, 0o666)
+    try:
+        script = (
+            "import os, socket, sys; os.setuid(54321); link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET);"
+            "link.connect(sys.argv[1]); link.settimeout(5); sys.exit(bool(link.recv(1)))"
+        )
+        for folder in (Path(address).parent, *Path(address).parent.parents):
+            if folder.stat().st_mode & 0o001 == 0:
+                folder.chmod(folder.stat().st_mode | 0o011)
+        assert subprocess.run([sys.executable, "-c", script, address], timeout=10, check=False).returncode == 0
+    finally:
+        os.chmod(address, 0o600)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Mapping
 from typing import Any
 
 from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout
+from lsds.processes import isolated_environment, module_command
 from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, pack_request, unpack_reply, unpack_state
 
 END_S = 2.0
@@ -33,12 +32,12 @@ class Child:
         self._link = ours
         try:
             self._process: subprocess.Popen[str] = subprocess.Popen(
-                [sys.executable, "-m", "lsds_drivers.ur.worker", json.dumps(dict(options))],
+                module_command("lsds_drivers.ur.worker", json.dumps(dict(options))),
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
                 text=True,
-                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+                env=isolated_environment({"OPENBLAS_NUM_THREADS": "1"}),
             )
         except OSError as error:
             ours.close()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +13,8 @@ from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds.plugins.host import PluginHost
 from lsds.plugins.options import validated
 from lsds_mocks.cell.options import CellOptions
-from lsds_mocks.link.remote import RemoteTruth
+from lsds_mocks.link.private_socket import make_private, runtime_folder
+from lsds_mocks.link.remote import NoPlant, RemoteTruth
 from lsds_mocks.mock_process import MockProcess
 
 if TYPE_CHECKING:
@@ -25,8 +24,8 @@ STALE_S = 0.5
 
 
 def default_socket() -> str:
-    """Return the path at which this user's plant is found."""
-    return str(Path(tempfile.gettempdir()) / f"lsds-plant-{os.getuid()}.sock")
+    """Return the path at which this user's plant is found, in a folder that only this user can enter."""
+    return str(runtime_folder() / "plant.sock")
 
 
 class ProcessCellOptions(BaseModel):
@@ -70,7 +69,7 @@ class ProcessCell:
 
         Raises ConnectFailed.
         """
-        with contextlib.suppress(ConnectFailed):
+        with contextlib.suppress(NoPlant):
             self._truth = RemoteTruth(self.socket)
         if self._truth is not None:
             self._truth.reset()
@@ -83,6 +82,8 @@ class ProcessCell:
 
     def start(self) -> dict[str, Mapping[str, str]]:
         """Start plant and mocks; return the addresses of each. Raises ConnectFailed, with all of them ended again."""
+        if not self.options.socket:
+            make_private(Path(self.socket).parent)
         wanted = [("plant", {"socket": self.socket, **_changed(self.options.plant)})]
         wanted += [(name, {"cell": self.socket, **options}) for name, options in self.options.mocks.items()]
         try:

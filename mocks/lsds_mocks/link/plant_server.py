@@ -31,6 +31,7 @@ from lsds_mocks.link.packets import (
     pack_scene,
     pack_truth,
 )
+from lsds_mocks.link.private_socket import owner_only, same_user
 from lsds_mocks.link.protocols import Fingers, Load, Scene
 from lsds_mocks.plant.followed import FollowedAxis
 from lsds_mocks.plant.plant import FINGERS
@@ -107,8 +108,8 @@ class PlantMock:
         self._make_room(path)
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
-            listener.bind(str(path))
-            os.chmod(path, 0o600)
+            with owner_only():
+                listener.bind(str(path))
             listener.listen(16)
         except OSError as error:
             listener.close()
@@ -185,6 +186,9 @@ class PlantMock:
         try:
             link, _ = self._listener.accept()
         except OSError:
+            return
+        if not same_user(link):
+            link.close()
             return
         link.setblocking(False)
         link.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 20)

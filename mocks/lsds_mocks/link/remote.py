@@ -6,7 +6,7 @@ import contextlib
 import select
 import socket
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from lsds.clock import seconds
 from lsds.contracts import CellTruth
@@ -24,15 +24,17 @@ from lsds_mocks.link.packets import (
     unpack_scene,
     unpack_truth,
 )
+from lsds_mocks.link.private_socket import same_user
 from lsds_mocks.link.protocols import Fingers, Load, Scene
-
-if TYPE_CHECKING:
-    pass
 
 T = TypeVar("T")
 
 GREETING_S = 2.0
 ANSWER_S = 0.3
+
+
+class NoPlant(ConnectFailed):
+    """Nothing listens at the address."""
 
 
 class PlantSocket:
@@ -44,12 +46,16 @@ class PlantSocket:
         try:
             self._socket.settimeout(GREETING_S)
             self._socket.connect(address)
-            self._socket.sendall(WANT.pack(Kind.WANT, want))
-            self._socket.setblocking(False)
         except OSError as error:
             self._socket.close()
             remedy = "start it first: lsds mock plant, or lsds mock rig RIG.toml for all of a rig"
-            raise ConnectFailed("shared plant", f"no plant at '{address}': {error.strerror}", remedy=remedy) from error
+            raise NoPlant("shared plant", f"no plant at '{address}': {error.strerror}", remedy=remedy) from error
+        if not same_user(self._socket):
+            self._socket.close()
+            problem = f"the process that listens at '{address}' belongs to another user"
+            raise ConnectFailed("shared plant", problem, remedy="name another place: cell.wire.socket")
+        self._socket.setblocking(False)
+        self.send(WANT.pack(Kind.WANT, want))
 
     def send(self, packet: bytes) -> None:
         """Send without waiting; a packet is dropped if the plant does not read, so that it cannot block a device."""

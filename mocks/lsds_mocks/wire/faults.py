@@ -81,8 +81,8 @@ class _Armed:
 
 
 class FaultInjector:
-    """All faults of one mock. `knows` lists the kinds that the mock supports and `faces` the names of its faces;
-    others are refused.
+    """All faults of one mock. `knows` maps each kind that the mock supports to the faces on which it can occur, and to
+    none if it concerns the whole mock; everything else is refused.
 
     The same seed and messages give the same faults: each fault draws from its own random stream, once per message.
     """
@@ -91,15 +91,13 @@ class FaultInjector:
         self,
         mock: str,
         faults: Iterable[Fault],
-        knows: Iterable[FaultKind],
+        knows: Mapping[FaultKind, Sequence[str]],
         *,
-        faces: Sequence[str],
         seed: int,
         clock: Clock,
     ) -> None:
         self._mock = mock
-        self._faces = tuple(faces)
-        self._knows = frozenset(knows)
+        self._knows = knows
         self._seed = seed
         self._clock = clock
         self._lock = threading.Lock()
@@ -108,15 +106,18 @@ class FaultInjector:
             self.add(fault)
 
     def add(self, fault: Fault | Mapping[str, Any]) -> None:
-        """Arm a fault; its `after_s` counts from now. Raises ConfigError for one that is misspelt or not known here."""
+        """Arm a fault; its `after_s` counts from now. Raises ConfigError for one that cannot occur on this mock."""
         if not isinstance(fault, Fault):
+            self._require_known(str(fault.get("kind", "")))
             fault = validated(Fault, fault, "fault")
-        if fault.kind not in self._knows:
-            known = ", ".join(kind for kind in get_args(FaultKind) if kind in self._knows)
-            raise ConfigError(self._mock, [ConfigIssue("fault.kind", f"'{fault.kind}' is not one of its", known)])
-        if fault.face and fault.face not in self._faces:
-            remedy = did_you_mean(fault.face, self._faces) or f"its faces: {', '.join(self._faces)}"
-            raise ConfigError(self._mock, [ConfigIssue("fault.face", f"there is no face '{fault.face}'", remedy)])
+        self._require_known(fault.kind)
+        faces = self._knows[fault.kind]
+        if fault.face and fault.face not in faces:
+            problem = f"'{fault.kind}' does not occur on a face '{fault.face}'"
+            remedy = f"it concerns the whole {self._mock}; leave out the face"
+            if faces:
+                remedy = did_you_mean(fault.face, faces) or f"its faces: {', '.join(faces)}"
+            raise ConfigError(self._mock, [ConfigIssue("fault.face", problem, remedy)])
         begins = self._clock.now() + nanoseconds(fault.after_s)
         ends = None if fault.for_s is None else begins + nanoseconds(fault.for_s)
         with self._lock:
@@ -171,6 +172,14 @@ class FaultInjector:
             if armed.fault is fault and armed.ends_ns is not None:
                 return max(0.0, (armed.ends_ns - self._clock.now()) / NS_PER_S)
         return None
+
+    def _require_known(self, kind: str) -> None:
+        if kind in self._knows:
+            return
+        known = f"one of: {', '.join(known for known in get_args(FaultKind) if known in self._knows)}"
+        problem = f"'{kind}' is no fault of this mock" if kind else "is missing"
+        remedy = " ".join(part for part in (did_you_mean(kind, self._knows), known) if part)
+        raise ConfigError(self._mock, [ConfigIssue("fault.kind", problem, remedy)])
 
     def _stream(self, kind: FaultKind) -> random.Random:
         return next(armed.rng for armed in self._armed if armed.fault.kind == kind)

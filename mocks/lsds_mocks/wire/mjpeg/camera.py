@@ -24,9 +24,12 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_mocks.wire.mjpeg.options import CameraOptions
 
-FACES = ("http", "pipe")
-CAMERA_FAULTS: tuple[FaultKind, ...] = (*MESSAGE_FAULTS, "disconnect", "freeze", "black-frame", "torn-frame")
 FACE = "http"
+CAMERA_FAULTS: dict[FaultKind, tuple[str, ...]] = dict.fromkeys(
+    (*MESSAGE_FAULTS, "disconnect", "freeze", "black-frame", "torn-frame"), (FACE,)
+)
+"""The pipe has no faults of its own; it shows the same spoilt pictures."""
+
 _TORN_SHARE = 0.5
 _END_OF_IMAGE = b"\xff\xd9"
 _WAIT_NS, _PATIENCE_NS, _RETRY_NS = 20_000_000, 15_000_000, 1_000_000
@@ -54,7 +57,7 @@ class CameraMock:
         self._options = options
         self._view = view
         self._clock = clock
-        self._faults = FaultInjector(name, options.faults, CAMERA_FAULTS, faces=FACES, seed=seed, clock=clock)
+        self._faults = FaultInjector(name, options.faults, CAMERA_FAULTS, seed=seed, clock=clock)
         self._server = MjpegServer(name, options.host, options.port, self._faults, FACE)
         self._pipe = JpegPipe(name, options.pipe) if options.pipe else None
         self._last: NDArray[np.uint8] | None = None

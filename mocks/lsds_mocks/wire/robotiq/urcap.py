@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lsds_mocks.wire.http_request import is_http_request
 from lsds_mocks.wire.robotiq import layout
 
 if TYPE_CHECKING:
@@ -16,21 +17,24 @@ _BYTES = {"POS": layout.POSITION, "SPE": layout.SPEED, "FOR": layout.FORCE}
 
 
 class UrcapSession:
-    """One client's conversation."""
+    """One client's conversation. After an HTTP request the client is ignored: its body could hold commands."""
 
     def __init__(self, machine: RegisterMachine) -> None:
         self._machine = machine
         self._buffer = b""
+        self._ignored = False
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
         """Take what has come; return all answers in one piece, as clients read once and do not frame."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
         if len(self._buffer) > LONGEST_LINE:
             self._buffer = b""
-        return b"".join(self._answer(line.decode("ascii", "replace").split(), now_ns) for line in lines)
+        return b"".join(self._answer(line.decode("ascii", "replace"), now_ns) for line in lines)
 
-    def _answer(self, words: list[str], now_ns: int) -> bytes:
-        if not words:
+    def _answer(self, line: str, now_ns: int) -> bytes:
+        words = line.split()
+        self._ignored = self._ignored or is_http_request(line)
+        if self._ignored or not words:
             return b""
         self._machine.heard(now_ns)
         if words[0] == "GET" and len(words) == 2:

@@ -66,9 +66,12 @@ class Library(Protocol):
 
 
 class Controller:
-    """State and behaviour of one arm; `library` makes the functions for each program that it runs."""
+    """State and behaviour of one arm; `library` makes the functions for each program that it runs, from the ports to
+    which that program may open a socket."""
 
-    def __init__(self, options: UrOptions, environment: Environment, library: Callable[[Controller], Library]) -> None:
+    def __init__(
+        self, options: UrOptions, environment: Environment, library: Callable[[Controller, frozenset[int]], Library]
+    ) -> None:
         self._library = library
         self.options = options
         self.kinematics = Kinematics(MODELS[options.model])
@@ -168,7 +171,7 @@ class Controller:
         if self.safety is not SafetyMode.NORMAL:
             self.refuse(ScriptError(f"{compiled.name} is not started: safety is in {self.safety.name}", 1, 1))
             return
-        library = self._library(self)
+        library = self._library(self, compiled.ports)
         program = Program(compiled, library.functions, self.work, library.close)
         if compiled.secondary:
             if len(self.secondaries) >= MOST_SECONDARIES:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
+from lsds_mocks.wire.http_request import is_http_request
 from lsds_mocks.wire.ur.controller import UNLOCK_EARLY
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.net import Link, ProtocolEnd
@@ -29,10 +30,12 @@ class DashboardSession:
         link.send(GREETING)
 
     def received(self, data: bytes) -> None:
-        """Take request lines. Raises ProtocolEnd after `quit`, and for a line without end."""
+        """Take request lines. Raises ProtocolEnd after `quit`, for a line without end, and for an HTTP request."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
         for line in lines:
             text = line.decode("utf-8", "replace").strip()
+            if is_http_request(text):
+                raise ProtocolEnd
             self._link.send(answer(self._pendant, text).encode() + b"\n")
             if text == "quit":
                 raise ProtocolEnd

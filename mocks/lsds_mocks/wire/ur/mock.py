@@ -40,15 +40,15 @@ FACES = (
     *("dashboard", "rtde", "primary", "primary-read-only", "secondary", "secondary-read-only"),
     *("real-time", "real-time-read-only"),
 )
-KNOWS: tuple[FaultKind, ...] = (
-    *MESSAGE_FAULTS,
-    "freeze",
-    "disconnect",
-    "busy",
-    "in-use",
-    "delayed-ack",
-    "protective-stop",
-)
+KNOWS: dict[FaultKind, tuple[str, ...]] = {
+    **dict.fromkeys(MESSAGE_FAULTS, FACES),
+    "freeze": (),
+    "disconnect": (),
+    "busy": FACES,
+    "in-use": ("rtde",),
+    "delayed-ack": FACES,
+    "protective-stop": (),
+}
 _PRIORITY = 20
 _SWITCH_S = 100e-6
 _PR_SET_TIMERSLACK = 29
@@ -61,11 +61,9 @@ class MockUr:
         self.options = options
         require_loopback(options.model, options.host)
         self._clock = context.clock
-        self._faults = FaultInjector(
-            options.model, options.faults, KNOWS, faces=FACES, seed=context.seed, clock=context.clock
-        )
+        self._faults = FaultInjector(options.model, options.faults, KNOWS, seed=context.seed, clock=context.clock)
         self._network: Network | None = None
-        self._uploads = Uploads(context.clock)
+        self._uploads = Uploads(context.clock, options.socket_ports)
         self.controller: Controller | None = None
         self._pendant: Pendant | None = None
 

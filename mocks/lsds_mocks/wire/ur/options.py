@@ -38,5 +38,9 @@ class UrOptions(BaseModel):
     urcap_port: int = Field(
         default=50002, ge=1, le=65535, description="port from which external_control.urp requests its script"
     )
+    socket_ports: list[Annotated[int, Field(ge=1, le=65535)]] | None = Field(
+        default=None,
+        description="local ports that programs may open; default: those on which a program's sender listens",
+    )
     cell: str = Field(default="", description="socket of a shared plant; empty: no plant")
     faults: list[Fault] = Field(default_factory=list, description="faults to inject")

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING
 from lsds.clock import WallClock, nanoseconds
 from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
+from lsds_mocks.wire.ur.script.compiler import LONGEST
 from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.sender import sender_of
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
-    from lsds_mocks.wire.ur.uploads import Uploads
+    from lsds_mocks.wire.ur.sender import Sender
+    from lsds_mocks.wire.ur.uploads import Script, Uploads
 
 FOLDER = "/programs"
 EXTERNAL_CONTROL, WAIT = "external_control.urp", "wait_program.urp"
@@ -53,13 +56,13 @@ class Pendant:
         if mode != "NONE":
             self.remote = mode == "AUTOMATIC" and self.controller.options.remote_control
 
-    def script(self, text: str) -> None:
+    def script(self, text: str, sender: Sender | None = None) -> None:
         """Take one program, or one command, from a script port."""
         command = self._commands.get(text.strip())
         if command is not None:
             command()
         else:
-            self._uploads.submit(text + "\n")
+            self._uploads.submit(text + "\n", sender)
 
     def poll(self) -> bool:
         """Start what has been compiled, or report why not; return whether there was anything."""
@@ -106,29 +109,37 @@ class Pendant:
         file = Path(folder) / f"{stem}.script"
         return file if file.is_file() else None
 
-    def _external_control(self) -> str:
-        """Request the script from the other computer, as the External Control URCap does; "" if it does not answer."""
+    def _external_control(self) -> Script:
+        """Request the script from the other computer, as the External Control URCap does; "" if it does not answer.
+
+        Raises ScriptError for one that is too long.
+        """
         options = self.controller.options
         if not on_loopback(options.urcap_host):
-            return ""
+            return "", None
         try:
             with socket.create_connection((options.urcap_host, options.urcap_port), _REQUEST_S) as link:
                 link.settimeout(_REQUEST_S)
                 link.sendall(b"request_program\n")
-                parts = []
+                sender = sender_of(link)
+                script = bytearray()
                 clock = WallClock()
                 ends_ns = clock.now() + nanoseconds(_SCRIPT_S)
                 while part := link.recv(1 << 16):
-                    parts.append(part)
+                    script += part
+                    if len(script) >= LONGEST:
+                        raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
                     if clock.now() > ends_ns:
-                        # Who drips for ever must not keep all other scripts waiting.
-                        return ""
+                        # A sender that never finishes must not keep all other scripts waiting.
+                        return "", None
                     if part.endswith(b"\n") and not _more(link):
                         break
         except OSError:
-            return ""
-        text = b"".join(parts).decode("utf-8", "replace")
-        return text if text.lstrip().startswith(("def ", "sec ")) else f"def external_control():\n{text}\nend\n"
+            return "", None
+        text = script.decode("utf-8", "replace")
+        if not text.lstrip().startswith(("def ", "sec ")):
+            text = f"def external_control():\n{text}\nend\n"
+        return text, sender
 
 
 def _more(link: socket.socket) -> bool:

@@ -6,7 +6,6 @@ Layouts: Universal Robots, "client interfaces", version 5.10 and later.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.kinematics import JOINT_LIMIT_RAD, JOINTS, ArmModel
@@ -20,7 +19,7 @@ from lsds_mocks.wire.ur.messages import (
 )
 from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
 from lsds_mocks.wire.ur.net import Link
-from lsds_mocks.wire.ur.upload import ScriptSession
+from lsds_mocks.wire.ur.upload import Scripts, ScriptSession
 from lsds_mocks.wire.ur.variables import joint_mode
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ class StateFace:
     """Everybody who listens on the primary, or on the secondary, interface. `scripts` takes what they upload, None
     where the port is read-only; `all_messages` is True for primary ones."""
 
-    def __init__(self, controller: Controller, scripts: Callable[[str], None] | None, *, all_messages: bool) -> None:
+    def __init__(self, controller: Controller, scripts: Scripts | None, *, all_messages: bool) -> None:
         self._controller = controller
         self._scripts = scripts
         self._all_messages = all_messages

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.net import Link
-from lsds_mocks.wire.ur.upload import ScriptSession
+from lsds_mocks.wire.ur.upload import Scripts, ScriptSession
 from lsds_mocks.wire.ur.variables import joint_mode
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ SIZE = _LAYOUT.size
 class RealtimeFace:
     """Everybody who listens to the stream."""
 
-    def __init__(self, controller: Controller, scripts: Callable[[str], None] | None) -> None:
+    def __init__(self, controller: Controller, scripts: Scripts | None) -> None:
         self._controller = controller
         self._scripts = scripts
         self._links: list[Link] = []

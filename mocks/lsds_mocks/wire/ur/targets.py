@@ -32,6 +32,14 @@ def positive(value: Any, name: str) -> float:
     return number
 
 
+def not_negative(value: Any, name: str) -> float:
+    """Return a number. Raises ScriptError where it is not finite, or below zero."""
+    number = float(value)
+    if not 0 <= number < LARGEST:
+        raise ScriptError(f"value_error: {name} is {number:g}, it must not be negative")
+    return number
+
+
 def target_of(arm: ArmMotion, target: Any, near: Sequence[float]) -> list[float]:
     """Return joint positions for joint positions or for a pose. Raises ScriptError for what is neither, or no solution
     exists for."""

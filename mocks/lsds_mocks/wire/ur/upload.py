@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from lsds_mocks.wire.ur.net import Link
+from lsds_mocks.wire.ur.net import Link, ProtocolEnd
 from lsds_mocks.wire.ur.script.stream import ScriptStream
+from lsds_mocks.wire.ur.sender import Sender, sender_of
+
+Scripts = Callable[[str, Sender | None], None]
+"""Takes one program, and who sent it."""
 
 
 class Face(Protocol):
@@ -22,17 +26,20 @@ class ScriptSession:
 
     at_once = 1 << 14
 
-    def __init__(self, face: Face, link: Link, scripts: Callable[[str], None] | None) -> None:
+    def __init__(self, face: Face, link: Link, scripts: Scripts | None) -> None:
         self._face = face
         self._link = link
         self._scripts = scripts
         self._stream = ScriptStream()
 
     def received(self, data: bytes) -> None:
-        """Take script text."""
-        if self._scripts is not None:
-            for program in self._stream.feed(data):
-                self._scripts(program)
+        """Take script text. Raises ProtocolEnd after an HTTP request."""
+        if self._scripts is None:
+            return
+        for program in self._stream.feed(data):
+            self._scripts(program, sender_of(self._link.socket))
+        if self._stream.refused:
+            raise ProtocolEnd
 
     def closed(self) -> None:
         """The client is gone."""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.functions import waiting
 from lsds_mocks.wire.ur.script.compilation import Compilation
-from lsds_mocks.wire.ur.script.compiler import Compiled
+from lsds_mocks.wire.ur.script.compiler import LONGEST, Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
+from lsds_mocks.wire.ur.sender import Sender, listening_ports
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
@@ -20,11 +22,19 @@ WAITING, WAITING_CHARACTERS = 64, 4_000_000
 """Programs that may wait to be compiled or started; what comes beyond these is refused."""
 
 
-class Uploads:
-    """A thread that has scripts compiled. `poll` hands what is ready to the control loop's thread."""
+Script = tuple[str, Sender | None]
+"""A program's text, and who sent it; None if the mock has it itself."""
 
-    def __init__(self, clock: Clock) -> None:
-        self._texts: queue.SimpleQueue[tuple[Callable[[], str], int] | None] = queue.SimpleQueue()
+
+class Uploads:
+    """A thread that has scripts compiled. `poll` hands what is ready to the control loop's thread.
+
+    `ports` are those to which programs may open sockets; None: those on which a program's sender listens.
+    """
+
+    def __init__(self, clock: Clock, ports: Sequence[int] | None = None) -> None:
+        self._ports = None if ports is None else frozenset(ports)
+        self._texts: queue.SimpleQueue[tuple[Callable[[], Script], int] | None] = queue.SimpleQueue()
         self._ready: queue.SimpleQueue[tuple[Compiled | ScriptError | None, int]] = queue.SimpleQueue()
         self._cache: dict[str, Compiled] = {}
         self._compilation = Compilation(waiting(), clock)
@@ -37,18 +47,16 @@ class Uploads:
         self._compilation.start()
         self._worker.start()
 
-    def submit(self, text: str) -> None:
+    def submit(self, text: str, sender: Sender | None = None) -> None:
         """Compile a script."""
-        if self._waiting < WAITING and self._characters + len(text) <= WAITING_CHARACTERS:
-            self._waiting += 1
-            self._characters += len(text)
-            self._texts.put((lambda: text, len(text)))
-        else:
-            self._refused = True
+        self._take(lambda: (text, sender), len(text))
 
-    def fetch(self, script: Callable[[], str]) -> None:
-        """Call a function in the worker, which may wait, and compile the script it returns; "" for none."""
-        self._texts.put((script, 0))
+    def fetch(self, script: Callable[[], Script]) -> None:
+        """Call a function in the worker, which may wait, and compile the script it returns; "" for none.
+
+        It may return a script of `LONGEST` characters, and raise ScriptError.
+        """
+        self._take(script, LONGEST)
 
     def poll(self) -> Compiled | ScriptError | None:
         """Return what has been compiled, or refused: one at a time, so that no program is replaced before it runs."""
@@ -59,9 +67,8 @@ class Uploads:
             found, characters = self._ready.get_nowait()
         except queue.Empty:
             return None
-        if characters:
-            self._waiting -= 1
-            self._characters -= characters
+        self._waiting -= 1
+        self._characters -= characters
         return found
 
     def close(self) -> None:
@@ -71,11 +78,33 @@ class Uploads:
             self._worker.join(2.0)
         self._compilation.close()
 
+    def _take(self, script: Callable[[], Script], characters: int) -> None:
+        if self._waiting < WAITING and self._characters + characters <= WAITING_CHARACTERS:
+            self._waiting += 1
+            self._characters += characters
+            self._texts.put((script, characters))
+        else:
+            self._refused = True
+
     def _work(self) -> None:
         while (task := self._texts.get()) is not None:
             script, characters = task
-            text = script()
-            self._ready.put((self._compiled(text) if text.strip() else None, characters))
+            self._ready.put((self._result(script), characters))
+
+    def _result(self, script: Callable[[], Script]) -> Compiled | ScriptError | None:
+        try:
+            text, sender = script()
+        except ScriptError as error:
+            return error
+        if not text.strip():
+            return None
+        compiled = self._compiled(text)
+        if isinstance(compiled, ScriptError) or "socket_open" not in text:
+            return compiled
+        ports = self._ports
+        if ports is None:
+            ports = frozenset() if sender is None else listening_ports(sender)
+        return replace(compiled, ports=ports)
 
     def _compiled(self, text: str) -> Compiled | ScriptError:
         compiled = self._cache.get(text)

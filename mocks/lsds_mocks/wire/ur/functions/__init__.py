@@ -19,14 +19,17 @@ _MODULES = (motion, robot, communication, sockets)
 
 
 class Library:
-    """All functions for one program, bound to its controller. `close` closes everything that the program has opened."""
+    """All functions for one program, bound to its controller. `close` closes everything that the program has opened.
 
-    def __init__(self, controller: Controller) -> None:
+    `ports` are those to which it may open a socket.
+    """
+
+    def __init__(self, controller: Controller, ports: frozenset[int] = frozenset()) -> None:
         self.functions: dict[str, Callable[..., Any]]
         self.functions = mathematics.functions(controller.work, controller.operations)
         for module in (motion, robot, communication):
             self._bind(module.Functions(controller))
-        self._sockets = sockets.Functions(controller)
+        self._sockets = sockets.Functions(controller, ports)
         self._bind(self._sockets)
 
     def _bind(self, part: object) -> None:

@@ -14,7 +14,7 @@ from lsds_mocks.wire.ur.pose_math import rotation_of
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.program import Waiting
 from lsds_mocks.wire.ur.script.values import Pose
-from lsds_mocks.wire.ur.targets import numbers, positive, target_of
+from lsds_mocks.wire.ur.targets import not_negative, numbers, positive, target_of
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
@@ -83,12 +83,14 @@ class Functions:
     # -- followed each cycle ------------------------------------------------------------------------------
 
     def speedj(self, qd: Any, a: float = 1.4, t: float = 0.0, t_min: float = 0.0) -> Waiting:
-        """Speed the joints up to a velocity; return after a time, or at that velocity."""
-        yield from self._until_done(SpeedMode(self._c.arm, numbers(qd), positive(a, "a"), t or t_min))
+        """Speed the joints up to a velocity; return after a time, or at that velocity. Without acceleration they keep
+        their speed."""
+        yield from self._until_done(SpeedMode(self._c.arm, numbers(qd), not_negative(a, "a"), t or t_min))
 
     def speedl(self, xd: Any, a: float = 1.2, t: float = 0.0, aRot: float = 0.0) -> Waiting:
-        """Speed the tool up to a velocity; return after a time, or at that velocity."""
-        yield from self._until_done(ToolSpeedMode(self._c.arm, numbers(xd), positive(a, "a"), t))
+        """Speed the tool up to a velocity; return after a time, or at that velocity. Without acceleration it keeps its
+        speed."""
+        yield from self._until_done(ToolSpeedMode(self._c.arm, numbers(xd), not_negative(a, "a"), t))
 
     def servoj(
         self, q: Any, a: float = 0.0, v: float = 0.0, t: float = 0.002, lookahead_time: float = 0.1, gain: float = 300

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.ur.controller import STEP_S
+from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.operations import LENGTH
 from lsds_mocks.wire.ur.script.program import Waiting
@@ -52,14 +53,16 @@ class _Connection:
 
 
 class Functions:
-    """Bound to one controller."""
+    """Bound to one controller and to the ports that a program may open."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, ports: frozenset[int] = frozenset()) -> None:
         self._c = controller
+        self._ports = ports
+        self._explained = False
         self._open: dict[str, _Connection] = {}
 
     def socket_open(self, address: str, port: int, socket_name: str = DEFAULT) -> Waiting:
-        """Connect; True where that worked. Only this machine's own addresses are tried."""
+        """Connect and return whether that worked. Only this machine's own addresses and allowed ports are tried."""
         self.socket_close(socket_name)
         if ":" in address or not on_loopback(address):
             return False
@@ -67,6 +70,9 @@ class Functions:
             raise ScriptError(f"socket_open: more than {MOST_OPEN} sockets")
         # Not more often than once a cycle, however quickly the other end accepts.
         yield
+        if int(port) not in self._ports:
+            self._explain(int(port))
+            return False
         link = socket.socket()
         try:
             link.setblocking(False)
@@ -185,6 +191,13 @@ class Functions:
         return text.removesuffix(suffix).removeprefix(prefix)
 
     # -- inside -------------------------------------------------------------------------------------------
+
+    def _explain(self, port: int) -> None:
+        """Report the first port that is not allowed."""
+        if not self._explained:
+            self._explained = True
+            allowed = "--socket-ports allows it; without, a program reaches ports on which its sender listens"
+            self._c.tell(TextMessage(f"socket_open: port {port} is not allowed: {allowed}"))
 
     def _count(self, number: Any) -> int:
         if not 0 < int(number) <= LENGTH:

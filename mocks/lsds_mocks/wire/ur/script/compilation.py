@@ -8,11 +8,11 @@ import os
 import select
 import struct
 import subprocess
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds, seconds
+from lsds.processes import module_command
 from lsds_mocks.wire.ur.script.compiler import LONGEST, Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
 
@@ -34,7 +34,7 @@ class Compilation:
     def start(self) -> None:
         """Start the process, so that it is ready when the first script comes."""
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "lsds_mocks.wire.ur.script.compile_server"],
+            module_command("lsds_mocks.wire.ur.script.compile_server"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -55,12 +55,16 @@ _PARTS: dict[type, tuple[str, ...]] = {}
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """A program ready to run: its name, whether it is a secondary one, and the code that defines its functions."""
+    """A program ready to run: its name, whether it is a secondary one, and the code that defines its functions.
+
+    `ports` are the local ports to which it may open a socket.
+    """
 
     name: str
     secondary: bool
     codes: tuple[CodeType, ...]
     places: Mapping[str, tuple[int, ...]]
+    ports: frozenset[int] = frozenset()
 
     def place(self, error: BaseException) -> int:
         """Return the script's line in which an error was raised, 0 where it was in none."""

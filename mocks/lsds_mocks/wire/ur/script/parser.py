@@ -23,13 +23,22 @@ _LEVELS: tuple[tuple[str, ...], ...] = (
 )
 _WORDS = ("break", "continue", "halt", "pause", "enter_critical", "exit_critical")
 POSE_SIZE = 6
+MOST_NESTED = 64
+"""Brackets, blocks and signs within each other. More of them cost a recursive parser, and Python's compiler, more than
+any program needs."""
+
+_OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
+_SIGNS = frozenset(("-", "+", "not"))
+_BLOCKS = frozenset(("def", "sec", "thread", "if", "while"))
 _LOWEST = "2147483648"
 """With a minus before it, the only integer whose positive is none."""
 
 
 def parse(text: str) -> tuple[nodes.Node, ...]:
     """Return the statements of a script. Raises ScriptError with line and column."""
-    parser = _Parser(tokens(text))
+    stream = tokens(text)
+    _require_shallow(stream)
+    parser = _Parser(stream)
     statements = parser.block()
     parser.expect_end()
     return statements
@@ -264,6 +273,20 @@ class _Parser:
     def _error(self, token: Token | None = None) -> ScriptError:
         at = token or self._here
         return ScriptError(f"syntax_error_on_line:{at.line}:", at.line, at.column)
+
+
+def _require_shallow(stream: list[Token]) -> None:
+    """Raise ScriptError if more than `MOST_NESTED` brackets, blocks and successive signs are open anywhere."""
+    brackets = blocks = signs = 0
+    for token in stream:
+        text = token.text
+        signs = signs + 1 if text in _SIGNS else 0
+        if token.kind == "symbol":
+            brackets += (text in _OPENING) - (text in _CLOSING)
+        elif token.kind == "keyword":
+            blocks += (text in _BLOCKS) - (text == "end")
+        if brackets + blocks + signs > MOST_NESTED:
+            raise ScriptError(f"syntax_error: nested more than {MOST_NESTED} deep", token.line, token.column)
 
 
 def _number(token: Token) -> float | int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from lsds_mocks.wire.http_request import is_http_request
 from lsds_mocks.wire.ur.script.compiler import LONGEST
 
 _CLEAN = re.compile(r'"[^"\n]*"|#.*')
@@ -19,9 +20,10 @@ LIMIT = LONGEST
 
 
 class ScriptStream:
-    """Takes what a client sends and gives whole programs."""
+    """Takes what a client sends and gives whole programs; `refused` after an HTTP request, of which nothing is run."""
 
     def __init__(self) -> None:
+        self.refused = False
         self._partial = b""
         self._lines: list[str] = []
         self._depth = 0
@@ -32,7 +34,12 @@ class ScriptStream:
         *complete, self._partial = (self._partial + data).split(b"\n")
         programs = []
         for line in complete:
-            program = self._line(line.decode("utf-8", "replace"))
+            text = line.decode("utf-8", "replace")
+            self.refused = self.refused or is_http_request(text[:LONG])
+            if self.refused:
+                self._partial = b""
+                break
+            program = self._line(text)
             if program is not None:
                 programs.append(program)
         if len(self._partial) > LIMIT:

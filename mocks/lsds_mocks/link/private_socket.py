@@ -1,0 +1,56 @@
+"""Local sockets that only this user's processes share: where they lie, and who is at the other end."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import stat
+import struct
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from lsds.errors import ConnectFailed
+
+_PLANT = "shared plant"
+_CREDENTIALS = struct.Struct("3i")
+"""Process, user and group of a peer: `struct ucred`, see unix(7)."""
+
+
+def runtime_folder() -> Path:
+    """Return the folder of this user's sockets, which may not exist yet: in `XDG_RUNTIME_DIR` if that is set."""
+    given = os.environ.get("XDG_RUNTIME_DIR", "")
+    if given and os.path.isabs(given):
+        return Path(given) / "lsds"
+    return Path(tempfile.gettempdir()) / f"lsds-{os.getuid()}"
+
+
+def make_private(folder: Path) -> None:
+    """Create a folder that only this user can enter. Raises ConnectFailed if another one lies in its place."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
+    except OSError as error:
+        remedy = "name another place: cell.wire.socket"
+        raise ConnectFailed(_PLANT, f"'{folder}' cannot be made: {error.strerror}", remedy=remedy) from error
+    private = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077
+    if not private:
+        problem = f"'{folder}' is not a folder that only you can enter"
+        raise ConnectFailed(_PLANT, problem, remedy="remove it, or name another place: cell.wire.socket")
+
+
+@contextlib.contextmanager
+def owner_only() -> Iterator[None]:
+    """Let files and sockets that are made in the body belong to this user alone, from their first instant."""
+    before = os.umask(0o177)
+    try:
+        yield
+    finally:
+        os.umask(before)
+
+
+def same_user(link: socket.socket) -> bool:
+    """Return whether the process at the other end of a connected Unix socket runs as this user."""
+    data = link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    return bool(_CREDENTIALS.unpack(data)[1] == os.getuid())
