@@ -36,6 +36,13 @@ class GripperOptions(BaseModel):
     activation_timeout_s: float = Field(default=5.0, gt=0, le=60, description="time limit of an activation")
     stale_after_ms: float = Field(default=300.0, gt=0, le=10_000, description="age above which a state is StaleData")
     reconnect_after_s: float = Field(default=1.0, gt=0, le=60, description="silence after which the port is reopened")
+    life_check_s: float = Field(
+        default=0.5,
+        ge=0,
+        le=60,
+        description="time without a change of its status after which a gripper at rest is tested: its go-to bit is "
+        "cleared and set again, which moves nothing; 0: never",
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -15,6 +15,7 @@ from lsds.clock import Clock, nanoseconds, seconds
 from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout, ProtocolFault
 from lsds_drivers.robotiq.fault_codes import RELEASING, blocks
 from lsds_drivers.robotiq.registers import ACTIVATE, Activation, Motion, Status
+from lsds_drivers.robotiq.sign_of_life import SignOfLife
 from lsds_drivers.robotiq.transport import Transport
 
 SPACING_NS = 5_000_000
@@ -60,7 +61,15 @@ class Pump:
     """Owns a transport from `start` to `end`."""
 
     def __init__(
-        self, device: str, transport: Transport, clock: Clock, *, poll_hz: float, open_s: float, silence_s: float
+        self,
+        device: str,
+        transport: Transport,
+        clock: Clock,
+        *,
+        poll_hz: float,
+        open_s: float,
+        silence_s: float,
+        life_check_s: float = 0.0,
     ):
         self._device = device
         self._transport = transport
@@ -79,6 +88,9 @@ class Pump:
         self._doubtful = False
         self._last_ns = self._good_ns = self._polled_ns = self._looked_ns = 0
         self._sent: tuple[int, Motion] | None = None
+        self._unechoed_ns: int | None = None
+        self._certain = False
+        self._life = SignOfLife(nanoseconds(life_check_s))
         self.counts = Counts()
 
     @property
@@ -92,9 +104,9 @@ class Pump:
         return self._error
 
     @property
-    def sent(self) -> tuple[int, Motion] | None:
-        """The motion sent last and its time (ns), until another order replaces it."""
-        return self._sent
+    def unechoed_ns(self) -> int | None:
+        """Time (ns) of the first acknowledged request that the status does not show, None while it shows the last."""
+        return self._unechoed_ns if self._unechoed_ns is not None else self._life.unanswered_ns
 
     @property
     def halts(self) -> int:
@@ -242,12 +254,19 @@ class Pump:
             # request to activate would then open it.
             look = self._doubtful or not self._trusted() or (overdue and not halting)
             order = None if halting or look else self._take()
+            if order is not None and self._life.defers(order.motion):
+                order = None
+            idle = not (halting or look) and order is None and self._sent is not None
+            test = self._life.request(self._clock.now()) if idle else None
         if look:
             self._poll()
         elif halting:
             self._halt(halts)
         elif order is not None:
             self._send(order)
+        elif test is not None:
+            self._write(test, None)
+            self._life.sent(test, self._clock.now())
         else:
             self._poll()
 
@@ -270,10 +289,15 @@ class Pump:
         return order
 
     def _send(self, order: Order) -> None:
+        # A request may be carried out although its acknowledgement is lost: the echo then shows either motion.
+        self._certain = False
         self._write(order.action, order.motion)
         with self._wake:
             self.counts.sent += 1
+            self._certain = True
             self._sent = (self._clock.now(), order.motion) if order.motion is not None else None
+            self._await_echo(self._newest)
+            self._life.overtaken()
             # An action alone changes the meaning of later writes; read the status before the next one.
             self._doubtful = order.motion is None
             self._last_sent = order
@@ -290,7 +314,8 @@ class Pump:
         cannot_hold = before.activation is Activation.ACTIVATING or before.fault == RELEASING
         self._write(ACTIVATE if before.activated and not cannot_hold else 0, None)
         with self._wake:
-            self._sent = None
+            self._sent = self._unechoed_ns = None
+            self._life.overtaken()
             self._halts_done = max(self._halts_done, halts)
             self._wake.notify_all()
 
@@ -305,9 +330,20 @@ class Pump:
         now = self._looked_ns = self._clock.now()
         with self._wake:
             last = self._newest
+            status = self._life.shown(status, now)
             self._newest = Sample((began + now) // 2, 0 if last is None else last.seq + 1, status)
+            if last is not None and last.status.echo != status.echo:
+                self._unechoed_ns = None
+            self._await_echo(self._newest)
             self._good()
             self._wake.notify_all()
+
+    def _await_echo(self, sample: Sample | None) -> None:
+        """Note since when the echo lags behind the motion sent last."""
+        if not self._certain or self._sent is None or sample is None or sample.status.echo == self._sent[1].position:
+            self._unechoed_ns = None
+        elif self._unechoed_ns is None:
+            self._unechoed_ns = self._sent[0]
 
     def _begin(self) -> int:
         self._last_ns = self._clock.now()
@@ -330,6 +366,7 @@ class Pump:
         with self._wake:
             self._error = error
             self._doubtful = True
+            self._life.interrupted(self._clock.now())
             self._wake.notify_all()
         # A socket whose peer has vanished, or an adapter that was unplugged and replugged, stays silent without an
         # error.

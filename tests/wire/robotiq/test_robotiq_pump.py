@@ -8,7 +8,7 @@ import threading
 import pytest
 from lsds_drivers.robotiq.gripper import RobotiqGripper
 from lsds_drivers.robotiq.options import GripperOptions
-from lsds_drivers.robotiq.registers import Activation, Detection, Status
+from lsds_drivers.robotiq.registers import ACTIVATE, GO_TO, Activation, Detection, Status
 
 from lsds.clock import nanoseconds
 from lsds.errors import ConnectFailed, DeviceFault, DeviceTimeout, LifecycleError, ProtocolFault, StaleData
@@ -330,3 +330,124 @@ def test_automatic_release_is_sent_only_where_it_is_asked_for(wire, gripper):
     gripper.disarm()
     with pytest.raises(LifecycleError):
         gripper.automatic_release()
+
+
+# -- registers that stand still -------------------------------------------------------------------------------
+
+
+class Lively(FakeTransport):
+    """A gripper whose status shows the go-to bit, as long as its registers are refreshed."""
+
+    def __init__(self):
+        super().__init__()
+        self.frozen = False
+
+    def write(self, action, motion):
+        self._ask()
+        self.writes.append((action, motion))
+        if not self.frozen:
+            echo = self.status.echo if motion is None else motion.position
+            self.status = self.status._replace(echo=echo, going=bool(action & GO_TO))
+
+
+@pytest.fixture
+def lively():
+    wire = Lively()
+    with nothing_left():
+        options = GripperOptions(stale_after_ms=150.0, poll_hz=150.0, life_check_s=0.1)
+        gripper = RobotiqGripper("fake", options, wire, CLOCK)
+        gripper.connect()
+        gripper.arm()
+        yield wire, gripper
+        wire.trouble = wire.open_trouble = None
+        gripper.close()
+
+
+def stands_still(gripper):
+    try:
+        gripper.read()
+    except StaleData as error:
+        return "stand still" in str(error)
+    return False
+
+
+def test_a_stream_of_commands_does_not_hide_registers_that_stand_still(lively):
+    wire, gripper = lively
+    wire.frozen = True
+    began = CLOCK.now()
+    for mm in range(60, 20, -1):
+        gripper.command(to(0.5e-3 * mm))
+        CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.01))
+        if stands_still(gripper):
+            break
+    assert stands_still(gripper)
+    assert CLOCK.now() - began < nanoseconds(0.35)
+
+
+def test_a_gripper_at_rest_is_tested_without_a_reader_noticing(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    states = []
+
+    def tested():
+        states.append(gripper.read())
+        return len(wire.writes) >= 7
+
+    assert until(tested)
+    assert positions(wire) == [183]
+    assert {action for action, motion in wire.writes if motion is None} == {ACTIVATE, ACTIVATE | GO_TO}
+    at_rest = [state for state in states if state.target_m < 0.011]
+    assert at_rest
+    assert not any(state.moving for state in at_rest)
+
+
+def test_a_gripper_that_freezes_at_rest_is_noticed(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    assert until(lambda: gripper.read().target_m < 0.011)
+    wire.frozen = True
+    assert until(lambda: stands_still(gripper), 2)
+
+
+def test_a_gripper_that_freezes_while_one_position_is_requested_again_and_again_is_noticed(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    assert until(lambda: gripper.read().target_m < 0.011)
+    wire.frozen = True
+
+    def noticed():
+        # As often as a camera's frames come.
+        gripper.command(to(0.01))
+        CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.03))
+        return stands_still(gripper)
+
+    assert until(noticed, 2)
+
+
+def test_the_bit_is_set_again_after_a_failure_in_the_middle_of_the_test(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    assert until(lambda: wire.writes and wire.writes[-1][1] is None)
+    wire.trouble = SILENCE
+    CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.05))
+    wire.trouble = None
+    assert until(lambda: wire.status.going)
+
+
+def test_a_gripper_that_has_lost_its_activation_is_not_activated_by_the_test(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    assert until(lambda: wire.writes and wire.writes[-1][1] is None)
+    wire.status = wire.status._replace(activated=False, activation=Activation.RESET, going=False)
+    written = len(wire.writes)
+    CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.3))
+    assert len(wire.writes) <= written + 1
+
+
+def test_a_stop_in_the_middle_of_the_test_holds(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    assert until(lambda: wire.writes and wire.writes[-1][1] is None)
+    gripper.stop()
+    CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.3))
+    assert not wire.status.going

@@ -1,0 +1,98 @@
+"""A test of a gripper at rest: are its registers still refreshed?
+
+A gripper that holds an object repeats one status, and so does one whose firmware has stopped. The test clears the go-to
+bit, which keeps the fingers where they are, waits until the status shows it, and sets it again. It never writes a
+position, so it cannot move the fingers anywhere.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from lsds_drivers.robotiq.registers import ACTIVATE, GO_TO, Activation, Detection, Motion, Status
+
+SETTLE_NS = 200_000_000
+"""Time allowed for a gripper to report that it rests again after the test."""
+
+
+class _Phase(Enum):
+    IDLE = 0
+    CLEARING = 1
+    RESTORING = 2
+    SETTLING = 3
+
+
+class SignOfLife:
+    """Plans the test; does no I/O. `period_ns` is the time without any change of the status after which it begins; 0
+    for no test."""
+
+    def __init__(self, period_ns: int) -> None:
+        self._period_ns = period_ns
+        self._phase = _Phase.IDLE
+        self._changed_ns = self._since_ns = 0
+        self._last: Status | None = None
+        self._before: Status | None = None
+
+    @property
+    def unanswered_ns(self) -> int | None:
+        """Time (ns) at which the go-to bit was cleared, as long as the status does not show it; None otherwise."""
+        return self._since_ns if self._phase is _Phase.CLEARING else None
+
+    def defers(self, motion: Motion | None) -> bool:
+        """Return whether a motion has to wait until the status shows the cleared bit: one to where the fingers are
+        sent already. It would set the bit before the gripper has answered, and change nothing otherwise."""
+        if self._phase is not _Phase.CLEARING or motion is None or self._last is None:
+            return False
+        return motion.position == self._last.echo
+
+    def overtaken(self) -> None:
+        """Record another acknowledged request, which sets or clears the bit itself; a test in progress ends.
+
+        It is no sign of life: a stream of requests for one position changes nothing in the status.
+        """
+        self._phase = _Phase.IDLE
+
+    def interrupted(self, now_ns: int) -> None:
+        """Record a failed request. The bit is set again as soon as the gripper answers."""
+        self._changed_ns = now_ns
+        if self._phase is not _Phase.IDLE:
+            self._phase = _Phase.RESTORING
+
+    def request(self, now_ns: int) -> int | None:
+        """Return the action byte to write now, None for none."""
+        status = self._last
+        if status is None or status.activation is not Activation.ACTIVE:
+            return None
+        if self._phase is _Phase.RESTORING:
+            return ACTIVATE | GO_TO
+        rests = status.going and status.detection is not Detection.MOVING
+        if self._phase is _Phase.IDLE and rests and 0 < self._period_ns <= now_ns - self._changed_ns:
+            return ACTIVATE
+        return None
+
+    def sent(self, action: int, now_ns: int) -> None:
+        """Record that a request of this test was acknowledged."""
+        if action & GO_TO:
+            self._phase = _Phase.SETTLING
+        else:
+            self._phase, self._before = _Phase.CLEARING, self._last
+        self._since_ns = now_ns
+
+    def shown(self, status: Status, now_ns: int) -> Status:
+        """Take a new status; return it as it is without the test, which is no business of the reader."""
+        changed, self._last = status != self._last, status
+        if changed:
+            self._changed_ns = now_ns
+        if self._phase is _Phase.IDLE:
+            return status
+        if self._phase is _Phase.CLEARING and not status.going:
+            self._phase = _Phase.RESTORING
+        elif self._phase is _Phase.SETTLING:
+            rests = status.going and status.detection is not Detection.MOVING
+            if rests or now_ns - self._since_ns > SETTLE_NS:
+                self._phase = _Phase.IDLE
+                return status
+        before = self._before
+        if before is None:
+            return status
+        return status._replace(going=before.going, detection=before.detection)
