@@ -19,8 +19,9 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 BUDGET_BYTES = 256 * 2**20
-"""Of all values that `kept` keeps in a process. The tables of one gel on its three grids hold some 120 MB, the dots of
-one diameter 9 MB: one gel's runs never forget what they need, and two gels fit in turns."""
+"""Of all values that `kept` keeps in a process. The tables of one gel hold 100 to 150 MB, by the grids in use; what one
+size of contact adds is some megabytes, and the stamps of one dot are 9 MB. Runs on one gel, of a few objects in turns,
+never forget what they need."""
 ENTRY_BYTES = 1024
 """What an entry counts besides its arrays: without this, values without arrays would never be forgotten."""
 _ATOMS = (int, float, complex, str, type(None), type, FunctionType, BuiltinFunctionType, MethodType, ModuleType)
