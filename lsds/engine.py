@@ -78,7 +78,8 @@ class Engine:
         self._calls = rig.thread.calls
         self._update = rig.deadlines.of(self._controller_name, "update")
         self._step = rig.deadlines.of(self._job_label, "step")
-        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._may_send, self._calls)
+        self._consent = _Consent()
+        self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._consent.ask, self._calls)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
         if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "minds_force", False):
@@ -89,9 +90,8 @@ class Engine:
         self._states = States(rig, start)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
-        self._watchdog: Watchdog | None = None
         self._controlled_ns: int | None = None
-        self._began = self._ended = self._left = False
+        self._began = self._ended = False
         self.recorded = 0
         self.on_recorded: Callable[[Frame], object] | None = None
         self.acting_since_ns: int | None = None
@@ -325,9 +325,9 @@ class Engine:
 
     def _do_job(self, now_ns: int) -> None:
         """Ask the job what it wants, and send that."""
-        if self._watchdog is not None:
-            self._watchdog.feed()
-            self._watchdog.check()
+        if self._consent.watchdog is not None:
+            self._consent.watchdog.feed()
+            self._consent.watchdog.check()
         situation = Situation(
             now_ns,
             referenced=all(line.referenced for line in self.lines),
@@ -389,12 +389,6 @@ class Engine:
         except Exception as error:
             raise raised_by(call.who, error) from error
 
-    def _may_send(self) -> None:
-        if self._left:
-            raise SafetyStop("the run was ended while a call was in progress; nothing more is sent")
-        if self._watchdog is not None:
-            self._watchdog.check()
-
     def _advance(self) -> bool:
         """Run until there is a cycle to yield, or to the end; return whether there is more."""
         if self._ended:
@@ -420,7 +414,7 @@ class Engine:
 
     def _leave(self) -> None:
         """End the run without waiting for the call in progress; should it ever return, it may send nothing."""
-        self._left = True
+        self._consent.left = True
         self.stop()
 
     @contextmanager
@@ -462,18 +456,19 @@ class Engine:
                 if self._rig.virtual:
                     yield
                     return
-                with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now, self._doing) as self._watchdog:
+                with Watchdog(self._rig.stop, self._safety.watchdog_s, self._clock.now, self._doing) as watchdog:
+                    self._consent.watchdog = watchdog
                     try:
                         yield
                     except CallHangs:
                         raise  # It says more than the watchdog could.
                     except LsdsError as error:
                         # What fails in a cell that the watchdog has stopped fails because of that.
-                        self._watchdog.check(error)
+                        watchdog.check(error)
                         raise
-                    self._watchdog.check()
+                    watchdog.check()
         finally:
-            self._watchdog = None
+            self._consent.watchdog = None
             self._yielding = None
             # The tasks hold the engine, which holds them: without this, a run's frames wait for the garbage collector.
             self.scheduler.clear()
@@ -501,6 +496,22 @@ class Engine:
         if self.on_recorded is not None:
             self.on_recorded(frame)
         return not self._ended
+
+
+class _Consent:
+    """Whether commands may still be sent. It does not hold the engine: what the engine holds, and holds the engine,
+    waits with all of a run for the garbage collector."""
+
+    def __init__(self) -> None:
+        self.left = False
+        self.watchdog: Watchdog | None = None
+
+    def ask(self) -> None:
+        """Raise SafetyStop where the run was left, or the watchdog has stopped the cell."""
+        if self.left:
+            raise SafetyStop("the run was ended while a call was in progress; nothing more is sent")
+        if self.watchdog is not None:
+            self.watchdog.check()
 
 
 def _moves(twist: Twist | None) -> bool:

@@ -43,7 +43,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def _runs_that_have_ended_are_let_go():
-    """An engine and its tasks know each other, so only the collector frees a run and its frames."""
+    """What a test's own objects hold in a circle, only the collector frees, and a run and its frames with it."""
     yield
     gc.collect()
 

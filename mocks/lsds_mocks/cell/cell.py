@@ -74,7 +74,9 @@ class SimulatedCell:
         """Nothing to do: the physics is here."""
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Drop the commands that have not taken effect: they hold the devices, which hold the cell, so all of a run
+        would wait for the garbage collector."""
+        self._queue.clear()
 
     def advance(self, t_ns: int) -> None:
         """Do all whole steps that end by `t_ns`."""

@@ -34,3 +34,8 @@ class CommandQueue:
             with self._lock:
                 action = heapq.heappop(self._heap)[3]
             yield action
+
+    def clear(self) -> None:
+        """Drop everything that is not due yet."""
+        with self._lock:
+            self._heap.clear()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
+from lsds_mocks.byte_cache import kept
 from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ _TABLE = 8192
 _FAR_PX = 1e4
 
 
-@lru_cache(maxsize=8)
+@kept
 def stamp_bank(diameter_px: float, core: float, blur_px: float) -> NDArray[np.uint8]:
     """Return (phases y, phases x, size, size) transmissions, 255 for clear: disks with an edge of Gaussian blur."""
     radius = diameter_px / 2

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lsds.vision.camera import CameraModel
+from lsds_mocks.byte_cache import kept
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,7 +58,7 @@ class Rays:
         self.x, self.y = _directions(camera.size, (fx, fy, cx, cy), tuple(camera.distortion.tolist()))
 
 
-@lru_cache(maxsize=4)
+@kept
 def _directions(
     size: tuple[int, int], lens: tuple[float, ...], distortion: tuple[float, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -8,12 +8,12 @@ what is to be measured with these pictures are corners that move by a hundredth 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
 
+from lsds_mocks.byte_cache import kept
 from lsds_mocks.scene.lens import Rays
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class Painter:
         return slice(int(top), int(max(bottom, top + 2))), slice(int(left), int(max(right, left + 2)))
 
 
-@lru_cache(maxsize=16)
+@kept
 def _sheet(card: Card) -> NDArray[np.uint8]:
     """Return the card's picture with a mask of the card as the second channel."""
     return np.dstack([card.texture, np.full_like(card.texture, 255)])

@@ -30,15 +30,8 @@ class LiftJob:
 
     def begin(self, setting: Setting) -> None:
         """Start with the gel without contact."""
-        self._task = setting.task
         self._cell = setting.cell
-        self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None
-        self._grasp = begin_grasp(setting.task, setting)
-        self._touch_m = math.nan
-        self._carried: CarriedLoad | None = None
-        self._hangs = False
-        self._left_s = setting.task.lift_s
-        self._stages = self._all_stages()
+        self._stages = _Lift(setting).stages()
         next(self._stages)
 
     def step(self, now: Situation) -> Wanted:
@@ -49,7 +42,28 @@ class LiftJob:
             return Wanted("done", done=True)
         return replace(wanted, done=self._dropped(now.t_ns))
 
-    def _all_stages(self) -> Stage:
+    def _dropped(self, now_ns: int) -> bool:
+        if self._cell is None:
+            return False
+        self._cell.advance(now_ns)
+        return self._cell.truth().dropped
+
+
+class _Lift:
+    """The stages of one lift. The job holds them, and they do not hold the job: a run that ends within a stage would
+    wait for the garbage collector, with its cell."""
+
+    def __init__(self, setting: Setting) -> None:
+        self._task = setting.task
+        self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None
+        self._grasp = begin_grasp(setting.task, setting)
+        self._touch_m = math.nan
+        self._carried: CarriedLoad | None = None
+        self._hangs = False
+        self._left_s = setting.task.lift_s
+
+    def stages(self) -> Stage:
+        """Yield what is wanted, from the reference to the end of the hold."""
         task, grasp = self._task, self._grasp
         now = yield Wanted("begin")
         while not grasp.step(now):
@@ -100,9 +114,3 @@ class LiftJob:
             acceleration_m_s2=self._task.lift_acceleration_m_s2,
             touch_m=self._touch_m,
         )
-
-    def _dropped(self, now_ns: int) -> bool:
-        if self._cell is None:
-            return False
-        self._cell.advance(now_ns)
-        return self._cell.truth().dropped

@@ -23,6 +23,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from lsds_mocks.byte_cache import kept
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -45,7 +47,7 @@ class Waves:
     inverse: NDArray[np.float32]
 
 
-@lru_cache(maxsize=16)
+@kept
 def waves(operator: Operator, rows: int, columns: int) -> Waves:
     """Return the waves over a rectangle, anywhere on the pad, of an operator without its correction."""
     ny, nx = operator.cells.shape[2:]
@@ -143,7 +145,7 @@ class Walls:
         _symmetric(self.order, self.sizes, self.matrix, hats)
 
 
-@lru_cache(maxsize=8)
+@kept
 def walls(operator: Operator, row: int, column: int, rows: int, columns: int) -> Walls:
     """Return the correction for `rows` x `columns` cells from cell (row, column) on."""
     grid = operator.grid
@@ -163,7 +165,7 @@ def _stretch(over: NDArray[np.float32]) -> _Stretch:
     return None if 2 * len(under) ** 2 > over.shape[1] ** 2 else (int(under[0]), int(under[-1]) + 1)
 
 
-@lru_cache(maxsize=8)
+@kept
 def _classes(
     operator: Operator, high: _Stretch, wide: _Stretch
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
@@ -230,7 +232,7 @@ def _symmetric(
         hats[order[k]] = lift[k]
 
 
-@lru_cache(maxsize=8)
+@kept
 def _folded(operator: Operator, fold_y: bool, fold_x: bool) -> list[tuple[NDArray[np.int64], NDArray[np.float32]]]:
     """Return the whole correction in classes: numbers (size,) in (3, hats along y, along x), matrix (size, size)."""
     high, wide = operator.grid.hats.rows + 1, operator.grid.hats.columns + 1

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds_mocks.byte_cache import kept
 from lsds_mocks.gel.field.dense import relax
 from lsds_mocks.gel.field.gel import FieldGel
 from lsds_mocks.gel.field.operator import Kernel, operator
@@ -16,20 +16,25 @@ from lsds_mocks.gel.shapes import Box, Sphere
 from lsds_mocks.objects.relief import Relief
 
 if TYPE_CHECKING:
+    from lsds_mocks.gel.field.operator import Operator
     from lsds_mocks.gel.material import GelMaterial
 
 
-@lru_cache(maxsize=8)
 def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad") -> None:
     """Load or compile all that runs on these grids, and fill their tables; say so where it takes a while.
 
     Raises DataError where there is no correction for this pad.
     """
+    _prepared(material, fines, kernel)
+
+
+@kept
+def _prepared(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel) -> tuple[Operator, ...]:
+    """Return the operators, so that who is forgotten with its tables is prepared anew."""
     cache = relax.stats.cache_path
     if cache is None or not any(Path(cache).glob("dense.relax-*.nbi")):
         print("compiling the simulated gel, once on this machine: some 15 s", file=sys.stderr, flush=True)
-    for fine in fines:
-        operator(material, fine, kernel)
+    operators = tuple(operator(material, fine, kernel) for fine in fines)
     x_m = np.zeros(2)
     Relief(Box(1.0, 1.0, angle_rad=0.1), np.zeros((2, 2), np.float32), 1e-3).gap(x_m, x_m)
     for solver in ("blocks", "fft"):
@@ -41,3 +46,4 @@ def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad
             gel.commit()
         gel.displacement_now(np.zeros((1, 2)))
         gel.depth(gel.state(), x_m, x_m)
+    return operators

@@ -17,7 +17,6 @@ from __future__ import annotations
 import json
 import zlib
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -28,6 +27,7 @@ import numpy as np
 from numba import njit
 
 from lsds.errors import DataError
+from lsds_mocks.byte_cache import kept
 from lsds_mocks.gel.field.grid import HatGrid, hat_grid
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def write(path: Path, content: CorrectionFile) -> None:
             raise
 
 
-@lru_cache(maxsize=2)
+@kept
 def read(path: str | None) -> CorrectionFile:
     """Read a file, or the one that is shipped. Raises DataError where it is not one."""
     if path is None:
@@ -177,7 +177,7 @@ def _key(hats: HatGrid) -> tuple[float, ...]:
     return (hats.columns, hats.rows, hats.period_x, hats.period_y, hats.pitch_x, hats.pitch_y)
 
 
-@lru_cache(maxsize=4)
+@kept
 def pad_correction(material: GelMaterial) -> NDArray[np.float32]:
     """Return the correction (3, nodes, 3, nodes) in metres per newton.
 

@@ -25,12 +25,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numba import njit
 
+from lsds_mocks.byte_cache import kept
 from lsds_mocks.gel.field.correction import pad_correction
 from lsds_mocks.gel.field.grid import CellGrid
 
@@ -106,7 +106,7 @@ def _folded(
     return out
 
 
-@lru_cache(maxsize=8)
+@kept
 def cell_symbol(hats: HatGrid, fine: int, poisson: float) -> NDArray[np.complex128]:
     """Return (3, 3, Ny, Nx / 2 + 1), the transform of `cell_table`."""
     dx, dy = hats.pitch_x / fine, hats.pitch_y / fine
@@ -116,13 +116,13 @@ def cell_symbol(hats: HatGrid, fine: int, poisson: float) -> NDArray[np.complex1
     return np.asarray((4 * many - few) / 3)
 
 
-@lru_cache(maxsize=8)
+@kept
 def cell_table(hats: HatGrid, fine: int, poisson: float) -> NDArray[np.float32]:
     """Return (3, 3, Ny, Nx): mean displacement of a cell, in thicknesses, under traction G in the cell at (0, 0)."""
     return _back(cell_symbol(hats, fine, poisson))
 
 
-@lru_cache(maxsize=8)
+@kept
 def point_table(hats: HatGrid, fine: int, poisson: float) -> NDArray[np.float32]:
     """Return (2, 3, Ny, Nx): displacement x, y, in thicknesses, of points at multiples of hat/`POINT_FINE` from the
     centre of a cell under traction G."""
@@ -210,7 +210,7 @@ class Operator:
     correction: NDArray[np.float32]
 
 
-@lru_cache(maxsize=12)
+@kept
 def operator(material: GelMaterial, fine: int, kernel: Kernel) -> Operator:
     """Return the operator for a grid of `fine` cells per hat.
 

@@ -9,12 +9,12 @@ Rom 1974): a kink in it would be seen as a step in colour.
 from __future__ import annotations
 
 from collections import deque
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
+from lsds_mocks.byte_cache import kept
 from lsds_mocks.gel.field.correction import hats_of, reading
 from lsds_mocks.gel.field.dense import Patch
 from lsds_mocks.gel.field.footprint import own_coordinates
@@ -54,7 +54,7 @@ class FreeSurface:
         return np.asarray(self._down @ sunk.reshape(self._grid.rows, -1) @ self._across, np.float32)
 
 
-@lru_cache(maxsize=4)
+@kept
 def _depths(material: GelMaterial, kernel: Kernel) -> NDArray[np.float32]:
     """Return (cells, 3, cells): what traction (x, y, pressure) in a cell does to the depth of all, m/Pa."""
     patch = Patch(operator(material, 1, kernel))
@@ -285,7 +285,7 @@ def _in_hats(operator: Operator, xy_m: NDArray[np.float64]) -> tuple[NDArray[np.
     return x, y
 
 
-@lru_cache(maxsize=8)
+@kept
 def _point_correction(operator: Operator, xy: bytes) -> NDArray[np.float32]:
     """Return the correction from hats to points (3, nodes, 2 M), of size 0 where there is none."""
     if not operator.correction.size:
