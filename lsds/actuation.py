@@ -26,7 +26,7 @@ class Actuation:
     """Sends commands to gripper and arm.
 
     `held_m` is the aperture last sent, NaN before the first command; `opened` is true if the last grip wanted by the
-    job was wider than where the fingers were. `moving` is the velocity that the arm last accepted.
+    job was wider than where the fingers were. `moving` is the velocity that the arm last accepted, at `moved_ns`.
     """
 
     def __init__(
@@ -48,6 +48,7 @@ class Actuation:
         self.held_m = math.nan
         self.opened = False
         self.moving = Twist()
+        self.moved_ns: int | None = None
         self._may_send = may_send
         self._pending = False
         self._expiring_ns: int | None = None
@@ -107,6 +108,7 @@ class Actuation:
             self._may_send()
             command = ArmCommand(twist, acceleration_m_s2, self._clock.now() + self._lifetime_ns)
             self.moving = self._calls.make(self._commands[1], self._arm.command, self.guard.arm(command)).twist
+            self.moved_ns = self._clock.now()
 
     def _send(self, grip: Grip, *, allow_opening: bool, corrects: bool = False) -> float | None:
         gripper = self._gripper

@@ -39,12 +39,13 @@ class Call(NamedTuple):
 
 
 class Calls:
-    """What the cell's thread is calling. Marking a call costs a fraction of a microsecond."""
+    """What the cell's thread is calling, and which raised last. Marking a call costs a fraction of a microsecond."""
 
-    __slots__ = ("at", "count")
+    __slots__ = ("at", "count", "failed")
 
     def __init__(self) -> None:
         self.at: Call | None = None
+        self.failed: Call | None = None
         self.count = 0
 
     def make(self, call: Call, function: Callable[..., T], *arguments: object) -> T:
@@ -53,6 +54,9 @@ class Calls:
         self.count += 1
         try:
             return function(*arguments)
+        except BaseException:
+            self.failed = call
+            raise
         finally:
             self.at = before
             self.count += 1

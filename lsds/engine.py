@@ -32,6 +32,7 @@ from lsds.safety import Guard, Watchdog
 from lsds.scheduler import Phase, Scheduler
 from lsds.stages import SLIP, START
 from lsds.states import States
+from lsds.stop_report import stop_report
 from lsds.tactile.perception import Perception
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ class Engine:
         for cycle in engine: ...          # step by step; the body runs in the loop's own time, or
         with engine.background(): ...     # next to a program of one's own (real time only)
 
-    However it ends, the cell is stopped and the grip kept. Raises SafetyStop, DeviceError, DataError, PluginError.
+    However it ends, arm and gripper are told to stop and the grip is kept. A note of the error that ended it, which is
+    `stop_report` too, states what is known of them then. Raises SafetyStop, DeviceError, DataError, PluginError.
     """
 
     def __init__(self, rig: Rig, job: Job | None = None, *, observers: Observers[Cycle] | None = None) -> None:
@@ -93,6 +95,8 @@ class Engine:
         self._controlled_ns: int | None = None
         self._began = self._ended = False
         self.recorded = 0
+        self.stop_report = ""
+        self.held_back_frames = 0
         self.on_recorded: Callable[[Frame], object] | None = None
         self.acting_since_ns: int | None = None
         self._yielding: deque[Cycle] | None = None
@@ -129,6 +133,11 @@ class Engine:
     def released(self) -> bool:
         """Whether the job has let go: the last grip that it wanted was an opening."""
         return self._act.opened
+
+    @property
+    def pose_problem(self) -> str:
+        """Why no poses come from the pose source, "" while they come."""
+        return self._states.pose_problem
 
     @property
     def grips(self) -> bool:
@@ -259,6 +268,7 @@ class Engine:
             )
             aperture = self._make(self._update, self._rig.controller.update, asked)
             aperture = sound_aperture(self._controller_name, aperture)
+            self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
             if aperture is not None:
                 command = self._act.correct(aperture, may_open=self._may_open)
         self.frame_to_command.add((perf_ns() - started,))
@@ -435,6 +445,7 @@ class Engine:
         if self._began:
             raise RuntimeError("this engine has run; build a new one")
         self._began = True
+        failure: LsdsError | None = None
         self._rig.stages.enter(START, self._clock.now())
         try:
             setting = Setting(
@@ -467,12 +478,22 @@ class Engine:
                         watchdog.check(error)
                         raise
                     watchdog.check()
+        except LsdsError as error:
+            failure = error
+            raise
         finally:
             self._consent.watchdog = None
             self._yielding = None
             # The tasks hold the engine, which holds them: without this, a run's frames wait for the garbage collector.
             self.scheduler.clear()
-            self._rig.stop()
+            now = self._clock.now()
+            problems = self._rig.stop()
+            if failure is not None:
+                self.stop_report = stop_report(failure, self._rig, self._states, self._act, self._calls, problems, now)
+                if self.stop_report:
+                    failure.add_note(self.stop_report)
+                # A traceback holds this frame, which must not hold the traceback.
+                failure = None
 
     def _doing(self) -> str:
         """What the loop is in the middle of."""

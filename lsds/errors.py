@@ -135,6 +135,10 @@ class DeviceFault(DeviceError):
     """The device itself reports a fault: over-current, protective stop, activation fault."""
 
 
+class ConnectionLost(DeviceFault):
+    """The connection was lost after it had been opened; what the device does is unknown until it is back."""
+
+
 class LifecycleError(DeviceError):
     """A call in a state that does not allow it, for example `command` before `arm`."""
 
@@ -151,6 +155,10 @@ class BringUpError(LsdsError):
     """One or more devices failed to connect or arm; the message lists the result of each device of the rig."""
 
     exit_code = 4
+
+
+UNREACHABLE = (ConnectFailed, DeviceTimeout, ConnectionLost)
+"""Errors after which it is not known what the device does."""
 
 
 # -- data, models, safety ---------------------------------------------------------------------------------

@@ -68,7 +68,7 @@ class FingersWatch:
         if aperture_m > self._bound_m + self._near_m:
             raise SafetyStop(
                 f"gripper: its fingers opened from {1e3 * self._bound_m:.2f} to {1e3 * aperture_m:.2f} mm, and "
-                "nothing told them to; the arm was stopped (check its power, its fingers and its position sensor)"
+                "nothing told them to (check its power, its fingers and its position sensor)"
             )
         self._bound_m = min(self._bound_m, aperture_m)
         self._require_following(state, now_ns)
@@ -96,5 +96,5 @@ class FingersWatch:
         if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(patience_s):
             raise SafetyStop(
                 f"gripper: told to close to {1e3 * wanted_m:.2f} mm it rests at {1e3 * state.aperture_m:.2f} mm, on "
-                f"nothing, for {seconds(now_ns - self._idle_ns):.1f} s; the arm was stopped (is it stuck?)"
+                f"nothing, for {seconds(now_ns - self._idle_ns):.1f} s (is it stuck?)"
             )

@@ -9,7 +9,7 @@ from pathlib import Path
 from lsds.config import RigConfig, load_config
 from lsds.contracts import Job
 from lsds.engine import Engine
-from lsds.rig import Rig
+from lsds.rig import Rig, require_moments
 
 
 @contextmanager
@@ -26,6 +26,8 @@ def bring_up(
     replaces the job of the config. The engine's rig is `engine.rig`.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
-    with Rig(chosen) as rig:
+    rig = Rig(chosen)
+    require_moments(rig, rig.job if job is None else job)
+    with rig:
         rig.arm_devices()
         yield Engine(rig, job)

@@ -20,8 +20,8 @@ from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, Kind
 from lsds.deadlines import STOP_S, Deadlines
 from lsds.errors import CallHangs, ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
-from lsds.plugins.registry import Backend
-from lsds.stages import shared_stages
+from lsds.plugins.registry import Backend, did_you_mean
+from lsds.stages import NEVER, SLIP, START, shared_stages
 
 if TYPE_CHECKING:
     from lsds.config.model import BackendSection, FaultSection, RigConfig
@@ -392,6 +392,28 @@ def _require_effect(rig: Rig) -> None:
         elif section.finger and section.finger not in rig.config.fingers:
             known = f"there are {', '.join(rig.config.fingers)}"
             issues.append(ConfigIssue(f"faults.{at}.finger", f"no finger '{section.finger}'", known))
+    if issues:
+        raise ConfigError("rig", issues)
+
+
+def require_moments(rig: Rig, job: Job) -> None:
+    """Refuse a fault that is to begin with a stage that the job does not have, as far as the job declares its stages.
+
+    Raises ConfigError.
+    """
+    stages = getattr(job, "stages", None)
+    if stages is None:
+        return
+    known = (START, SLIP, NEVER, *stages)
+    issues = [
+        ConfigIssue(
+            f"faults.{at}.at",
+            f"'{section.backend}' is to begin at '{fault.moment}', and no stage of this job has that name",
+            " ".join(part for part in (did_you_mean(fault.moment, known), f"one of: {', '.join(known)}") if part),
+        )
+        for at, (section, fault) in enumerate(rig.faults)
+        if fault.moment not in known
+    ]
     if issues:
         raise ConfigError("rig", issues)
 

@@ -154,7 +154,7 @@ class Watchdog:
         if self._silence_ns is not None:
             raise SafetyStop(
                 f"watchdog: the loop was silent for {seconds(self._silence_ns):.3f} s, the limit is "
-                f"{seconds(self._timeout_ns):.3f} s{self._cause}; the cell was stopped{self._failure}. Find what "
+                f"{seconds(self._timeout_ns):.3f} s{self._cause}{self._failure}. Find what "
                 "blocked the loop (lsds run --json shows the longest run of each task), or increase safety.watchdog_s"
             ) from cause
 
@@ -171,7 +171,7 @@ class Watchdog:
             try:
                 self._stop()
             except Exception as error:
-                self._failure = f" (and stopping raised {type(error).__name__}: {error})"
+                self._failure = f"; and stopping raised {type(error).__name__}: {error}"
         return self.fired
 
     def _why(self, silence_ns: int) -> str:

@@ -12,6 +12,9 @@ START = "start"
 SLIP = "slip"
 """Name of the moment at which a slip was first detected while grip is corrected."""
 
+NEVER = "never"
+"""Name of a moment that never comes: a part with its fault at hand, for comparisons."""
+
 
 class Stages:
     """The first time (ns) of each stage of a run, by the name that the job gives it; empty before the run."""

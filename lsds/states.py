@@ -26,18 +26,25 @@ class States:
         self.gripper: GripperState | None = None
         self.arm: ArmState | None = None
         self.pose: PoseSample | None = None
+        self.pose_problem = ""
         self._rig = rig
         self._calls = rig.thread.calls
         self._reads = [rig.deadline(device, "read") for device in (rig.gripper, rig.arm, rig.pose_source)]
         self._apertures: deque[tuple[int, float]] = deque(maxlen=KEPT)
         stale = nanoseconds(rig.config.safety.stale_after_s)
-        self._gripper_fresh = Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable")
-        self._arm_fresh = Freshness("arm", start_ns, stale, remedy="check the arm's connection")
+        self._fresh = {
+            "gripper": Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable"),
+            "arm": Freshness("arm", start_ns, stale, remedy="check the arm's connection"),
+        }
         self._follow = FollowWatch()
+
+    def silence_s(self, kind: str, now_ns: int) -> float:
+        """Return for how long "arm" or "gripper" has sent no usable state (s), 0 within the limit."""
+        return self._fresh[kind].silence_s(now_ns)
 
     def read_gripper(self, now_ns: int) -> None:
         """Read the gripper. Raises SafetyStop if it was silent for too long."""
-        gripper, fresh = self._rig.gripper, self._gripper_fresh
+        gripper, fresh = self._rig.gripper, self._fresh["gripper"]
         if gripper is None:
             return
         try:
@@ -60,7 +67,7 @@ class States:
 
         Raises SafetyStop if it was silent, or did not follow, for too long.
         """
-        arm, fresh = self._rig.arm, self._arm_fresh
+        arm, fresh = self._rig.arm, self._fresh["arm"]
         if arm is None:
             return
         try:
@@ -75,10 +82,11 @@ class States:
         fresh.require(now_ns)
 
     def read_pose(self, now_ns: int) -> None:
-        """Read the newest poses. They serve jobs and observers only, so missing poses do not stop the cell."""
+        """Read the newest poses. They serve jobs and observers only, so missing poses do not stop the cell; the reason
+        is kept in `pose_problem`, "" while poses come."""
         source = self._rig.pose_source
         if source is not None:
             try:
-                self.pose = self._calls.make(self._reads[2], source.read)
-            except StaleData:
-                self.pose = None
+                self.pose, self.pose_problem = self._calls.make(self._reads[2], source.read), ""
+            except StaleData as error:
+                self.pose, self.pose_problem = None, str(error)

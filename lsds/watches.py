@@ -73,6 +73,11 @@ class Freshness:
             return False
         return True
 
+    def silence_s(self, now_ns: int) -> float:
+        """Return for how long nothing usable has come (s), 0 within the limit."""
+        silence = now_ns - self._good_ns
+        return seconds(silence) if silence > self._limit_ns + self._allowance_ns else 0.0
+
     def require(self, now_ns: int) -> None:
         """Raise SafetyStop if there was no usable sample for too long."""
         silence = now_ns - self._good_ns
@@ -86,7 +91,7 @@ class Freshness:
                 why = f"{away}; {why}"
             raise SafetyStop(
                 f"{self._source}: nothing usable for {seconds(silence):.2f} s, the limit is "
-                f"{seconds(self._limit_ns + self._allowance_ns):.2f} s; the arm was stopped and the grip kept ({why})"
+                f"{seconds(self._limit_ns + self._allowance_ns):.2f} s ({why})"
             )
 
 
@@ -153,7 +158,7 @@ class FollowWatch:
     def check(self, state: ArmState, commanded: Twist, now_ns: int) -> None:
         """Raise SafetyStop on a protective stop, or if the arm has not followed for too long."""
         if state.protective_stop:
-            raise SafetyStop("arm: protective stop; the grip was kept (find the cause, then unlock the arm)")
+            raise SafetyStop("arm: protective stop (find the cause, then unlock the arm)")
         wanted, speed, unit = math.hypot(*commanded.linear_m_s), math.hypot(*state.tcp_twist.linear_m_s), "m/s"
         if wanted <= 0:
             wanted, speed = math.hypot(*commanded.angular_rad_s), math.hypot(*state.tcp_twist.angular_rad_s)
@@ -166,5 +171,5 @@ class FollowWatch:
         if now_ns - self._lagging_since > self.PATIENCE_NS:
             raise SafetyStop(
                 f"arm: commanded {wanted:.3f} {unit} but moving at {speed:.3f} {unit} for "
-                f"{seconds(now_ns - self._lagging_since):.1f} s; the grip was kept (check remote control and obstacles)"
+                f"{seconds(now_ns - self._lagging_since):.1f} s (check remote control and obstacles)"
             )

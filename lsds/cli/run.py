@@ -133,8 +133,9 @@ def _table(summary: dict[str, Any]) -> str:
 
     cost = summary["frame_to_command_us"]
     rows = [
-        ("outcome", f"{summary['outcome']} ({summary['figures_are']})"),
-        *([("reason", summary["fault"])] if summary["fault"] else []),
+        ("outcome", _outcome(summary)),
+        *[("reason", why) for why in (summary["fault"], summary["outcome_reason"]) if why],
+        *([("afterwards", summary["stop_report"])] if summary["stop_report"] else []),
         *_simulated(summary["simulation"]),
         ("slip distance", show(summary["slip_distance_m"], 1e3, "mm")),
         *_seen(summary["seen_slip_distance_m"], show),
@@ -155,6 +156,11 @@ def _table(summary: dict[str, Any]) -> str:
         ("seed", str(summary["seed"])),
     ]
     return table(rows, ("figure", "value"))
+
+
+def _outcome(summary: dict[str, Any]) -> str:
+    missing = "".join(f"; not measured: {name} ({why})" for name, why in summary["missing"].items())
+    return f"{summary['outcome']} ({summary['figures_are']}){missing}"
 
 
 def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:

@@ -88,7 +88,11 @@ class Situation:
 
 @runtime_checkable
 class Job(Protocol):
-    """The interface of a backend of kind `job`. It does no I/O, reads no clock and holds no device."""
+    """The interface of a backend of kind `job`. It does no I/O, reads no clock and holds no device.
+
+    A job may have an attribute `stages`, a tuple of the names of all its stages: a fault that is to begin with a stage
+    that does not exist is then refused before anything moves.
+    """
 
     def begin(self, setting: Setting) -> None:
         """Start a new run and clear all state. Raises ConfigError if the rig lacks what the job needs."""

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from lsds.task import TaskOptions
 
 
+GRASP_STAGES = ("reference", "approach", "back off", "touch", "squeeze", "grasp")
+"""Names of the stages of both ways to grasp."""
+
+
 class Grasping(Protocol):
     """A grasp at work."""
 

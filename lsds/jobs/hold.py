@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Grip, Setting, Situation, Wanted
 from lsds.errors import ConfigError, ConfigIssue, SafetyStop
-from lsds.jobs.grasp import begin_grasp
+from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
 
 
 class HoldOptions(BaseModel):
@@ -29,6 +29,8 @@ class HoldOptions(BaseModel):
 
 class HoldJob:
     """A `Job` that never commands the arm. `held` is true from the end of the grasp until `let_go`."""
+
+    stages = (*GRASP_STAGES, "hold", "release")
 
     def __init__(self, options: HoldOptions | None = None, context: BuildContext | None = None) -> None:
         options = options or HoldOptions()

@@ -19,6 +19,8 @@ class WatchOptions(BaseModel):
 class WatchJob:
     """A `Job` that commands neither gripper nor arm."""
 
+    stages = ("reference", "watch")
+
     def __init__(self, options: WatchOptions | None = None, context: BuildContext | None = None) -> None:
         self._duration_ns = nanoseconds((options or WatchOptions()).duration_s)
 

@@ -14,7 +14,7 @@ from lsds.contracts import CellTruth, Cycle, Frame, Job, MarkerReference
 from lsds.engine import Engine
 from lsds.errors import LsdsError, PluginError
 from lsds.observers import Observers
-from lsds.rig import Rig
+from lsds.rig import Rig, require_moments
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
@@ -67,7 +67,9 @@ def run(
     is called with the session when the cell has been stopped and before it is closed, so that results are safe first.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
-    with Rig(chosen) as rig:
+    rig = Rig(chosen)
+    require_moments(rig, rig.job if job is None else job)
+    with rig:
         rig.arm_devices()
         session = _run(rig, job, observe)
         if isinstance(session.fault, KeyboardInterrupt):
@@ -113,10 +115,7 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
         fault = error
     except Exception as error:
         note = "; ".join(getattr(error, "__notes__", ()))
-        fault = PluginError(
-            f"a backend raised {type(error).__name__}: {error} ({note}); the cell was stopped "
-            "(lsds --debug run shows where)"
-        )
+        fault = PluginError(f"a backend raised {type(error).__name__}: {error} ({note}) (lsds --debug run shows where)")
         fault.__cause__ = error
     finally:
         wall_s = seconds(perf_ns() - begun)

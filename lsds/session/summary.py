@@ -61,9 +61,13 @@ def summarise(
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
     backends["job"] = engine.job_name
     scheduled = engine.scheduler.statistics()
+    outcome = _outcome(engine, acting, truths, every_truth, fault)
     return {
-        "outcome": _outcome(engine, acting, truths, every_truth, fault),
+        "outcome": outcome,
+        "outcome_reason": _why_dropped(rig, engine) if outcome == "dropped" else None,
         "fault": None if fault is None else _reason(fault),
+        "stop_report": engine.stop_report or None,
+        "missing": _missing(rig, engine, acting),
         "figures_are": "simulated" if rig.cell is not None else "measured",
         "simulation": rig.cell.fidelity() if isinstance(rig.cell, FidelityReporting) else None,
         "slip_distance_m": slip.distance_m if slip else None,
@@ -153,6 +157,16 @@ def _outcome(
     return "held" if before >= LEAST_CONTACT and after >= LOST_SHARE * before else "dropped"
 
 
+def _why_dropped(rig: Rig, engine: Engine) -> str | None:
+    """Return what kept the controller from holding the object, None if nothing is known to have."""
+    if not engine.held_back_frames:
+        return None
+    return (
+        f"task.fragile_n = {rig.config.task.fragile_n:g} N kept the fingers from closing further in "
+        f"{engine.held_back_frames} frames, and a firmer grip was needed"
+    )
+
+
 def _began_s(rig: Rig, moment: str) -> float | None:
     """Return when a moment of the run came, by the rig's clock, None where it did not come."""
     began_ns = rig.stages.began_ns(moment)
@@ -186,6 +200,14 @@ def _seen_slip(acting: Sequence[Sample]) -> float | None:
     # A pose source that lost the bodies on the way has not measured the whole slip.
     blind = not any(math.isfinite(s.seen_slip_m) for s in acting[-LATELY:])
     return None if blind or len(seen) < 2 else seen[-1] - seen[0]
+
+
+def _missing(rig: Rig, engine: Engine, acting: Sequence[Sample]) -> dict[str, str]:
+    """Return the figures that a device of the rig should have given and did not, each with the reason."""
+    if rig.pose_source is None or not acting or _seen_slip(acting) is not None:
+        return {}
+    why = engine.pose_problem or "it did not see the bodies 'gripper' and 'object' at the end"
+    return {"seen_slip_distance_m": f"pose source '{rig.config.section('pose_source').backend}': {why}"}
 
 
 def _severity_mae(acting: Sequence[Sample]) -> float | None:

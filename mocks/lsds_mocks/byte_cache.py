@@ -18,7 +18,7 @@ import numpy as np
 P = ParamSpec("P")
 T = TypeVar("T")
 
-BUDGET_BYTES = 256 * 2**20
+BUDGET_BYTES = 192 * 2**20
 """Of all values that `kept` keeps in a process. The tables of one gel hold 100 to 150 MB, by the grids in use; what one
 size of contact adds is some megabytes, and the stamps of one dot are 9 MB. Runs on one gel, of a few objects in turns,
 never forget what they need."""

@@ -83,7 +83,6 @@ def test_runs_of_different_objects_and_gels_leave_little():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="228 MB measured: the cache still fills after the tenth run, and the heap is fragmented")
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_two_hundred_runs_stay_within_150_mb_of_the_tenth():
     tenth, last = resident_bytes(10, 200)

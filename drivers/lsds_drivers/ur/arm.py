@@ -14,6 +14,7 @@ from lsds.contracts import ArmCommand, ArmSpec, ArmState, Lifecycle, Pose, Quate
 from lsds.errors import (
     CommandExpired,
     ConnectFailed,
+    ConnectionLost,
     DeviceError,
     DeviceFault,
     DeviceTimeout,
@@ -54,6 +55,7 @@ class UrArm:
         self._armed_child: Child | None = None
         self._armed_ns = 0
         self._fault: DeviceError | None = None
+        self._stop_result = ""
         self._closing = threading.Event()
         self._keeper: threading.Thread | None = None
 
@@ -94,9 +96,14 @@ class UrArm:
         if child is None or self._guard.state is Lifecycle.CLOSED:
             return
         with contextlib.suppress(Exception):
-            told = child.ended is None and child.send(bytes([Kind.STOP]))
-            if not told and self._guard.state is Lifecycle.ARMED:
-                stop_by_dashboard(self.options.host)
+            sent = child.ended is None and child.send(bytes([Kind.STOP]))
+            if not sent and self._guard.state is Lifecycle.ARMED:
+                self._stop_by_dashboard()
+
+    @property
+    def stop_result(self) -> str:
+        """What the controller answered when the arm last had to be stopped without a connection, "" if it never had."""
+        return self._stop_result
 
     def disarm(self) -> None:
         """Decelerate to rest and release control."""
@@ -170,10 +177,17 @@ class UrArm:
 
     # -- inside -------------------------------------------------------------------------------------------
 
+    def _stop_by_dashboard(self) -> None:
+        asked = "the driver asked the controller's dashboard to stop the program"
+        confirmed = stop_by_dashboard(self.options.host)
+        self._stop_result = f"{asked}, and it {'confirmed that' if confirmed else 'did not answer'}"
+
     def _commandable(self) -> Child:
         child = self._armed_child
         if child is None or child.ended is not None or child is not self._child:
-            raise DeviceFault(self._name, "the connection was lost since it was armed", remedy="disarm and arm again")
+            raise ConnectionLost(
+                self._name, "the connection was lost since it was armed", remedy="disarm and arm again"
+            )
         state = child.state
         if state is not None and not state.safety_bits & NORMAL_BIT:
             what = "in protective stop" if state.safety_bits & PROTECTIVE_BIT else "stopped for safety"
@@ -224,7 +238,7 @@ class UrArm:
                 continue
             self._fault = child.error()
             if self._guard.state is Lifecycle.ARMED and child is self._armed_child:
-                stop_by_dashboard(self.options.host)
+                self._stop_by_dashboard()
             child.close()
             while not self._closing.wait(pause_s):
                 try:

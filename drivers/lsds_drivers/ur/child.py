@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from lsds.errors import ConnectFailed, DeviceError, DeviceTimeout
+from lsds.errors import ConnectFailed, ConnectionLost, DeviceTimeout
 from lsds.processes import isolated_environment, module_command
 from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, pack_request, unpack_reply, unpack_state
 
@@ -86,10 +86,10 @@ class Child:
                 self._changed.wait(left)
         return reply
 
-    def error(self) -> DeviceError:
+    def error(self) -> ConnectionLost:
         """Return the error with the reason why the child has ended."""
         ended = self.ended or Reply("its process has ended")
-        return DeviceError(self._name, ended.problem, remedy=ended.remedy or "reconnect", code=ended.code)
+        return ConnectionLost(self._name, ended.problem, remedy=ended.remedy or "reconnect", code=ended.code)
 
     def close(self) -> None:
         """End the child: by request first, then by force."""

@@ -25,7 +25,7 @@ class FaultOptions(BaseModel):
     severity: int = Field(default=3, ge=1, le=5, description="1 is hardly seen, 5 the worst; some faults have no scale")
     at: str = Field(
         default=START,
-        description="stage of the job with which it begins ('lift', 'hold', ...), 'start', or 'slip': the first alarm",
+        description="a stage of the job ('lift', 'hold', ...), 'start', 'slip' (the first alarm), or 'never'",
     )
     after_s: float = Field(default=0.0, ge=0, le=3600, description="delay after that moment")
     for_s: float | None = Field(default=None, gt=0, le=3600, description="duration; default: to the end")

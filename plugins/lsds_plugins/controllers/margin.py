@@ -115,6 +115,7 @@ class MarginController:
         self._steady_ratio = self._steady_m = math.nan
         self._probed_m = self._calm_m = 0.0
         self._allowed_m = math.inf
+        self.held_back = False
         self._opened_to: float | None = None
         self._back_m: float | None = None
         self._wanted_slip = WantedSlip()
@@ -133,6 +134,7 @@ class MarginController:
         elif not load.fell:
             self._calm_m = squeeze_m
         commanded_m = self._touch_m - state.aperture_m
+        self.held_back = False
         self._allowed_m = self._bearing.allowed_m(
             state.fragile_n, squeeze_m, load.normal_n, self._limit.limit, commanded_m
         )
@@ -296,6 +298,7 @@ class MarginController:
         """
         half_m = state.resolution_m / 2
         finer_m = half_m if half_m > COARSE * squeeze_m else 0.0
+        self.held_back = squeeze_m > self._allowed_m
         return max(0.0, self._touch_m - min(squeeze_m + finer_m, self._allowed_m))
 
     def _note_steady(self, squeeze_m: float) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.grip.carried import CarriedLoad
-from lsds.jobs.grasp import begin_grasp
+from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
 from lsds.jobs.probe import SPEED_M_S, Probe
 from lsds.jobs.take_up import TakeUp
 
@@ -25,6 +25,8 @@ class LiftJob:
 
     In a simulated cell it ends when the object has dropped. Its options are in `[task]`.
     """
+
+    stages = ("begin", *GRASP_STAGES, "settle", "take up", "probe", "lift", "hold", "done")
 
     def __init__(self, options: None = None, context: BuildContext | None = None) -> None: ...
 

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.jobs.grasp import Grasping, begin_grasp
+from lsds.jobs.grasp import GRASP_STAGES, Grasping, begin_grasp
 
 CLEAR_M = 1e-3
 """The arm never goes down nearer than this to where it began, besides the way on which it comes to rest."""
@@ -51,6 +51,8 @@ class ShakeJob:
 
     Ramps make a stroke down longer or shorter than one up, so the measured height decides how far down the arm goes.
     """
+
+    stages = (*GRASP_STAGES, "still", "lift", "shake", "lower", "done")
 
     def __init__(self, options: ShakeOptions | None = None, context: BuildContext | None = None) -> None:
         self._options = options or ShakeOptions()

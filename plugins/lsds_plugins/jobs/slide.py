@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Slide, Twist, Wanted
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.jobs.grasp import Grasping, begin_grasp
+from lsds.jobs.grasp import GRASP_STAGES, Grasping, begin_grasp
 
 
 class SlideOptions(BaseModel):
@@ -31,6 +31,8 @@ class SlideOptions(BaseModel):
 
 class SlideJob:
     """A `Job` for a gripper and an arm: reference, grasp, settle, slide, hold."""
+
+    stages = (*GRASP_STAGES, "settle", "slide", "hold", "done")
 
     def __init__(self, options: SlideOptions | None = None, context: BuildContext | None = None) -> None:
         self._options = options or SlideOptions()

@@ -1,0 +1,68 @@
+"""What is known of arm and gripper after a run that an error has ended: the sentence that follows the error.
+
+It claims nothing that was not seen: a device that sends no state, or does not answer, may still be moving.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lsds.clock import seconds
+from lsds.errors import UNREACHABLE, CallHangs
+
+if TYPE_CHECKING:
+    from lsds.actuation import Actuation
+    from lsds.calls import Calls
+    from lsds.rig import Rig
+    from lsds.states import States
+
+
+def stop_report(
+    error: BaseException,
+    rig: Rig,
+    states: States,
+    act: Actuation,
+    calls: Calls,
+    problems: Sequence[str],
+    now_ns: int,
+) -> str:
+    """Return one line on the arm and the gripper, "" for a rig without either.
+
+    `problems` are those that `Rig.stop` returned; `calls` knows which call raised last.
+    """
+    failed = ""
+    if isinstance(error, CallHangs):
+        failed = error.device
+    elif isinstance(error, UNREACHABLE) and calls.failed is not None:
+        failed = calls.failed.who
+    parts = []
+    for kind, device, describe in (("arm", rig.arm, _arm), ("gripper", rig.gripper, _gripper)):
+        if device is None:
+            continue
+        silence_s = states.silence_s(kind, now_ns)
+        why = next((problem for problem in problems if problem.startswith(f"{kind} ")), "")
+        if failed.startswith(f"{kind} "):
+            why = "its connection failed"
+        elif silence_s > 0:
+            why = f"no usable state for {silence_s:.2f} s"
+        parts += [describe(why, act, now_ns), str(getattr(device, "stop_result", ""))]
+    return "; ".join(part for part in parts if part)
+
+
+def _arm(unreachable: str, act: Actuation, now_ns: int) -> str:
+    if not unreachable:
+        return "the arm was told to stop"
+    last = "it was sent no motion"
+    if act.moved_ns is not None:
+        speed, age_s = math.hypot(*act.moving.linear_m_s), seconds(now_ns - act.moved_ns)
+        last = f"its last command, {speed:.3f} m/s, was sent {age_s:.2f} s before"
+    return f"the arm could not be reached ({unreachable}), and whether it stands still is not known: {last}"
+
+
+def _gripper(unreachable: str, act: Actuation, now_ns: int) -> str:
+    held = f"its last command was {1e3 * act.held_m:.2f} mm" if math.isfinite(act.held_m) else "it was sent no command"
+    if unreachable:
+        return f"the gripper could not be reached ({unreachable}): {held}"
+    return f"the gripper was told to stay where it is: {held}"

@@ -1,0 +1,146 @@
+"""A run that does not end well states why, and claims nothing about devices that it could not reach."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import lsds
+from lsds.cli.main import cli
+from lsds.errors import ConfigError
+from lsds.jobs import HoldJob
+
+pytestmark = pytest.mark.usefixtures("installed_host")
+QUICK = ("cell.simulated.fidelity=winkler", "task.lift_s=1.0", "task.hold_s=0.5")
+
+
+def run(*overrides):
+    return lsds.run(overrides=[*QUICK, *overrides])
+
+
+def fault(backend, at="lift"):
+    return f'faults=[{{backend="{backend}", at="{at}"}}]'
+
+
+# -- arm and gripper after a fault ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gone", ["arm-gone", "arm-frozen"])
+def test_an_arm_that_cannot_be_reached_is_not_reported_as_stopped(gone):
+    session = run(fault(gone))
+    report = session.summary["stop_report"]
+    assert session.summary["outcome"] == "fault"
+    assert "the arm could not be reached" in report
+    assert "whether it stands still is not known: its last command, 0.0" in report
+    assert "the gripper was told to stay where it is: its last command was 2" in report
+    assert report in session.fault.__notes__
+    assert "was stopped" not in str(session.fault)
+    assert "grip kept" not in str(session.fault)
+
+
+def test_a_gripper_that_cannot_be_reached_is_not_reported_to_keep_the_grip():
+    report = run(fault("gripper-no-power")).summary["stop_report"]
+    assert "the arm was told to stop" in report
+    assert "the gripper could not be reached" in report
+    assert "its last command was 2" in report
+
+
+def test_devices_that_answer_are_reported_as_told():
+    report = run(fault("camera-gone")).summary["stop_report"]
+    assert report.startswith("the arm was told to stop; the gripper was told to stay where it is")
+    assert "reached" not in report
+
+
+def test_a_run_that_ends_well_reports_no_stop():
+    summary = run().summary
+    assert (summary["stop_report"], summary["missing"], summary["outcome_reason"]) == (None, {}, None)
+
+
+# -- figures that are missing ---------------------------------------------------------------------------------
+
+
+class GoneCamera:
+    """A pose source that sends nothing from some time on."""
+
+    def __init__(self, source, after_ns):
+        self._source, self._after_ns = source, after_ns
+
+    def __getattr__(self, name):
+        return getattr(self._source, name)
+
+    def read(self):
+        from lsds.errors import StaleData
+
+        sample = self._source.read()
+        if sample.t_ns > self._after_ns:
+            raise StaleData("truth", "no picture for 1.2 s: connection refused")
+        return sample
+
+
+def test_a_pose_source_that_disappears_is_named_with_its_figure(monkeypatch):
+    from lsds.rig import Rig
+
+    build = Rig._build
+
+    def building(self, kind, section, finger=""):
+        part = build(self, kind, section, finger)
+        return GoneCamera(part, 3_000_000_000) if kind == "pose_source" else part
+
+    monkeypatch.setattr(Rig, "_build", building)
+    summary = run("pose_source.backend=mock-truth-camera").summary
+    assert summary["outcome"] == "held"
+    assert summary["seen_slip_distance_m"] is None
+    assert summary["missing"] == {
+        "seen_slip_distance_m": "pose source 'mock-truth-camera': truth: no picture for 1.2 s: connection refused"
+    }
+    from lsds.cli.run import _table
+
+    assert "held (simulated); not measured: seen_slip_distance_m" in _table(summary)
+
+
+def test_nothing_is_missing_while_the_pose_source_sees_the_object():
+    summary = run("pose_source.backend=mock-truth-camera").summary
+    assert summary["seen_slip_distance_m"] is not None
+    assert summary["missing"] == {}
+
+
+# -- reasons --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("backend", ["lift", "hold", "slide", "shake"])
+def test_a_fault_of_a_stage_that_does_not_exist_is_an_error_before_anything_connects(backend):
+    with pytest.raises(ConfigError, match=r"faults\.0\.at: 'camera-noise' is to begin at 'lft'.*one of: start, slip"):
+        run(fault("camera-noise", "lft"), f"job.backend={backend}")
+
+
+def test_a_misspelled_stage_is_suggested_and_the_command_fails():
+    done = CliRunner().invoke(cli, ["run", "--no-plot", "--fault", "camera-noise:5@lft"])
+    assert isinstance(done.exception, ConfigError)
+    assert "did you mean 'lift'?" in str(done.exception)
+
+
+def test_the_stages_of_the_job_that_is_run_count():
+    assert "hold" in HoldJob.stages
+    with pytest.raises(ConfigError, match="'take up'"):
+        lsds.run(overrides=[*QUICK, fault("camera-noise", "take up")], job=HoldJob())
+
+
+@pytest.mark.parametrize("own", [(), ("job.backend=slide",), ("job.backend=shake",), ("task.probe=true",)])
+def test_jobs_declare_all_their_stages(own):
+    with lsds.bring_up(overrides=[*QUICK, *own]) as engine:
+        engine.run()
+        assert set(engine.rig.stages.names) <= {"start", "slip", *engine.job.stages}
+
+
+def test_a_fragile_object_that_cannot_be_held_is_the_reason_of_the_drop():
+    summary = lsds.run(overrides=["task.fragile_n=2.0"]).summary
+    assert summary["outcome"] == "dropped"
+    assert summary["outcome_reason"].startswith("task.fragile_n = 2 N kept the fingers from closing further in ")
+    assert json.dumps(summary["outcome_reason"])
+
+
+def test_a_drop_for_another_reason_is_not_blamed_on_it():
+    summary = lsds.run(overrides=["controller.enabled=false"]).summary
+    assert (summary["outcome"], summary["outcome_reason"]) == ("dropped", None)
