@@ -62,10 +62,11 @@ def run(
     Examples:
       lsds run                                         run the simulated cell, draw run.png
       lsds run --json run.json --seed 7                write JSON, use another seed
-      lsds run --set controller.enabled=false          no correction: the pipe drops
-      lsds run --set controller.pd.literal_sign=true   the paper's sign as printed: it opens on slip
-      lsds run --fault gripper-stuck@slip              the fingers stop when the pipe begins to slip
-      lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on
+      lsds run --set controller.enabled=false          no correction: the pipe is dropped (exit code 8)
+      lsds run --set controller.backend=pd --set controller.pd.literal_sign=true
+                                                       the paper's sign as printed: dropped (exit code 8)
+      lsds run --fault gripper-stuck@slip              the fingers stop at the first slip: safety stop (7)
+      lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on: safety stop (7)
       lsds run rig.toml --no-plot                      run your own cell
     """
     one_thread()
