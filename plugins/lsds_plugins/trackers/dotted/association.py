@@ -3,7 +3,8 @@
 Dots repeat every pitch, so a wrong match one pitch away looks perfect to optical flow, forward-backward checks
 included. Two things do tell: a gel does not tear, so neighbours move nearly alike; and a pad has an edge, so under a
 wrong shift a whole row or column goes missing in plain view. Labels are grown over the grid from the best-predicted
-marker, then every shift by one pitch competes; where the runner-up is close, the answer is "ambiguous".
+marker, then every shift by one pitch competes. Where the runner-up is close, only anchored markers are believed: those
+that are where they rested, or where they were last certain, and those that hang together with them.
 """
 
 from __future__ import annotations
@@ -38,6 +39,10 @@ CALM = MOTION_WEIGHT * 0.25**2
 #: All dots within this many pitches of the reference are the gel at rest.
 HOME = 0.15
 MOST = 0.8
+#: Share of all markers that must be anchored before a doubtful match is believed.
+ANCHORED = 0.3
+#: And the share that must lie between the places of rest: a leap by a whole pitch leaves none there.
+BETWEEN = 0.1
 #: A gel at rest may show this many dots less than the reference: worn off, hidden. A shift by a pitch hides a line.
 FEW = 2
 _EDGE_PX = 1.0
@@ -50,12 +55,14 @@ class Association:
     """Result of matching.
 
     `dot` (N,) index of each marker's dot, -1 where it has none; `expected_px` (N, 2) where each marker is, or would
-    be; `ambiguous` true where a shift by a pitch explains the picture about as well.
+    be; `ambiguous` true where a shift by a pitch explains the picture about as well; `sure` (N,) the markers that are
+    believed all the same, all of them where it is not ambiguous.
     """
 
     dot: NDArray[np.intp]
     expected_px: NDArray[np.float64]
     ambiguous: bool
+    sure: NDArray[np.bool_]
 
 
 def associate(
@@ -73,7 +80,7 @@ def associate(
     """
     count = len(predicted_px)
     if not len(dots_px):
-        return Association(np.full(count, -1), predicted_px, True)
+        return Association(np.full(count, -1), predicted_px, True, np.zeros(count, bool))
     home = _at_home(dots_px, trusted_px, lattice)
     if home is not None:
         return home
@@ -84,13 +91,35 @@ def associate(
     seen = _Seen(grown, extended, dots_px, lattice, trusted_px, hidden)
     calm = _hypotheses(_STAY, seen)
     if calm and calm[0].against == 0 and calm[0].cost < CALM:
-        return Association(calm[0].dot, calm[0].expected_px, False)
+        return Association(calm[0].dot, calm[0].expected_px, False, np.ones(count, bool))
     rivals = sorted([*calm, *_hypotheses(_SHIFTS, seen)], key=lambda c: c.cost)
     if not rivals:
-        return Association(np.full(count, -1), predicted_px, True)
+        return Association(np.full(count, -1), predicted_px, True, np.zeros(count, bool))
     best = rivals.pop(0)
-    ambiguous = any(rival.cost < best.cost + MARGIN or _explains(rival, best) for rival in rivals)
-    return Association(best.dot, best.expected_px, ambiguous)
+    if not any(rival.cost < best.cost + MARGIN or _explains(rival, best) for rival in rivals):
+        return Association(best.dot, best.expected_px, False, np.ones(count, bool))
+    return Association(best.dot, best.expected_px, True, _anchored(best, seen))
+
+
+def _anchored(best: _Hypothesis, seen: _Seen) -> NDArray[np.bool_]:
+    """Return which markers (N,) are anchored under the best hypothesis: none where that cannot be believed.
+
+    A gel that has moved by exactly one pitch, as a whole or in part, shows all its dots at places of rest, too. One of
+    which some dots are in place and others lie between the places is deformed: the first hold it.
+    """
+    lattice = seen.lattice
+    found = best.dot >= 0
+    at = seen.dots[best.dot]
+    reach = HOME * lattice.pitch_px
+    anchors = found & (_within(at - lattice.home_px, reach) | _within(at - seen.trusted, reach))
+    held, between = np.count_nonzero(anchors), np.count_nonzero(found & ~anchors)
+    if held < ANCHORED * lattice.count or between < BETWEEN * lattice.count:
+        return np.zeros(lattice.count, bool)
+    return lattice.connected(anchors, found)
+
+
+def _within(offset: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(offset).max(axis=1) < reach)
 
 
 def _explains(rival: _Hypothesis, best: _Hypothesis) -> bool:
@@ -117,7 +146,8 @@ def _at_home(dots: NDArray[np.float64], trusted: NDArray[np.float64], lattice: L
     if np.count_nonzero(~found) > FEW:
         return None
     nearest = squared.argmin(axis=1)
-    return Association(np.where(found, nearest, -1), np.where(found[:, None], dots[nearest], lattice.home_px), False)
+    at = np.where(found[:, None], dots[nearest], lattice.home_px)
+    return Association(np.where(found, nearest, -1), at, False, np.ones(lattice.count, bool))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -189,11 +189,10 @@ class DotFollower:
         xy = self._localiser.refine(views.grey, match.expected_px)
         flags = self._verify(xy, match.expected_px, mask, SLID_OFF)
         flags[(match.dot < 0) & (flags == _OK)] = _LOST
-        if match.ambiguous:
-            # What is doubted must not be next frame's expectation, or it would confirm itself.
-            flags[flags == _OK] = _AMBIGUOUS
-            return xy, predicted, flags
-        return xy, match.expected_px, flags
+        flags[(flags == _OK) & ~match.sure] = _AMBIGUOUS
+        # What is doubted must not be next frame's expectation, or it would confirm itself.
+        expected = np.where(match.sure[:, None], match.expected_px, predicted)
+        return xy, expected, flags
 
     def _verify(
         self, xy: NDArray[np.float64], expected: NDArray[np.float64], mask: NDArray[np.uint8], reach: float

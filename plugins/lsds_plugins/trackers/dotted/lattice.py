@@ -86,6 +86,17 @@ class Lattice:
         off[judged] = np.abs(moved_px[judged] - middle[judged]).max(axis=1)
         return np.asarray(off > limit_px)
 
+    def connected(self, seeds: NDArray[np.bool_], members: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the members (N,) that hang together with a seed (N,) over neighbours that are members."""
+        neighbour = np.minimum(self.neighbour[: self.count], self.count - 1)
+        linked = self.has_neighbour[: self.count] & (self.neighbour[: self.count] < self.count)
+        reached = seeds & members
+        while True:
+            more = members & ~reached & (reached[neighbour] & linked).any(axis=1)
+            if not more.any():
+                return reached
+            reached |= more
+
     def extend(self, marker_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return positions (nodes, 2) of the markers (N, 2) given and of the ring that moves along with them."""
         return np.concatenate([marker_px, marker_px[self._origin] + self._offset])
