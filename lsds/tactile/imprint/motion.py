@@ -110,7 +110,8 @@ class FollowedImprint:
     def __call__(self) -> ImprintMotion | None:
         """Return the imprint's motion since the frame before; None on the first frame and where it cannot be told."""
         if self._frames is not None:
-            self._answer, self._frames = imprint_motion(*self._frames), None
+            last = self._earlier[0]() if self._earlier else None
+            self._answer, self._frames = imprint_motion(*self._frames, last), None
         return self._answer
 
 
@@ -175,8 +176,8 @@ FAINT = 0.006
 REST_PX = 0.15
 
 
-def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
-    """Return how the imprint has moved from `before` to `now`.
+def imprint_motion(before: Shown, now: Shown, last: ImprintMotion | None = None) -> ImprintMotion | None:
+    """Return how the imprint has moved from `before` to `now`; `last` is its motion up to `before`, None if unknown.
 
     None where too few dots tell how the gel did, there are no edges, the images are not of the same sharpness, or
     nothing touches the gel: neither is there more relief than noise has, nor is a dot away from rest.
@@ -201,13 +202,17 @@ def imprint_motion(before: Shown, now: Shown) -> ImprintMotion | None:
         return None
     here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
     radius = math.sqrt(float(told @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
-    if found.match < POOR:
-        start = leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))
-        other = registration.slipped(start, layers=2)
-        if other is not None and other.match > found.match + BETTER:
-            found = other
-    width, height = reference.image_size
     unit = px * metres
+    if found.match < POOR:
+        starts = [leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))]
+        if last is not None:
+            # What slides fast goes on: its last step leads to where it may be now.
+            starts.append((last.slip_m[0] / unit, last.slip_m[1] / unit, last.turn_rad))
+        for start in starts:
+            other = registration.slipped(start, layers=2)
+            if other is not None and other.match > found.match + BETTER:
+                found = other
+    width, height = reference.image_size
     per_metre = np.array([1 / unit, 1 / unit, 1.0])
     return ImprintMotion(
         slip_m=(found.slip[0] * unit, found.slip[1] * unit),

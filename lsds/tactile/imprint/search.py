@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from lsds.tactile.imprint.layers import Layer
     from lsds.tactile.imprint.relief import Plane
 
-#: Turns that are tried, rad.
-TURNS = tuple(math.radians(turn) for turn in (0.0, -8.0, 8.0, -16.0, 16.0))
+#: Turns that are tried, rad: to 40 degrees a frame, so close together that the registration reaches what lies between.
+TURNS = tuple(math.radians(turn) for turn in range(-40, 41, 8))
 #: The imprint is looked for with what lies within this many radii of gyration of its centre, and within these px.
 _RADII, _LEAST, _MOST = 1.4, 8, 16
 _FAINT = 0.3
