@@ -95,7 +95,7 @@ def pipe_rows(values: dict[str, Any]) -> list[str]:
 BOTH = "both"
 DETECTORS = {
     "fused": "`fused`, the default: imprint and dots, real and simulated frames",
-    "fused, calibrated": "the same, calibrated (`lsds calibrate slip` on the other scored objects of the setup)",
+    "fused, calibrated": "`fused`, calibrated (`lsds calibrate slip` on the other scored objects of the setup)",
     "fused, without the object": "`fused`, fitted without the object, real frames only",
     "fused, from the other setup": "`fused`, real frames of the other setup only",
     "imprint": "`imprint`, untrained",

@@ -445,7 +445,7 @@ class Engine:
         if self._began:
             raise RuntimeError("this engine has run; build a new one")
         self._began = True
-        failure: LsdsError | None = None
+        failure: BaseException | None = None
         self._rig.stages.enter(START, self._clock.now())
         try:
             setting = Setting(
@@ -478,7 +478,9 @@ class Engine:
                         watchdog.check(error)
                         raise
                     watchdog.check()
-        except LsdsError as error:
+        except GeneratorExit:
+            raise
+        except BaseException as error:
             failure = error
             raise
         finally:
@@ -520,8 +522,8 @@ class Engine:
 
 
 class _Consent:
-    """Whether commands may still be sent. It does not hold the engine: what the engine holds, and holds the engine,
-    waits with all of a run for the garbage collector."""
+    """Whether commands may still be sent. It does not hold the engine: a reference cycle through the engine would keep
+    the memory of a run until the garbage collector comes."""
 
     def __init__(self) -> None:
         self.left = False

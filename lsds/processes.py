@@ -1,7 +1,7 @@
 """Parallel work in processes: a crash affects only its own item, and workers end with their parent.
 
-No process that is started here imports a module from the current folder: a file `struct.py` that happens to lie there
-would replace Python's own.
+A process that is started here searches the current folder for modules only if this process does: a file `struct.py`
+that happens to lie there would replace Python's own.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
+from threading import RLock
 from typing import Any, TypeVar
 
 from lsds.errors import DataError
@@ -115,17 +116,22 @@ class _IsolatedContext(SpawnContext):
     Process = _IsolatedProcess
 
 
+_ISOLATING = RLock()
+
+
 @contextmanager
 def _isolation() -> Iterator[None]:
-    before = os.environ.get(_SAFE_PATH)
-    os.environ[_SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_SAFE_PATH]
-        else:
-            os.environ[_SAFE_PATH] = before
+    """Set the variable in this process's environment, which the child inherits; one thread at a time."""
+    with _ISOLATING:
+        before = os.environ.get(_SAFE_PATH)
+        os.environ[_SAFE_PATH] = "1"
+        try:
+            yield
+        finally:
+            if before is None:
+                os.environ.pop(_SAFE_PATH, None)
+            else:
+                os.environ[_SAFE_PATH] = before
 
 
 def _quiet() -> None:

@@ -57,8 +57,10 @@ def _arm(unreachable: str, act: Actuation, now_ns: int) -> str:
     last = "it was sent no motion"
     if act.moved_ns is not None:
         speed, age_s = math.hypot(*act.moving.linear_m_s), seconds(now_ns - act.moved_ns)
-        last = f"its last command, {speed:.3f} m/s, was sent {age_s:.2f} s before"
-    return f"the arm could not be reached ({unreachable}), and whether it stands still is not known: {last}"
+        turn = math.hypot(*act.moving.angular_rad_s)
+        rates = f"{speed:.3f} m/s" + (f", {turn:.3f} rad/s" if turn > 0 else "")
+        last = f"its last command was {rates}, {age_s:.2f} s before the stop"
+    return f"the arm could not be reached ({unreachable}), so it may still be moving; {last}"
 
 
 def _gripper(unreachable: str, act: Actuation, now_ns: int) -> str:

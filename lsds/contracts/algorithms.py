@@ -73,8 +73,8 @@ class Controller(Protocol):
     The guard lets automatic corrections only close. A controller that can open on purpose (a release) declares this
     with an attribute `may_open`, true if its options ever open the gripper; without it, opening is refused. One that
     keeps the force below `GripInput.fragile_n` declares that with `minds_force`; without it a rig whose task gives
-    `fragile_n` does not come up. Its attribute `held_back` is true where the last update would have closed further but
-    for `fragile_n`; the run then names that as the reason of a drop.
+    `fragile_n` does not come up. Its attribute `held_back` is true if `fragile_n` limited the last update, which a run
+    names as the reason of a drop.
     """
 
     def update(self, state: GripInput) -> float | None:

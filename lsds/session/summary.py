@@ -163,7 +163,7 @@ def _why_dropped(rig: Rig, engine: Engine) -> str | None:
         return None
     return (
         f"task.fragile_n = {rig.config.task.fragile_n:g} N kept the fingers from closing further in "
-        f"{engine.held_back_frames} frames, and a firmer grip was needed"
+        f"{engine.held_back_frames} frames"
     )
 
 

@@ -19,9 +19,9 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 BUDGET_BYTES = 192 * 2**20
-"""Of all values that `kept` keeps in a process. The tables of one gel hold 100 to 150 MB, by the grids in use; what one
-size of contact adds is some megabytes, and the stamps of one dot are 9 MB. Runs on one gel, of a few objects in turns,
-never forget what they need."""
+"""Of all values that `kept` keeps in a process. The tables of one gel hold 100 to 150 MB for the default grids, each
+size of contact adds some megabytes, and the stamps of one dot are 9 MB: runs on one gel, of a few objects in turns,
+recompute nothing."""
 ENTRY_BYTES = 1024
 """What an entry counts besides its arrays: without this, values without arrays would never be forgotten."""
 _ATOMS = (int, float, complex, str, type(None), type, FunctionType, BuiltinFunctionType, MethodType, ModuleType)
@@ -52,7 +52,7 @@ class ByteCache:
                 return value
         made = make()
         # Not under the lock: who else asks need not wait for it.
-        fits = held_bytes(key, made) + ENTRY_BYTES <= self._budget
+        fits = held_bytes(made) + ENTRY_BYTES <= self._budget
         with self._lock:
             value = self._values.get(key, made)
             if fits:

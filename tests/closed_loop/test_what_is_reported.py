@@ -33,7 +33,7 @@ def test_an_arm_that_cannot_be_reached_is_not_reported_as_stopped(gone):
     report = session.summary["stop_report"]
     assert session.summary["outcome"] == "fault"
     assert "the arm could not be reached" in report
-    assert "whether it stands still is not known: its last command, 0.0" in report
+    assert "so it may still be moving; its last command was 0.0" in report
     assert "the gripper was told to stay where it is: its last command was 2" in report
     assert report in session.fault.__notes__
     assert "was stopped" not in str(session.fault)

@@ -68,3 +68,13 @@ def test_a_gel_that_is_dragged_in_one_place_keeps_the_markers_that_rest():
         kept.append(bench.move(26.0 * weight * [np.cos(angle), np.sin(angle)]).kept)
         assert bench.at
     assert min(kept) > 0.6 * len(bench.rest)
+
+
+def test_dots_a_whole_pitch_away_are_no_sign_of_a_deformed_gel():
+    """Half of the pad one pitch off and the rest at home: nothing lies between the places of rest."""
+    pad = Bench("lk").tracker._lattice
+    shown = pad.home_px.copy()
+    shown[: pad.count // 2, 0] += pad.pitch_px
+    best = association._Hypothesis(0.0, 0, np.arange(pad.count), shown)
+    seen = association._Seen(np.arange(pad.count), pad.extend(pad.home_px), shown, pad, pad.home_px, None)
+    assert not association._anchored(best, seen).any()

@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
+from lsds import processes
 from lsds.processes import spread
 
 
@@ -118,3 +120,21 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
     found = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60, check=False)
     assert found.returncode != 0
     assert "no worker process can be started" in found.stderr
+
+
+def test_the_environment_is_as_before_however_many_threads_start_processes(monkeypatch):
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    seen = []
+
+    def start():
+        for _ in range(200):
+            with processes._isolation():
+                seen.append(os.environ.get("PYTHONSAFEPATH"))
+
+    threads = [threading.Thread(target=start) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert set(seen) == {"1"}
+    assert "PYTHONSAFEPATH" not in os.environ

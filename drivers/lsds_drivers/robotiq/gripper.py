@@ -33,8 +33,8 @@ STOP_S = 0.8
 """Time that `stop` waits for its execution; if it is exceeded, the stop is still sent later."""
 CLOSE_S = 2.0
 ECHO_NS = 50_000_000
-"""A gripper that does not echo a position request for this time does not refresh its registers. It refreshes them at
-200 Hz (instruction manual, "Control"); ten times that covers a controller that is busy."""
+"""A gripper that does not show an acknowledged request for this time does not refresh its registers. The manual states
+200 Hz ("Control"); ten times that is assumed to cover a URCap's controller, too."""
 
 _CONTACT = {Detection.CONTACT_OPENING: Contact.OPENING, Detection.CONTACT_CLOSING: Contact.CLOSING}
 

@@ -41,7 +41,7 @@ class GripperOptions(BaseModel):
         ge=0,
         le=60,
         description="time without a change of its status after which a gripper at rest is tested: its go-to bit is "
-        "cleared and set again, which moves nothing; 0: never",
+        "cleared and set again (not tried on a real gripper); 0: never",
     )
 
     @model_validator(mode="after")

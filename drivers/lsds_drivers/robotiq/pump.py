@@ -239,7 +239,7 @@ class Pump:
                 now = self._clock.now()
                 asked = self._order is not None or self._halts_done < self._halts_wanted
                 due = self._last_ns + SPACING_NS
-                if not asked:
+                if not (asked or self._life.pending):
                     due = max(due, self._polled_ns + self._period_ns)
                 if now >= due:
                     break
@@ -265,8 +265,8 @@ class Pump:
         elif order is not None:
             self._send(order)
         elif test is not None:
+            self._life.sending(test, self._clock.now())
             self._write(test, None)
-            self._life.sent(test, self._clock.now())
         else:
             self._poll()
 
@@ -297,7 +297,7 @@ class Pump:
             self._certain = True
             self._sent = (self._clock.now(), order.motion) if order.motion is not None else None
             self._await_echo(self._newest)
-            self._life.overtaken()
+            self._life.overtaken(order.motion, self._clock.now())
             # An action alone changes the meaning of later writes; read the status before the next one.
             self._doubtful = order.motion is None
             self._last_sent = order
@@ -315,7 +315,7 @@ class Pump:
         self._write(ACTIVATE if before.activated and not cannot_hold else 0, None)
         with self._wake:
             self._sent = self._unechoed_ns = None
-            self._life.overtaken()
+            self._life.overtaken(None, self._clock.now())
             self._halts_done = max(self._halts_done, halts)
             self._wake.notify_all()
 

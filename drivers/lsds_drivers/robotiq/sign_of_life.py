@@ -1,8 +1,8 @@
 """A test of a gripper at rest: are its registers still refreshed?
 
 A gripper that holds an object repeats one status, and so does one whose firmware has stopped. The test clears the go-to
-bit, which keeps the fingers where they are, waits until the status shows it, and sets it again. It never writes a
-position, so it cannot move the fingers anywhere.
+bit, waits until the status shows it, and sets it again. It never writes a position: the gripper holds where it is, then
+goes on with its last motion. That this moves nothing is the manuals' statement; it was not tried on a real gripper.
 """
 
 from __future__ import annotations
@@ -45,12 +45,20 @@ class SignOfLife:
             return False
         return motion.position == self._last.echo
 
-    def overtaken(self) -> None:
+    @property
+    def pending(self) -> bool:
+        """Whether a test is in progress, which is to end soon."""
+        return self._phase is not _Phase.IDLE
+
+    def overtaken(self, motion: Motion | None, now_ns: int) -> None:
         """Record another acknowledged request, which sets or clears the bit itself; a test in progress ends.
 
-        It is no sign of life: a stream of requests for one position changes nothing in the status.
+        It is no sign of life: a stream of requests for one position changes nothing in the status. After a test, one
+        for that position sets the bit as the test would have done.
         """
-        self._phase = _Phase.IDLE
+        same = motion is not None and self._last is not None and motion.position == self._last.echo
+        self._phase = _Phase.SETTLING if same and self.pending else _Phase.IDLE
+        self._since_ns = now_ns
 
     def interrupted(self, now_ns: int) -> None:
         """Record a failed request. The bit is set again as soon as the gripper answers."""
@@ -70,8 +78,8 @@ class SignOfLife:
             return ACTIVATE
         return None
 
-    def sent(self, action: int, now_ns: int) -> None:
-        """Record that a request of this test was acknowledged."""
+    def sending(self, action: int, now_ns: int) -> None:
+        """Record a request of this test before it is written: it may be carried out without being acknowledged."""
         if action & GO_TO:
             self._phase = _Phase.SETTLING
         else:
@@ -79,7 +87,7 @@ class SignOfLife:
         self._since_ns = now_ns
 
     def shown(self, status: Status, now_ns: int) -> Status:
-        """Take a new status; return it as it is without the test, which is no business of the reader."""
+        """Take a new status; return it with the go-to bit and the detection of before a test in progress."""
         changed, self._last = status != self._last, status
         if changed:
             self._changed_ns = now_ns
@@ -89,7 +97,8 @@ class SignOfLife:
             self._phase = _Phase.RESTORING
         elif self._phase is _Phase.SETTLING:
             rests = status.going and status.detection is not Detection.MOVING
-            if rests or now_ns - self._since_ns > SETTLE_NS:
+            moved = self._before is not None and abs(status.position - self._before.position) > 1
+            if rests or moved or now_ns - self._since_ns > SETTLE_NS:
                 self._phase = _Phase.IDLE
                 return status
         before = self._before

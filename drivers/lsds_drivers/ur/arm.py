@@ -87,7 +87,7 @@ class UrArm:
             reply = child.request(Kind.ARM, self.options.connect_timeout_s)
             if reply.problem:
                 raise DeviceFault(self._name, reply.problem, remedy=reply.remedy, code=reply.code)
-            self._fault = None
+            self._fault, self._stop_result = None, ""
             self._armed_child, self._armed_ns = child, time.monotonic_ns() + PROGRAM_SHOWS_NS
 
     def stop(self) -> None:
@@ -180,7 +180,8 @@ class UrArm:
     def _stop_by_dashboard(self) -> None:
         asked = "the driver asked the controller's dashboard to stop the program"
         confirmed = stop_by_dashboard(self.options.host)
-        self._stop_result = f"{asked}, and it {'confirmed that' if confirmed else 'did not answer'}"
+        if confirmed or not self._stop_result:
+            self._stop_result = f"{asked}, and it {'confirmed that' if confirmed else 'did not confirm it'}"
 
     def _commandable(self) -> Child:
         child = self._armed_child

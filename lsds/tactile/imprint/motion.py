@@ -110,7 +110,7 @@ class FollowedImprint:
     def __call__(self) -> ImprintMotion | None:
         """Return the imprint's motion since the frame before; None on the first frame and where it cannot be told."""
         if self._frames is not None:
-            last = self._earlier[0]() if self._earlier else None
+            last = self._earlier[0] if self._earlier else None
             self._answer, self._frames = imprint_motion(*self._frames, last), None
         return self._answer
 
@@ -176,8 +176,8 @@ FAINT = 0.006
 REST_PX = 0.15
 
 
-def imprint_motion(before: Shown, now: Shown, last: ImprintMotion | None = None) -> ImprintMotion | None:
-    """Return how the imprint has moved from `before` to `now`; `last` is its motion up to `before`, None if unknown.
+def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = None) -> ImprintMotion | None:
+    """Return how the imprint has moved from `before` to `now`; `earlier` knows its motion up to `before`.
 
     None where too few dots tell how the gel did, there are no edges, the images are not of the same sharpness, or
     nothing touches the gel: neither is there more relief than noise has, nor is a dot away from rest.
@@ -205,6 +205,7 @@ def imprint_motion(before: Shown, now: Shown, last: ImprintMotion | None = None)
     unit = px * metres
     if found.match < POOR:
         starts = [leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))]
+        last = None if earlier is None else earlier()
         if last is not None:
             # What slides fast goes on: its last step leads to where it may be now.
             starts.append((last.slip_m[0] / unit, last.slip_m[1] / unit, last.turn_rad))

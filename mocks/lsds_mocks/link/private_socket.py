@@ -19,30 +19,39 @@ _CREDENTIALS = struct.Struct("3i")
 
 
 def runtime_folder() -> Path:
-    """Return the folder of this user's sockets, which may not exist yet: in `XDG_RUNTIME_DIR` if that is set."""
-    given = os.environ.get("XDG_RUNTIME_DIR", "")
-    if given and os.path.isabs(given):
-        return Path(given) / "lsds"
+    """Return the folder of this user's sockets, which may not exist yet: in `XDG_RUNTIME_DIR` if that is private."""
+    given = Path(os.environ.get("XDG_RUNTIME_DIR", ""))
+    if given.is_absolute() and _is_private(given):
+        return given / "lsds"
     return Path(tempfile.gettempdir()) / f"lsds-{os.getuid()}"
 
 
 def make_private(folder: Path) -> None:
     """Create a folder that only this user can enter. Raises ConnectFailed if another one lies in its place."""
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found = folder.lstat()
+        folder.mkdir(mode=0o700, exist_ok=True)
     except OSError as error:
         remedy = "name another place: cell.wire.socket"
         raise ConnectFailed(_PLANT, f"'{folder}' cannot be made: {error.strerror}", remedy=remedy) from error
-    private = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077
-    if not private:
+    if not _is_private(folder):
         problem = f"'{folder}' is not a folder that only you can enter"
         raise ConnectFailed(_PLANT, problem, remedy="remove it, or name another place: cell.wire.socket")
 
 
+def _is_private(folder: Path) -> bool:
+    try:
+        found = folder.lstat()
+    except OSError:
+        return False
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077
+
+
 @contextlib.contextmanager
 def owner_only() -> Iterator[None]:
-    """Let files and sockets that are made in the body belong to this user alone, from their first instant."""
+    """Let files and sockets that are made in the body belong to this user alone, from their first instant.
+
+    It changes the file mode mask of the whole process for that time.
+    """
     before = os.umask(0o177)
     try:
         yield

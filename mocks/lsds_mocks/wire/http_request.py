@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 
-_REQUEST_LINE = re.compile(r"\s*[!#$%&'*+.^_`|~0-9A-Za-z-]+ +\S+ +HTTP/\d")
-"""Method, target and version; RFC 9112, section 3."""
+_REQUEST = re.compile(r"\s*(?:[A-Z]+ +(?:/|\*|https?:)|\S+ +\S+ +HTTP/\d)")
+"""Method and target, or method, target and version; RFC 9112, section 3. The target may be of any length."""
 
 
 def is_http_request(line: str) -> bool:
-    """Return whether a line begins an HTTP request."""
-    return _REQUEST_LINE.match(line) is not None
+    """Return whether a line, or its beginning, begins an HTTP request."""
+    return _REQUEST.match(line) is not None

@@ -122,6 +122,7 @@ class MarginController:
 
     def update(self, state: GripInput) -> float | None:
         """Return the new aperture in metres, or None to leave the gripper unchanged."""
+        self.held_back = False
         aperture = state.frame_aperture_m if math.isfinite(state.frame_aperture_m) else state.measured_aperture_m
         if not (math.isfinite(aperture) and math.isfinite(state.aperture_m)):
             return None
@@ -134,7 +135,6 @@ class MarginController:
         elif not load.fell:
             self._calm_m = squeeze_m
         commanded_m = self._touch_m - state.aperture_m
-        self.held_back = False
         self._allowed_m = self._bearing.allowed_m(
             state.fragile_n, squeeze_m, load.normal_n, self._limit.limit, commanded_m
         )

@@ -434,6 +434,23 @@ def test_the_bit_is_set_again_after_a_failure_in_the_middle_of_the_test(lively):
     assert until(lambda: wire.status.going)
 
 
+def test_the_bit_is_set_again_when_the_clearing_was_carried_out_but_not_acknowledged(lively):
+    wire, gripper = lively
+    write = wire.write
+
+    def losing(action, motion):
+        write(action, motion)
+        if action == ACTIVATE:
+            wire.write = write
+            raise SILENCE
+
+    gripper.command(to(0.01))
+    assert until(lambda: gripper.read().target_m < 0.011)
+    wire.write = losing
+    assert until(lambda: not wire.status.going)
+    assert until(lambda: wire.status.going)
+
+
 def test_a_gripper_that_has_lost_its_activation_is_not_activated_by_the_test(lively):
     wire, gripper = lively
     gripper.command(to(0.01))

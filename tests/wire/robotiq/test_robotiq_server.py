@@ -11,6 +11,7 @@ import pytest
 import serial
 from lsds_mocks.wire.robotiq.options import HandEOptions
 from lsds_mocks.wire.robotiq.server import RobotiqMock
+from lsds_mocks.wire.robotiq.urcap import UrcapSession
 from pydantic import ValidationError
 
 from lsds.contracts import BuildContext
@@ -232,3 +233,27 @@ def test_disconnect_and_back(tmp_path):
             assert answers(line)
         with on_tcp(addresses) as client:
             assert answers(client)
+
+
+@pytest.mark.parametrize("size", [10, 5000])
+def test_the_body_of_an_http_request_sets_nothing(size):
+    machine = Machine()
+    session = UrcapSession(machine)
+    for piece in (f"POST /{'a' * size}", " HTTP/1.1\r\nHost: a\r\n\r\n", "SET POS 0\n"):
+        assert session.feed(piece.encode(), 0) == b""
+    assert machine.written == []
+
+
+class Machine:
+    """Notes what is written."""
+
+    command = bytes(16)
+
+    def __init__(self):
+        self.written = []
+
+    def heard(self, now_ns):
+        pass
+
+    def write(self, offset, data, now_ns):
+        self.written.append((offset, data))

@@ -12,6 +12,7 @@ from lsds_mocks.wire.ur.functions import waiting
 from lsds_mocks.wire.ur.script.compiler import compile_script
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.parser import MOST_NESTED
+from lsds_mocks.wire.ur.script.stream import ScriptStream
 from lsds_mocks.wire.ur.sender import Sender, listening_ports, sender_of
 
 from lsds.errors import DeviceError
@@ -50,6 +51,14 @@ def test_the_dashboard_executes_nothing_of_an_http_request(host):
         with pytest.raises((EOFError, ConnectionError)):
             browser.line()
         assert other.ask("get operational mode") == "NONE"
+
+
+@pytest.mark.parametrize("size", [3000, 700_000])
+def test_a_long_target_hides_no_http_request(size):
+    stream = ScriptStream()
+    for piece in (f"POST /{'a' * size}", " HTTP/1.1\r\nHost: a\r\n\r\n", SAYS):
+        assert stream.feed(piece.encode()) == []
+    assert stream.refused
 
 
 # -- sockets --------------------------------------------------------------------------------------------------

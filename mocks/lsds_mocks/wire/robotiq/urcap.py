@@ -27,6 +27,7 @@ class UrcapSession:
     def feed(self, data: bytes, now_ns: int) -> bytes:
         """Take what has come; return all answers in one piece, as clients read once and do not frame."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
+        self._ignored = self._ignored or is_http_request(self._buffer[:LONGEST_LINE].decode("ascii", "replace"))
         if len(self._buffer) > LONGEST_LINE:
             self._buffer = b""
         return b"".join(self._answer(line.decode("ascii", "replace"), now_ns) for line in lines)

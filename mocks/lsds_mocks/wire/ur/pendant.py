@@ -11,7 +11,7 @@ from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
 from lsds_mocks.wire.ur.script.compiler import LONGEST
 from lsds_mocks.wire.ur.script.errors import ScriptError
-from lsds_mocks.wire.ur.sender import sender_of
+from lsds_mocks.wire.ur.sender import listening_ports, sender_of
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
@@ -116,7 +116,7 @@ class Pendant:
         """
         options = self.controller.options
         if not on_loopback(options.urcap_host):
-            return "", None
+            return "", frozenset
         try:
             with socket.create_connection((options.urcap_host, options.urcap_port), _REQUEST_S) as link:
                 link.settimeout(_REQUEST_S)
@@ -131,15 +131,17 @@ class Pendant:
                         raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
                     if clock.now() > ends_ns:
                         # A sender that never finishes must not keep all other scripts waiting.
-                        return "", None
+                        return "", frozenset
                     if part.endswith(b"\n") and not _more(link):
                         break
+                # Looked up while the sender still holds its end.
+                ports = frozenset() if sender is None else listening_ports(sender)
         except OSError:
-            return "", None
+            return "", frozenset
         text = script.decode("utf-8", "replace")
         if not text.lstrip().startswith(("def ", "sec ")):
             text = f"def external_control():\n{text}\nend\n"
-        return text, sender
+        return text, lambda: ports
 
 
 def _more(link: socket.socket) -> bool:

@@ -54,20 +54,21 @@ def listening_ports(sender: Sender) -> frozenset[int]:
 
 
 def _sockets() -> Iterator[_Socket]:
-    """Yield the IPv4 sockets of the kernel's table, see proc_net_tcp(5)."""
-    try:
-        lines = Path("/proc/net/tcp").read_text("ascii").splitlines()[1:]
-    except OSError:
-        return
-    for line in lines:
-        words = line.split()
-        yield _Socket(_address(words[1]), _address(words[2]), words[3], int(words[9]))
+    """Yield the sockets of the kernel's tables, see proc_net_tcp(5); those of IPv6 by their mapped IPv4 address."""
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        try:
+            lines = Path(table).read_text("ascii").splitlines()[1:]
+        except OSError:
+            continue
+        for line in lines:
+            words = line.split()
+            yield _Socket(_address(words[1]), _address(words[2]), words[3], int(words[9]))
 
 
 def _address(text: str) -> Address:
-    """Convert "0100007F:1F90", where the address is a native 32-bit number."""
+    """Convert "0100007F:1F90": native 32-bit numbers, of which the last one is the IPv4 address of a mapped one."""
     host, _, port = text.partition(":")
-    return socket.inet_ntoa(struct.pack("=I", int(host, 16))), int(port, 16)
+    return socket.inet_ntoa(struct.pack("=I", int(host[-8:], 16))), int(port, 16)
 
 
 def _inodes_by_process() -> Iterator[set[int]]:

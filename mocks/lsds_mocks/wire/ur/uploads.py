@@ -6,6 +6,7 @@ import queue
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.functions import waiting
@@ -13,6 +14,9 @@ from lsds_mocks.wire.ur.script.compilation import Compilation
 from lsds_mocks.wire.ur.script.compiler import LONGEST, Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.sender import Sender, listening_ports
+
+Ports = Callable[[], frozenset[int]]
+"""Returns the ports on which a program's sender listens."""
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
@@ -22,8 +26,8 @@ WAITING, WAITING_CHARACTERS = 64, 4_000_000
 """Programs that may wait to be compiled or started; what comes beyond these is refused."""
 
 
-Script = tuple[str, Sender | None]
-"""A program's text, and who sent it; None if the mock has it itself."""
+Script = tuple[str, Ports]
+"""A program's text, and the ports that it may open."""
 
 
 class Uploads:
@@ -49,7 +53,8 @@ class Uploads:
 
     def submit(self, text: str, sender: Sender | None = None) -> None:
         """Compile a script."""
-        self._take(lambda: (text, sender), len(text))
+        ports: Ports = frozenset if sender is None else partial(listening_ports, sender)
+        self._take(lambda: (text, ports), len(text))
 
     def fetch(self, script: Callable[[], Script]) -> None:
         """Call a function in the worker, which may wait, and compile the script it returns; "" for none.
@@ -93,7 +98,7 @@ class Uploads:
 
     def _result(self, script: Callable[[], Script]) -> Compiled | ScriptError | None:
         try:
-            text, sender = script()
+            text, found = script()
         except ScriptError as error:
             return error
         if not text.strip():
@@ -101,10 +106,7 @@ class Uploads:
         compiled = self._compiled(text)
         if isinstance(compiled, ScriptError) or "socket_open" not in text:
             return compiled
-        ports = self._ports
-        if ports is None:
-            ports = frozenset() if sender is None else listening_ports(sender)
-        return replace(compiled, ports=ports)
+        return replace(compiled, ports=found() if self._ports is None else self._ports)
 
     def _compiled(self, text: str) -> Compiled | ScriptError:
         compiled = self._cache.get(text)

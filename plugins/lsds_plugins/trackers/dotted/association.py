@@ -4,7 +4,7 @@ Dots repeat every pitch, so a wrong match one pitch away looks perfect to optica
 included. Two things do tell: a gel does not tear, so neighbours move nearly alike; and a pad has an edge, so under a
 wrong shift a whole row or column goes missing in plain view. Labels are grown over the grid from the best-predicted
 marker, then every shift by one pitch competes. Where the runner-up is close, only anchored markers are believed: those
-that are where they rested, or where they were last certain, and those that hang together with them.
+that are where they rested, or where they were last certain, and those connected to them over neighbours.
 """
 
 from __future__ import annotations
@@ -111,8 +111,11 @@ def _anchored(best: _Hypothesis, seen: _Seen) -> NDArray[np.bool_]:
     found = best.dot >= 0
     at = seen.dots[best.dot]
     reach = HOME * lattice.pitch_px
-    anchors = found & (_within(at - lattice.home_px, reach) | _within(at - seen.trusted, reach))
-    held, between = np.count_nonzero(anchors), np.count_nonzero(found & ~anchors)
+    away = at - lattice.home_px
+    anchors = found & (_within(away, reach) | _within(at - seen.trusted, reach))
+    # Less whole pitches: what is left of a leap by a pitch, as a whole or in part, is nothing.
+    left = away - lattice.pitch_px * np.round(away / lattice.pitch_px)
+    held, between = np.count_nonzero(anchors), np.count_nonzero(found & ~anchors & ~_within(left, reach))
     if held < ANCHORED * lattice.count or between < BETWEEN * lattice.count:
         return np.zeros(lattice.count, bool)
     return lattice.connected(anchors, found)

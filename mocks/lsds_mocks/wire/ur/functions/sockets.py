@@ -196,8 +196,9 @@ class Functions:
         """Report the first port that is not allowed."""
         if not self._explained:
             self._explained = True
-            allowed = "--socket-ports allows it; without, a program reaches ports on which its sender listens"
-            self._c.tell(TextMessage(f"socket_open: port {port} is not allowed: {allowed}"))
+            remedy = f"start the mock with --socket-ports '[{port}]'"
+            rule = "by default only ports are allowed on which the sender of the program listens"
+            self._c.tell(TextMessage(f"socket_open: port {port} is not allowed; {rule}; {remedy}"))
 
     def _count(self, number: Any) -> int:
         if not 0 < int(number) <= LENGTH:

@@ -42,6 +42,7 @@ class ScriptStream:
             program = self._line(text)
             if program is not None:
                 programs.append(program)
+        self.refused = self.refused or is_http_request(self._partial[:LONG].decode("utf-8", "replace"))
         if len(self._partial) > LIMIT:
             self._partial = b""
         return programs
