@@ -311,6 +311,8 @@ class Observation:
     the object's imprint against the gel (`lsds.tactile`); each is computed once, on first use. `load` is what pulls at
     the gel since the reference (`lsds.grip.load`), None with too few markers. All are None in an observation that was
     not made by perception.
+    `lost_share` is the share of the markers that were followed in the last frame and are lost in this one: what slips
+    fast takes them along.
     """
 
     t_ns: int
@@ -323,6 +325,7 @@ class Observation:
     evidence: Evidence | None = None
     imprint: Imprint | None = None
     load: ContactLoad | None = None
+    lost_share: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

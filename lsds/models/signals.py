@@ -33,6 +33,7 @@ EVIDENCE: dict[str, tuple[str, str]] = {
     "shear": ("m", "its norm"),
     "twist": ("rad", "rotation of the displacements of the markers in contact"),
     "contact_share": ("1", "fraction of the markers that are in contact"),
+    "markers_lost": ("1", "fraction of the markers that were followed in the last frame and are lost in this one"),
 }
 """Signals of `lsds.tactile.slip_residual`, by name: unit and meaning."""
 
@@ -112,6 +113,10 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
         *(*_IMPRINT, "residual_step"),
         *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed"),
     ),
+    "imprint-field-and-lost": (
+        *(*_IMPRINT, "residual_step"),
+        *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed", "markers_lost"),
+    ),
     "timed-field-and-imprint": (
         *(*_SIGNED_FIELD, "dt", "imprint_v_x", "imprint_v_y", "imprint_rate"),
         *("imprint_distance", "imprint_mismatch", "imprint_regained", "imprint_growth", "imprint_residual", "gel_step"),
@@ -120,8 +125,8 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
 }
 """Named sets: those of the paper; `field`: signals of slip without direction; `signed-field`: with direction;
 `timed-field`: also the frame interval; `imprint`: motion of the imprint, without direction; `imprint-and-dots`: both,
-in steps; `imprint-and-field`: and rates of the field; `timed-field-and-imprint`: rates of both, with direction; and the
-control."""
+in steps; `imprint-and-field`: and rates of the field; `imprint-field-and-lost`: and the markers that are suddenly lost;
+`timed-field-and-imprint`: rates of both, with direction; and the control."""
 
 _LEAST_MARKERS = 6
 #: An imprint's change is told to this factor, its strength to this curvature.
@@ -231,6 +236,7 @@ def _evidence(observation: Observation) -> tuple[float, ...]:
         math.hypot(x, y),
         evidence.twist_rad,
         evidence.markers / observation.field.reference.count,
+        observation.lost_share,
     )
 
 

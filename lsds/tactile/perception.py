@@ -24,6 +24,9 @@ from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from lsds.contracts import Frame, MarkerReference, MarkerTracks, SensorSpec, Tracker
     from lsds.tactile.options import TactileOptions
 
@@ -62,6 +65,7 @@ class Perception:
         self._features.start(self.reference, self._field.position_m)
         self._imprint = ImprintFollower(self.metres_per_px, self.reference, self.reference_frame)
         self._basis = EvidenceBasis(self.reference)
+        self._followed: NDArray[np.bool_] | None = None
         return self.reference
 
     def reset(self) -> None:
@@ -70,6 +74,7 @@ class Perception:
         self._field.reset()
         self._features.reset()
         self._imprint.reset()
+        self._followed = None
 
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
         """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
@@ -86,5 +91,9 @@ class Perception:
         normal = normal_force_of(contact, self._pad_m2)
         if load is not None and normal is not None:
             load = replace(load, normal_n=normal[0], normal_std_n=normal[1])
-        shown = Observation(frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint, load)
+        lost = 0.0 if self._followed is None else float((self._followed & ~tracks.valid).mean())
+        self._followed = tracks.valid
+        shown = Observation(
+            frame.t_ns, frame.seq, field.dt_s, field, contact, features, frame, evidence, imprint, load, lost
+        )
         return shown, tracks

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 class FusedOptions(LearnerOptions):
     """Options of the learner `fused`."""
 
-    signals: str | list[str] = Field(default="imprint-and-field", description="named set of signals, or their names")
+    signals: str | list[str] = Field(
+        default="imprint-field-and-lost", description="named set of signals, or their names"
+    )
     length: int = Field(default=3, ge=1, le=100, description="window length, frames")
     max_depth: int = Field(default=4, ge=1, le=16, description="maximum depth of a tree")
     min_samples_leaf: int = Field(default=20, ge=1, description="minimum examples in a leaf")

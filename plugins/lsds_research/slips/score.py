@@ -65,7 +65,11 @@ def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What is summed over recordings: frames found of how many, false alarms of how many, intervals noticed."""
+    """What is summed over recordings: frames found of how many, false alarms of how many, intervals noticed.
+
+    `slip_unanswered` and `moving_unanswered` are frames in which the detector abstains: those that slip, and those that
+    stick and move, or of which no dot tells whether they do. A still frame without an answer is not among `still`.
+    """
 
     slip: int = 0
     found: int = 0
@@ -77,6 +81,8 @@ class Counts:
     noticed: int = 0
     answered: int = 0
     frames: int = 0
+    slip_unanswered: int = 0
+    moving_unanswered: int = 0
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(*(a + b for a, b in zip(_tuple(self), _tuple(other), strict=True)))
@@ -101,6 +107,16 @@ class Counts:
         """False alarms per 100 still frames."""
         return 100 * self.false_still / self.still if self.still else math.nan
 
+    @property
+    def unanswered_share(self) -> float:
+        """Of the frames that slip, the share without an answer."""
+        return self.slip_unanswered / self.slip if self.slip else math.nan
+
+    @property
+    def moving_unanswered_share(self) -> float:
+        """Of the frames that move and stick, the share without an answer."""
+        return self.moving_unanswered / self.moving if self.moving else math.nan
+
 
 def _tuple(counts: Counts) -> tuple[int, ...]:
     return tuple(getattr(counts, name) for name in Counts.__slots__)
@@ -112,17 +128,24 @@ def counted(said: Said) -> Counts:
     alarm = said.slip == 1
     onsets = onset_errors(said)
     scored = frames.slip | frames.moving | frames.still
+    answered = np.isfinite(said.slip)
+    # Of a frame without a dot that both images show, nobody knows whether it moves.
+    unknown = frames.still & ~answered & (said.moved_px == 0)
+    moving = frames.moving | unknown
+    still = frames.still & answered
     return Counts(
         int(frames.slip.sum()),
         int((frames.slip & alarm).sum()),
-        int(frames.moving.sum()),
-        int((frames.moving & alarm).sum()),
-        int(frames.still.sum()),
-        int((frames.still & alarm).sum()),
+        int(moving.sum()),
+        int((moving & alarm).sum()),
+        int(still.sum()),
+        int((still & alarm).sum()),
         len(onsets),
         int(np.isfinite(onsets).sum()),
-        int((scored & np.isfinite(said.slip)).sum()),
-        int(scored.sum()),
+        int((scored & answered).sum()),
+        int((frames.slip | moving | still).sum()),
+        int((frames.slip & ~answered).sum()),
+        int((moving & ~answered).sum()),
     )
 
 

@@ -38,11 +38,15 @@ _COLUMNS = (
     ("setup", "setup", ""),
     ("found", "found", ".2f"),
     ("noticed", "noticed", ".2f"),
+    ("noticed_low", "95 %", ".2f"),
+    ("noticed_high", "", ".2f"),
     ("intervals", "of", "d"),
     ("per_100_moving", "/100 moving", ".1f"),
+    ("per_100_moving_high", "to", ".1f"),
     ("per_100_still", "/100 still", ".2f"),
     ("onset", "onset", ".0f"),
-    ("answered", "answered", ".2f"),
+    ("slip_unanswered", "slip w/o answer", ".3f"),
+    ("moving_unanswered", "moving w/o", ".3f"),
     ("at_found", "found at", ".2f"),
     ("at_noticed", "noticed at", ".2f"),
     ("at_low", "95 %", ".2f"),
@@ -189,14 +193,23 @@ def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row
     late = np.concatenate([onset_errors(each) for each in said]) if said else np.empty(0)
     late = late[np.isfinite(late)]
     at = _at(scores, _threshold(scores, alarms))
-    parts = [counted(each) for each in at]
-    swept = sum(parts, Counts())
-    low, high = _interval(parts, seed)
+    swept = sum((counted(each) for each in at), Counts())
+    objects = [own.object for own, _, _ in scores]
+    decided = _intervals([counted(each) for each in said], objects, seed)
+    low, high = _intervals([counted(each) for each in at], objects, seed)["noticed_share"]
     return {
         "detector": name,
         "setup": setup,
         "found": counts.recall,
+        "found_low": decided["recall"][0],
+        "found_high": decided["recall"][1],
         "noticed": counts.noticed_share,
+        "noticed_low": decided["noticed_share"][0],
+        "noticed_high": decided["noticed_share"][1],
+        "per_100_moving_low": decided["per_100_moving"][0],
+        "per_100_moving_high": decided["per_100_moving"][1],
+        "slip_unanswered": counts.unanswered_share,
+        "moving_unanswered": counts.moving_unanswered_share,
         "intervals": counts.intervals,
         "per_100_moving": counts.per_100_moving,
         "per_100_still": counts.per_100_still,
@@ -224,16 +237,18 @@ def _at(scores: Scores, least: float) -> list[Said]:
     return [own.said(np.where(np.isfinite(slip), exceeds(score, least), np.nan)) for own, slip, score in scores]
 
 
-def _interval(parts: Sequence[Counts], seed: int) -> tuple[float, float]:
-    """Return the 95 % interval of the share noticed, over recordings drawn with replacement."""
+def _intervals(parts: Sequence[Counts], objects: Sequence[str], seed: int) -> dict[str, tuple[float, float]]:
+    """Return 95 % intervals of some figures, over objects drawn with replacement."""
+    names = sorted(set(objects))
+    by_object = [sum((own for own, at in zip(parts, objects, strict=True) if at == name), Counts()) for name in names]
     rng = np.random.default_rng(seed)
-    shares = []
-    for _ in range(_DRAWS):
-        drawn = sum((parts[k] for k in rng.integers(0, len(parts), len(parts))), Counts())
-        if drawn.intervals:
-            shares.append(drawn.noticed_share)
-    low, high = np.quantile(shares, (0.025, 0.975)) if shares else (math.nan, math.nan)
-    return float(low), float(high)
+    drawn = [sum((by_object[k] for k in rng.integers(0, len(names), len(names))), Counts()) for _ in range(_DRAWS)]
+    found = {}
+    for figure in ("recall", "noticed_share", "per_100_moving"):
+        values = [value for counts in drawn if math.isfinite(value := getattr(counts, figure))]
+        low, high = np.quantile(values, (0.025, 0.975)) if values else (math.nan, math.nan)
+        found[figure] = float(low), float(high)
+    return found
 
 
 def _curve(scores: Scores) -> list[tuple[float, float]]:
@@ -284,8 +299,8 @@ def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
     return [
         f"found: share of the frames that slip; noticed: share of {slips} intervals in which slip is said from a frame "
         "before the onset to two after it; /100: false alarms per 100 frames that stick or are free",
-        f"'at': at the threshold with {alarms:g} false alarms per 100 moving frames; 95 %: over recordings drawn with "
-        "replacement; onset: frames late, median",
+        f"'at': at the threshold with {alarms:g} false alarms per 100 moving frames; 95 %: over objects drawn with "
+        "replacement; onset: frames late, median; w/o answer: share of frames in which the detector abstains",
         "a frame moves where the fastest tenth of the dots moves by more than half a pixel; unsure and touch, their "
         f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
         f"calibrated: at the threshold that lsds calibrate slip finds on the other scored objects of the setup, for "

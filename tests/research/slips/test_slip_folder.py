@@ -191,13 +191,13 @@ def made_up(name, thing, seed, sense=1.0, count=60):
 
 def test_a_model_is_asked_about_the_objects_that_it_has_not_seen():
     # One object is the other way round. Who had seen it would know; who has not is wrong about it.
-    things = [made_up(f"{thing}{k}", thing, k, -1.0 if thing == "c" else 1.0) for k, thing in enumerate("aabbbc")]
+    things = [made_up(f"{thing}{k}", thing, k, -1.0 if thing == "c" else 1.0) for k, thing in enumerate("aaaabbbbc")]
     scores = refitted(things, lambda own: own.object)
-    assert [len(score) for score in scores] == [60] * 6
+    assert [len(score) for score in scores] == [60] * 9
     assert all(np.isnan(score[0]) and np.isfinite(score[1:]).all() for score in scores)
     right = [np.mean((score[1:] > 0.5) == (np.arange(1, 60) >= 30)) for score in scores]
-    assert min(right[:5]) > 0.8
-    assert right[5] < 0.2
+    assert min(right[:8]) > 0.8
+    assert right[8] < 0.2
 
 
 def test_where_the_others_do_not_tell_both_there_is_no_model():

@@ -117,7 +117,11 @@ def test_saying_what_is_labelled_is_perfect_and_saying_nothing_is_no_alarm(own):
     assert perfect.noticed == perfect.intervals
     assert perfect.false_moving == perfect.false_still == 0
     mute = counted(said(own, abstains=range(len(state))))
-    assert mute == dataclasses.replace(perfect, found=0, noticed=0, answered=0)
+    # Not one of the frames without an answer is still.
+    assert (mute.found, mute.noticed, mute.answered, mute.still) == (0, 0, 0, 0)
+    assert (mute.false_moving, mute.false_still) == (0, 0)
+    assert mute.slip_unanswered == mute.slip == perfect.slip
+    assert mute.moving_unanswered == mute.moving >= perfect.moving
 
 
 def test_nothing_scored_has_no_share():
