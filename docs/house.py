@@ -33,6 +33,7 @@ FLOORS = (
     ("lsds.rig", "lsds.fusion", "lsds.observers"),
     ("lsds.config",),
     ("lsds.plugins", "lsds.models", "lsds.vision"),
+    ("lsds.imprint_step",),
     ("lsds.tactile", "lsds.safety"),
     ("lsds.grip", "lsds.watches", "lsds.fingers", "lsds.answers", "lsds.stages", "lsds.scheduler"),
     ("lsds.contracts",),

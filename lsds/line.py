@@ -15,6 +15,7 @@ from lsds.answers import sound_detection, sound_estimate
 from lsds.clock import nanoseconds
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
+from lsds.imprint_step import ImprintStep
 from lsds.tactile.gate import FrameGate, check_image
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, brightness
@@ -51,7 +52,14 @@ class FingerLine:
         self._calls = rig.thread.calls
         self._reading = rig.deadline(finger.sensor, "read")
         self._updates = tuple(rig.deadlines.of(name, "update") for name in self._names)
-        self.perception = Perception(finger.tracker, finger.sensor.spec, config.tactile, tracker_name=self._names[0])
+        self.imprint = ImprintStep(self._calls, rig.deadlines.of(f"imprint of {finger.label}", "follow"))
+        self.perception = Perception(
+            finger.tracker,
+            finger.sensor.spec,
+            config.tactile,
+            tracker_name=self._names[0],
+            imprint_step=self.imprint,
+        )
 
     @property
     def referenced(self) -> bool:

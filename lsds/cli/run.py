@@ -153,6 +153,7 @@ def _table(summary: dict[str, Any]) -> str:
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
         ("missed cycles", str(summary["overruns"])),
         ("image to command", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99"),
+        *_imprint(summary["imprint_us"], show),
         ("speed", show(summary["realtime_factor"], 1, "x real time")),
         ("seed", str(summary["seed"])),
     ]
@@ -179,6 +180,13 @@ def _called(told: dict[str, Any] | None, show: Callable[[float | None, float, st
     truth = "" if slipped_m is None else f"; it truly slipped {show(slipped_m, 1e3, 'mm')}"
     when = " since the lift" if told["lifted"] else ""
     return [(f"called slip{when}", f"{told['slip']} of {told['answered']} frames{truth}")]
+
+
+def _imprint(cost: dict[str, float | None], show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
+    """Return the row of the imprint's share in that; empty where nothing asked for it."""
+    if cost["p50"] is None:
+        return []
+    return [("  of it the imprint", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99")]
 
 
 def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:

@@ -16,6 +16,7 @@ from lsds.contracts import FidelityReporting
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
     from lsds.engine import Engine
+    from lsds.histogram import LogHistogram
     from lsds.rig import Rig
     from lsds.session.record import Sample
 
@@ -118,7 +119,8 @@ def summarise(
                 for task in scheduled
             },
         },
-        "frame_to_command_us": _microseconds(engine),
+        "frame_to_command_us": _microseconds(engine.frame_to_command),
+        "imprint_us": _microseconds(engine.lines[0].imprint.durations_ns),
         "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
     }
 
@@ -272,8 +274,7 @@ def _mean(values: Sequence[float]) -> float | None:
     return sum(values) / len(values) if values else None
 
 
-def _microseconds(engine: Engine) -> dict[str, float | None]:
-    histogram = engine.frame_to_command
+def _microseconds(histogram: LogHistogram) -> dict[str, float | None]:
     if not histogram.count:
         return {"p50": None, "p99": None}
     return {"p50": histogram.quantile(0.5) / 1e3, "p99": histogram.quantile(0.99) / 1e3}

@@ -18,7 +18,7 @@ from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.gate import check_image
-from lsds.tactile.imprint.motion import ImprintFollower
+from lsds.tactile.imprint.motion import ImprintFollower, Step
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer
@@ -35,9 +35,17 @@ class Perception:
     """State from frame to frame: the tracker's, the last field's and the last features'."""
 
     def __init__(
-        self, tracker: Tracker, spec: SensorSpec, options: TactileOptions, *, tracker_name: str = "tracker"
+        self,
+        tracker: Tracker,
+        spec: SensorSpec,
+        options: TactileOptions,
+        *,
+        tracker_name: str = "tracker",
+        imprint_step: Step | None = None,
     ) -> None:
-        """`tracker_name` is what errors call the tracker."""
+        """`tracker_name` is what errors call the tracker; `imprint_step` makes the computation of the imprint's motion,
+        which is done once a frame, when a detector or estimator first asks for it."""
+        self._imprint_step = imprint_step
         self._tracker, self._tracker_name = tracker, tracker_name
         self._spec = spec
         self._options = options
@@ -63,7 +71,7 @@ class Perception:
             threshold_m=self._options.contact_threshold_mm * 1e-3,
         )
         self._features.start(self.reference, self._field.position_m)
-        self._imprint = ImprintFollower(self.metres_per_px, self.reference, self.reference_frame)
+        self._imprint = ImprintFollower(self.metres_per_px, self.reference, self.reference_frame, self._imprint_step)
         self._basis = EvidenceBasis(self.reference)
         self._followed: NDArray[np.bool_] | None = None
         return self.reference

@@ -144,3 +144,28 @@ def test_a_fragile_object_that_cannot_be_held_is_the_reason_of_the_drop():
 def test_a_drop_for_another_reason_is_not_blamed_on_it():
     summary = lsds.run(overrides=["controller.enabled=false"]).summary
     assert (summary["outcome"], summary["outcome_reason"]) == ("dropped", None)
+
+
+# -- the imprint ----------------------------------------------------------------------------------------------
+
+
+def test_a_failure_of_the_imprint_names_the_imprint_and_not_the_detector(monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("no edges")
+
+    monkeypatch.setattr("lsds.tactile.imprint.motion.imprint_motion", broken)
+    session = run()
+    assert session.summary["outcome"] == "fault"
+    assert str(session.fault).startswith("imprint of sensor raised ZeroDivisionError: no edges (a bug in lsds")
+
+
+def test_the_imprint_has_its_own_time_and_none_if_nobody_asks():
+    assert run().summary["imprint_us"]["p50"] > 0
+    blind = run("detector.backend=threshold", "estimator.backend=field", "controller.backend=pd")
+    assert blind.summary["imprint_us"] == {"p50": None, "p99": None}
+
+
+def test_the_imprint_is_computed_once_a_frame():
+    with lsds.bring_up(overrides=[*QUICK, "estimator.backend=imprint", "detector.backend=imprint"]) as engine:
+        cycles = sum(1 for _ in engine)
+        assert engine.lines[0].imprint.durations_ns.count <= cycles

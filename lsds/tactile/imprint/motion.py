@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
@@ -54,12 +55,20 @@ class ImprintMotion(NamedTuple):
     redrawn: bool = False
 
 
+Step = Callable[[Callable[[], ImprintMotion | None]], ImprintMotion | None]
+"""Makes the computation of a frame's motion: marks it, times it, and names it in errors."""
+
+
 class ImprintFollower:
     """Follows the imprint of one stream from frame to frame. Nothing is computed before somebody asks."""
 
-    def __init__(self, metres_per_px: float, reference: MarkerReference, image: Frame) -> None:
-        """`image` is the reference's frame; whether something touches it does not matter."""
+    def __init__(
+        self, metres_per_px: float, reference: MarkerReference, image: Frame, step: Step | None = None
+    ) -> None:
+        """`image` is the reference's frame; whether something touches it does not matter. `step` makes the computation
+        of a frame's motion, when it is asked for."""
         self._metres_per_px = metres_per_px
+        self._step = step
         self._maker = ReliefMaker()
         self._faint = FaintDots(reference, image, metres_per_px)
         relief = self._maker.relief(image, self._faint.xy_px, self._faint.radius_px)
@@ -78,7 +87,7 @@ class ImprintFollower:
         before, self._last = self._last, now
         for asked in self._asked:
             asked.forget()
-        followed = FollowedImprint(before, self._last, self._asked)
+        followed = FollowedImprint(before, self._last, self._asked, self._step)
         self._asked = (followed, *self._asked)[: RECENT - 1]
         return followed
 
@@ -86,9 +95,16 @@ class ImprintFollower:
 class FollowedImprint:
     """An `Imprint`: registers two frames when it is first asked, and remembers the answer."""
 
-    __slots__ = ("_answer", "_earlier", "_frames")
+    __slots__ = ("_answer", "_earlier", "_frames", "_step")
 
-    def __init__(self, before: Shown | None, now: Shown, earlier: tuple[FollowedImprint, ...] = ()) -> None:
+    def __init__(
+        self,
+        before: Shown | None,
+        now: Shown,
+        earlier: tuple[FollowedImprint, ...] = (),
+        step: Step | None = None,
+    ) -> None:
+        self._step = step
         self._frames: tuple[Shown, Shown] | None = None if before is None else (before, now)
         self._answer: ImprintMotion | None = None
         self._earlier = earlier
@@ -110,8 +126,9 @@ class FollowedImprint:
     def __call__(self) -> ImprintMotion | None:
         """Return the imprint's motion since the frame before; None on the first frame and where it cannot be told."""
         if self._frames is not None:
-            last = self._earlier[0] if self._earlier else None
-            self._answer, self._frames = imprint_motion(*self._frames, last), None
+            (before, now), self._frames = self._frames, None
+            compute = partial(imprint_motion, before, now, self._earlier[0] if self._earlier else None)
+            self._answer = compute() if self._step is None else self._step(compute)
         return self._answer
 
 
