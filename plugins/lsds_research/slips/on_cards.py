@@ -35,7 +35,8 @@ def write_on_cards(
         path = model_path(name, "").with_suffix(".json")
         card = json.loads(path.read_text(encoding="utf-8"))
         learnt = others if PROTOCOL in card["trained_on"].get("datasets", {}) else []
-        card["real"] = {"fitted_on": fitted_on(learnt)}
+        kept = {key: value for key, value in (card.get("real") or {}).items() if key == "reliability"}
+        card["real"] = {"fitted_on": fitted_on(learnt), **kept}
         if name in detectors:
             card["real"] |= {"scored_on": _extent(scored), "scores": real_scores(scored, name)}
         write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
@@ -69,7 +70,7 @@ def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[
 def _extent(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
     counts = Counts()
     for own in recordings:
-        counts += counted(own.said(np.full(own.watched.count, np.nan)))
+        counts += counted(own.said(np.zeros(own.watched.count)))
     return {
         "labels": "by eye",
         "objects": sorted({own.object for own in recordings}),

@@ -1,0 +1,106 @@
+"""What probability a score stands for: a detector's scores on objects that it was not fitted on, against labels by eye.
+
+A logistic function of the score's log-odds (Platt 1999), and the share of slip in bins of the score. The prior odds are
+those of the scored frames: whoever uses the probability elsewhere takes the likelihood ratio, which is the calibrated
+odds over the prior odds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds_research.slips.score import scored_frames
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_research.slips.folder import LabelledRecording
+
+    Floats = NDArray[np.float64]
+
+BINS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.75, 0.85, 0.95, 1.0)
+"""Edges of the bins of the score."""
+NEAREST = 1e-4
+"""Scores are kept this far from 0 and 1, whose log-odds are infinite."""
+
+
+def reliability(recordings: Sequence[LabelledRecording], scores: Sequence[Floats], seed: int = 0) -> dict[str, Any]:
+    """Return calibration, curve and Brier scores of a detector, over frames that slip and frames that move and stick.
+
+    `scores` (n,) of each recording must come from a model that has not seen its object. The Brier score of the base
+    rate, and that of labels shuffled within the frames, are beside.
+    """
+    score, slips = _frames(recordings, scores)
+    odds = log_odds(score)
+    offset, slope = _fitted(odds, slips)
+    probability = _logistic(offset + slope * odds)
+    shuffled = np.random.default_rng(seed).permutation(slips)
+    prior = float(slips.mean())
+    curve = []
+    for low, high in pairwise(BINS):
+        inside = (score >= low) & ((score < high) | (high == BINS[-1]))
+        if inside.any():
+            share = round(float(slips[inside].mean()), 4)
+            curve.append({"from": low, "to": high, "frames": int(inside.sum()), "slip_share": share})
+    return {
+        "how": "objects left out in turn; frames that slip, or move and stick",
+        "frames": len(score),
+        "prior": round(prior, 4),
+        "offset": round(offset, 4),
+        "slope": round(slope, 4),
+        "curve": curve,
+        "brier": _brier(probability, slips),
+        "brier_base_rate": _brier(np.full(len(slips), prior), slips),
+        "brier_shuffled": _brier(probability, shuffled),
+    }
+
+
+def log_odds(score: Floats) -> Floats:
+    """Return the natural logarithm of the odds of a score in [0, 1]."""
+    kept = np.clip(score, NEAREST, 1 - NEAREST)
+    return np.asarray(np.log(kept / (1 - kept)))
+
+
+def log_likelihood_ratio(score: Floats, card: dict[str, Any]) -> Floats:
+    """Return the logarithm of how much likelier a score is while the object slips, by a card's reliability."""
+    prior = math.log(card["prior"] / (1 - card["prior"]))
+    return np.asarray(card["offset"] + card["slope"] * log_odds(score) - prior)
+
+
+def _frames(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -> tuple[Floats, Floats]:
+    """Return the scores of all frames that are scored and answered, and whether they slip (1 or 0)."""
+    told, slips = [np.empty(0)], [np.empty(0)]
+    for own, score in zip(recordings, scores, strict=True):
+        frames = scored_frames(own.intervals, own.watched.moved_px)
+        used = (frames.slip | frames.moving) & np.isfinite(score)
+        told.append(score[used])
+        slips.append(frames.slip[used].astype(float))
+    return np.concatenate(told), np.concatenate(slips)
+
+
+def _fitted(odds: Floats, slips: Floats) -> tuple[float, float]:
+    """Return offset and slope of the logistic function by Newton's method; a weak prior keeps both finite."""
+    rows = np.stack([np.ones(len(odds)), odds], axis=1)
+    found = np.zeros(2)
+    for _ in range(50):
+        p = _logistic(rows @ found)
+        weight = p * (1 - p)
+        gradient = rows.T @ (slips - p) - 1e-3 * found
+        step = np.linalg.solve((rows * weight[:, None]).T @ rows + 1e-3 * np.eye(2), gradient)
+        found = found + step
+        if np.abs(step).max() < 1e-9:
+            break
+    return float(found[0]), float(found[1])
+
+
+def _logistic(odds: Floats) -> Floats:
+    return np.asarray(1 / (1 + np.exp(-np.clip(odds, -30.0, 30.0))))
+
+
+def _brier(probability: Floats, slips: Floats) -> float:
+    return round(float(np.mean((probability - slips) ** 2)), 4)
