@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.calibration.noise import ImprintNoise, imprint_noise
-from lsds.calibration.thresholds import Budget, exceeds, threshold
+from lsds.calibration.thresholds import LEAST_OBJECTS, Budget, exceeds, threshold, transferable
 from lsds.calibration.watched import FIRST_FRAMES, WatchedPhase
 from lsds.errors import DataError
 
@@ -45,8 +45,9 @@ class Told:
 @dataclass(frozen=True, slots=True)
 class CalibratedDetector:
     """A detector before and after; `left_out` are its false alarms on each recording of changing load at the threshold
-    that all others give, per 100 moving and per 100 still frames, NaN where there is only one. `answered` counts the
-    moving and the still frames without slip in which it did not abstain."""
+    that all others give, per 100 moving and per 100 still frames: what to expect on another object. NaN where there is
+    only one. `answered` counts the moving and the still frames without slip in which it did not abstain. `share` of the
+    budget is what the threshold keeps to on the recordings themselves, so that those left out keep to all of it."""
 
     name: str
     before: Told
@@ -55,6 +56,7 @@ class CalibratedDetector:
     answered: tuple[int, int]
     lowers: bool
     """Whether enough frames were answered to lower the threshold, too."""
+    share: float = 1.0
 
     @property
     def is_blind(self) -> bool:
@@ -73,6 +75,13 @@ class SlipCalibration:
     still: int
     slides: int
     budget: Budget
+    loads: int = 0
+    """Recordings of changing load."""
+
+    @property
+    def transfers(self) -> bool:
+        """Whether enough objects were recorded to expect anything of another one."""
+        return self.loads >= LEAST_OBJECTS
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -90,7 +99,8 @@ def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None)
     _require(moving, still)
     motions = [motion for each in quiet for motion in each.motions[FIRST_FRAMES:]]
     detectors = tuple(_calibrated(name, quiet, slides, budget) for name in quiet[0].scores)
-    return SlipCalibration(detectors, imprint_noise(motions), moving, still, len(slides), budget)
+    loads = sum(each.phase == "load" for each in quiet)
+    return SlipCalibration(detectors, imprint_noise(motions), moving, still, len(slides), budget, loads)
 
 
 def _require(moving: int, still: int) -> None:
@@ -113,8 +123,8 @@ def _masks(each: WatchedPhase) -> tuple[Mask, Mask]:
 def _scores(name: str, quiet: Sequence[WatchedPhase]) -> Scores:
     parts = [(each.score(name), *_masks(each)) for each in quiet]
     return (
-        np.concatenate([score[moving] for score, moving, _ in parts]),
-        np.concatenate([score[still] for score, _, still in parts]),
+        np.concatenate([np.empty(0), *(score[moving] for score, moving, _ in parts)]),
+        np.concatenate([np.empty(0), *(score[still] for score, _, still in parts)]),
     )
 
 
@@ -122,15 +132,22 @@ def _calibrated(
     name: str, quiet: Sequence[WatchedPhase], slides: Sequence[WatchedPhase], budget: Budget
 ) -> CalibratedDetector:
     before, scores = quiet[0].thresholds[name], _scores(name, quiet)
-    after = _threshold(scores, budget, before)
+    at_rest = _scores(name, [each for each in quiet if each.phase == "still"])
+
+    def find(moving: Floats, still: Floats, budget: Budget) -> float:
+        return _threshold((moving, np.concatenate([still, at_rest[1]])), budget, before)
+
+    loads = [_scores(name, [each]) for each in quiet if each.phase == "load"]
+    after, share, left_out = transferable(loads, budget, find)
     said = [(each, each.score(name)) for each in slides]
     return CalibratedDetector(
         name,
         _told(before, scores, said),
         _told(after, scores, said),
-        _left_out(name, quiet, budget, before),
+        left_out,
         _answered(scores),
         _enough(scores),
+        share,
     )
 
 
@@ -157,19 +174,6 @@ def _told(least: float, scores: Scores, slides: Sequence[tuple[WatchedPhase, Flo
     hits = [alarm[mask] for alarm, mask in zip(alarms, moved, strict=True)]
     found = float(np.concatenate(hits).mean()) if any(map(len, hits)) else math.nan
     return Told(least, *_per_100(scores, least), found, sum(bool(alarm.any()) for alarm in alarms))
-
-
-def _left_out(name: str, quiet: Sequence[WatchedPhase], budget: Budget, before: float) -> tuple[float, float]:
-    """Return the false alarms of each recording of changing load at the threshold that all others give."""
-    loads = [each for each in quiet if each.phase == "load"]
-    if len(loads) < 2:
-        return math.nan, math.nan
-    called = []
-    for each in loads:
-        least = _threshold(_scores(name, [other for other in quiet if other is not each]), budget, before)
-        called.append([exceeds(scores, least) for scores in _scores(name, [each])])
-    moving, still = (np.concatenate(part) for part in zip(*called, strict=True))
-    return 100 * _share(moving), 100 * _share(still)
 
 
 def _per_100(scores: Scores, least: float) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,12 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Mask = NDArray[np.bool_]
+
+
+LEAST_OBJECTS = 3
+"""With fewer objects nothing is known of the false alarms on another one."""
+TIGHTER = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.1)
+"""Shares of the budget that are tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +41,51 @@ def threshold(moving: Floats, still: Floats, budget: Budget) -> float:
     most_moving = math.floor(round(len(moving) * budget.moving / 100, 9))
     most_still = math.ceil(round(len(still) * budget.still / 100, 9))
     return max(_exceeded(moving, most_moving), _exceeded(still, most_still))
+
+
+def transferable(
+    groups: Sequence[tuple[Floats, Floats]], budget: Budget, find: Callable[..., float] = threshold
+) -> tuple[float, float, tuple[float, float]]:
+    """Return a threshold that other objects keep to as well, and how it was found.
+
+    `groups` are the scores of the moving and the still frames of each object. A threshold that fits some objects is
+    exceeded more often on others (on real recordings twice as often). So it keeps to a share of the budget on the
+    objects themselves, the largest one of `TIGHTER` at which objects left out in turn keep to all of it. Returned are
+    the threshold, that share, and the false alarms of the objects left out, per 100 moving and per 100 still frames;
+    NaN with one object only. With fewer than `LEAST_OBJECTS` the share is 1: nothing can be learnt of others.
+    """
+    everything = _joined(groups)
+    left_out = _left_out(groups, budget, find)
+    if len(groups) < LEAST_OBJECTS:
+        return find(*everything, budget), 1.0, left_out
+    for share in TIGHTER:
+        part = Budget(share * budget.moving, budget.still)
+        left_out = _left_out(groups, part, find)
+        if not left_out[0] > budget.moving:
+            break
+    return find(*everything, part), share, left_out
+
+
+def _left_out(
+    groups: Sequence[tuple[Floats, Floats]], budget: Budget, find: Callable[..., float]
+) -> tuple[float, float]:
+    if len(groups) < 2:
+        return math.nan, math.nan
+    called = []
+    for at, own in enumerate(groups):
+        least = find(*_joined([*groups[:at], *groups[at + 1 :]]), budget)
+        called.append([exceeds(part, least) for part in own])
+    moving, still = (np.concatenate(part) for part in zip(*called, strict=True))
+    return _per_100(moving), _per_100(still)
+
+
+def _per_100(alarms: Mask) -> float:
+    return 100 * float(alarms.mean()) if len(alarms) else math.nan
+
+
+def _joined(groups: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    moving, still = (np.concatenate([np.empty(0), *part]) for part in zip(*groups, strict=True))
+    return moving, still
 
 
 def _exceeded(scores: Floats, most: int) -> float:

@@ -195,6 +195,7 @@ def _live(
 def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise | None) -> None:
     """Print what was found, and advice for the detectors that are `written`; `noise` is that of the config."""
     from lsds.calibration.slip import ENOUGH_MOVING, ENOUGH_STILL
+    from lsds.calibration.thresholds import LEAST_OBJECTS
 
     kept = [each for each in result.detectors if each.name in written.get("detector", {})]
     rows = [row for each in result.detectors for row in _rows(each, result.slides, is_written=each in kept)]
@@ -204,6 +205,18 @@ def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise |
         f"false alarms in {result.moving} moving and {result.still} still frames in which nothing slips; "
         f"allowed: {result.budget.moving:g} and {result.budget.still:g} per 100, of still ones one at least"
     )
+    if not result.transfers:
+        click.echo(
+            f"recordings of changing load: {result.loads}; with fewer than {LEAST_OBJECTS}, one an object, nothing "
+            "is known of the false alarms on another object"
+        )
+    for each in kept:
+        if result.transfers and each.left_out[0] > result.budget.moving:
+            click.echo(
+                f"{each.name}: expect {each.left_out[0]:.1f} false alarms per 100 moving frames on another object, "
+                f"not the {result.budget.moving:g} allowed: record more objects",
+                err=True,
+            )
     if result.noise is not None:
         before = "" if noise is None else f" (before: {_doubt(noise)})"
         click.echo(f"the gel under the object is in doubt by {_doubt(result.noise)}{before}")
@@ -237,7 +250,8 @@ def _rows(each: CalibratedDetector, slides: int, *, is_written: bool) -> list[tu
     ]
     moving, still = each.left_out
     if not math.isnan(moving):
-        rows.append(("  recordings left out in turn", "", _number(moving, ".1f"), _number(still, ".2f"), "", ""))
+        title = "  on another object (recordings left out in turn)"
+        rows.append((title, "", _number(moving, ".1f"), _number(still, ".2f"), "", ""))
     return rows
 
 

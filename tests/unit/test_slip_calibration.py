@@ -304,3 +304,41 @@ def test_a_detector_without_a_threshold_is_marked_and_not_advised(capsys):
         "fused answered in 50 of 50 moving and 100 of 100 still frames; lowering its threshold takes 100 and 1000: "
         "record for longer\n"
     )
+
+
+# -- other objects --------------------------------------------------------------------------------------------
+
+
+def objects(levels, seed=0):
+    """A recording of changing load for each object, on which scores lie about a level of its own."""
+    rng = np.random.default_rng(seed)
+    rest = phase("rests", "still", rng.uniform(0, 0.1, 2000), moved=0.0)
+    loads = [phase(f"o{k}", "load", np.clip(rng.normal(level, 0.08, 400), 0, 0.999)) for k, level in enumerate(levels)]
+    return [rest, *loads, phase("pulled", "slide", np.clip(rng.normal(0.95, 0.02, 100), 0, 0.999))]
+
+
+def test_objects_that_differ_get_a_threshold_that_others_keep_to():
+    (alike,) = calibrate_slip(objects([0.5] * 6)).detectors
+    (unlike,) = calibrate_slip(objects([0.3, 0.4, 0.5, 0.55, 0.6, 0.65])).detectors
+    assert alike.share == 1.0
+    assert unlike.share < 1.0
+    assert unlike.after.per_100_moving < 5.0
+    assert unlike.left_out[0] <= 5.0
+
+
+def test_what_is_expected_of_other_objects_holds_on_average():
+    """Calibrated on five objects and tried on five others of the same kind, many times."""
+    rates = []
+    for seed in range(40):
+        levels = np.random.default_rng(seed).normal(0.5, 0.07, 10)
+        (found,) = calibrate_slip(objects(levels[:5], seed)).detectors
+        fresh = [own.score("fused") for own in objects(levels[5:], seed + 1000) if own.phase == "load"]
+        rates.append(100 * np.mean([exceeds(score, found.after.threshold).mean() for score in fresh]))
+    assert np.mean(rates) < 7.0
+
+
+def test_fewer_than_three_objects_promise_nothing(capsys):
+    result = calibrate_slip(objects([0.5, 0.6]))
+    assert not result.transfers
+    print_result(result, {"detector": {"fused": {}}}, None)
+    assert "nothing is known of the false alarms on another object" in capsys.readouterr().out

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.calibration.thresholds import Budget, exceeds, threshold
+from lsds.calibration.thresholds import Budget, exceeds, threshold, transferable
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.extras import importable, require
@@ -130,7 +130,7 @@ class SlipStudy:
                 others = [
                     each for each in kept if each.watched.setup == own.watched.setup and each.object != own.object
                 ]
-                least = threshold(*_quiet(others, name), budget)
+                least = _transferable(others, name, budget)
                 if not math.isfinite(least):
                     break  # A setup of one object: nothing to calibrate on.
                 score = own.watched.score[name]
@@ -174,6 +174,16 @@ def _by_setup(scores: Scores) -> list[tuple[str, Scores]]:
     setups = sorted({own.watched.setup for own, _, _ in scores})
     parts = [(setup, [each for each in scores if each[0].watched.setup == setup]) for setup in setups]
     return [(ALL, scores), *parts] if len(parts) > 1 else [(setups[0], scores)]
+
+
+def _transferable(recordings: Sequence[LabelledRecording], name: str, budget: Budget) -> float:
+    """Return the threshold that `lsds calibrate slip` finds on recordings, of which those of an object count as one;
+    infinite without any."""
+    objects = sorted({own.object for own in recordings})
+    if not objects:
+        return math.inf
+    groups = [_quiet([own for own in recordings if own.object == each], name) for each in objects]
+    return transferable(groups, budget)[0]
 
 
 def _quiet(recordings: Sequence[LabelledRecording], name: str) -> tuple[Floats, Floats]:
