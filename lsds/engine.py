@@ -57,8 +57,8 @@ class Engine:
         for cycle in engine: ...          # step by step; the body runs in the loop's own time, or
         with engine.background(): ...     # next to a program of one's own (real time only)
 
-    However it ends, arm and gripper are told to stop and the grip is kept. A note of the error that ended it, which is
-    `stop_report` too, states what is known of them then. Raises SafetyStop, DeviceError, DataError, PluginError.
+    However it ends, `stop` of arm and gripper is called, and the grip is kept. `stop_report`, also a note of the error
+    that ended the run, states what is known of them. Raises SafetyStop, DeviceError, DataError, PluginError.
     """
 
     def __init__(self, rig: Rig, job: Job | None = None, *, observers: Observers[Cycle] | None = None) -> None:

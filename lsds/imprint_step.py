@@ -1,4 +1,4 @@
-"""The imprint as a step of its own: computed when a detector or estimator asks, but not on their account."""
+"""The imprint as a separate step: computed when a detector or estimator asks, timed and named by itself."""
 
 from __future__ import annotations
 

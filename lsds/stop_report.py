@@ -1,6 +1,6 @@
-"""What is known of arm and gripper after a run that an error has ended: the sentence that follows the error.
+"""The state of arm and gripper, as far as it is known, after an error has ended a run.
 
-It claims nothing that was not seen: a device that sends no state, or does not answer, may still be moving.
+The report claims nothing that was not measured: a device that sends no state may still be moving.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def stop_report(
 
 def _arm(unreachable: str, act: Actuation, now_ns: int) -> str:
     if not unreachable:
-        return "the arm was told to stop"
+        return "the arm was commanded to stop"
     last = "it was sent no motion"
     if act.moved_ns is not None:
         speed, age_s = math.hypot(*act.moving.linear_m_s), seconds(now_ns - act.moved_ns)
@@ -67,4 +67,4 @@ def _gripper(unreachable: str, act: Actuation, now_ns: int) -> str:
     held = f"its last command was {1e3 * act.held_m:.2f} mm" if math.isfinite(act.held_m) else "it was sent no command"
     if unreachable:
         return f"the gripper could not be reached ({unreachable}): {held}"
-    return f"the gripper was told to stay where it is: {held}"
+    return f"the gripper was commanded to stay where it is: {held}"

@@ -23,7 +23,7 @@ BUDGET_BYTES = 192 * 2**20
 size of contact adds some megabytes, and the stamps of one dot are 9 MB: runs on one gel, of a few objects in turns,
 recompute nothing."""
 ENTRY_BYTES = 1024
-"""What an entry counts besides its arrays: without this, values without arrays would never be forgotten."""
+"""Size of an entry besides its arrays. Without it, values without arrays would never be dropped."""
 _ATOMS = (int, float, complex, str, type(None), type, FunctionType, BuiltinFunctionType, MethodType, ModuleType)
 
 
@@ -41,7 +41,7 @@ class ByteCache:
         self._lock = Lock()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return the value of a key; where there is none, make it. One that is larger than the budget is not kept.
+        """Return the value of a key, and make it if it is missing. A value larger than the budget is not kept.
 
         Threads that ask at the same time may each make one; all of them get the one that was there first.
         """
@@ -60,7 +60,7 @@ class ByteCache:
                 self._values.move_to_end(key)
                 forgotten = self._forget()
         if fits:
-            # The memory is given back here, where nobody waits for the lock.
+            # Free the memory after the lock is released, so that no other thread waits for it.
             forgotten.clear()
         return value
 
@@ -132,7 +132,7 @@ def _parts(item: Any) -> Iterable[Any]:
 
 
 SHARED = ByteCache(BUDGET_BYTES)
-"""What all functions decorated with `kept` keep their values in."""
+"""Holds the values of all functions that are decorated with `kept`."""
 
 
 def kept(function: Callable[P, T]) -> Callable[P, T]:

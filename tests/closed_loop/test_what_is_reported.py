@@ -34,7 +34,7 @@ def test_an_arm_that_cannot_be_reached_is_not_reported_as_stopped(gone):
     assert session.summary["outcome"] == "fault"
     assert "the arm could not be reached" in report
     assert "so it may still be moving; its last command was 0.0" in report
-    assert "the gripper was told to stay where it is: its last command was 2" in report
+    assert "the gripper was commanded to stay where it is: its last command was 2" in report
     assert report in session.fault.__notes__
     assert "was stopped" not in str(session.fault)
     assert "grip kept" not in str(session.fault)
@@ -42,14 +42,14 @@ def test_an_arm_that_cannot_be_reached_is_not_reported_as_stopped(gone):
 
 def test_a_gripper_that_cannot_be_reached_is_not_reported_to_keep_the_grip():
     report = run(fault("gripper-no-power")).summary["stop_report"]
-    assert "the arm was told to stop" in report
+    assert "the arm was commanded to stop" in report
     assert "the gripper could not be reached" in report
     assert "its last command was 2" in report
 
 
 def test_devices_that_answer_are_reported_as_told():
     report = run(fault("camera-gone")).summary["stop_report"]
-    assert report.startswith("the arm was told to stop; the gripper was told to stay where it is")
+    assert report.startswith("the arm was commanded to stop; the gripper was commanded to stay where it is")
     assert "reached" not in report
 
 

@@ -102,7 +102,7 @@ class UrArm:
 
     @property
     def stop_result(self) -> str:
-        """What the controller answered when the arm last had to be stopped without a connection, "" if it never had."""
+        """The dashboard's answer to the last stop that needed it because the connection was lost; "" for none."""
         return self._stop_result
 
     def disarm(self) -> None:

@@ -224,7 +224,7 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
         starts = [leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))]
         last = None if earlier is None else earlier()
         if last is not None:
-            # What slides fast goes on: its last step leads to where it may be now.
+            # A fast slide goes on: the last step is a good guess of this one.
             starts.append((last.slip_m[0] / unit, last.slip_m[1] / unit, last.turn_rad))
         for start in starts:
             other = registration.slipped(start, layers=2)

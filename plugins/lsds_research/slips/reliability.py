@@ -1,4 +1,4 @@
-"""What probability a score stands for: a detector's scores on objects that it was not fitted on, against labels by eye.
+"""The probability of slip for a detector's score, from its scores on objects that it was not fitted on.
 
 A logistic function of the score's log-odds (Platt 1999), and the share of slip in bins of the score. The prior odds are
 those of the scored frames: whoever uses the probability elsewhere takes the likelihood ratio, which is the calibrated

@@ -129,7 +129,7 @@ def counted(said: Said) -> Counts:
     onsets = onset_errors(said)
     scored = frames.slip | frames.moving | frames.still
     answered = np.isfinite(said.slip)
-    # Of a frame without a dot that both images show, nobody knows whether it moves.
+    # A frame may move if no dot was followed into it.
     unknown = frames.still & ~answered & (said.moved_px == 0)
     moving = frames.moving | unknown
     still = frames.still & answered

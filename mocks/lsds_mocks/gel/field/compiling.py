@@ -30,7 +30,7 @@ def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad
 
 @kept
 def _prepared(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel) -> tuple[Operator, ...]:
-    """Return the operators, so that who is forgotten with its tables is prepared anew."""
+    """Return the operators, so that dropped operators are prepared again."""
     cache = relax.stats.cache_path
     if cache is None or not any(Path(cache).glob("dense.relax-*.nbi")):
         print("compiling the simulated gel, once on this machine: some 15 s", file=sys.stderr, flush=True)

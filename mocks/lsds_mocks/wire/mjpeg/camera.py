@@ -28,7 +28,7 @@ FACE = "http"
 CAMERA_FAULTS: dict[FaultKind, tuple[str, ...]] = dict.fromkeys(
     (*MESSAGE_FAULTS, "disconnect", "freeze", "black-frame", "torn-frame"), (FACE,)
 )
-"""The pipe has no faults of its own; it shows the same spoilt pictures."""
+"""Faults of pictures also show in the pipe; faults of messages do not."""
 
 _TORN_SHARE = 0.5
 _END_OF_IMAGE = b"\xff\xd9"
