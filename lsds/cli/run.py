@@ -153,7 +153,7 @@ def _table(summary: dict[str, Any]) -> str:
         ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
         ("missed cycles", str(summary["overruns"])),
         ("image to command", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99"),
-        *_imprint(summary["imprint_us"], show),
+        *_imprint(summary["timing"]["imprint_us"], show),
         ("speed", show(summary["realtime_factor"], 1, "x real time")),
         ("seed", str(summary["seed"])),
     ]

@@ -107,6 +107,7 @@ def summarise(
         "seed": rig.config.seed,
         "timing": {
             "wall_s": wall_s,
+            "imprint_us": _microseconds(engine.lines[0].imprint.durations_ns),
             "tasks": {
                 task.name: {
                     "runs": task.runs,
@@ -120,7 +121,6 @@ def summarise(
             },
         },
         "frame_to_command_us": _microseconds(engine.frame_to_command),
-        "imprint_us": _microseconds(engine.lines[0].imprint.durations_ns),
         "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
     }
 

@@ -160,9 +160,9 @@ def test_a_failure_of_the_imprint_names_the_imprint_and_not_the_detector(monkeyp
 
 
 def test_the_imprint_has_its_own_time_and_none_if_nobody_asks():
-    assert run().summary["imprint_us"]["p50"] > 0
+    assert run().summary["timing"]["imprint_us"]["p50"] > 0
     blind = run("detector.backend=threshold", "estimator.backend=field", "controller.backend=pd")
-    assert blind.summary["imprint_us"] == {"p50": None, "p99": None}
+    assert blind.summary["timing"]["imprint_us"] == {"p50": None, "p99": None}
 
 
 def test_the_imprint_is_computed_once_a_frame():
