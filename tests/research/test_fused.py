@@ -23,10 +23,10 @@ def session(fitted):
     return onnxruntime.InferenceSession(fitted.export(), options, providers=["CPUExecutionProvider"])
 
 
-def test_it_looks_at_three_frames_of_imprint_and_field():
+def test_it_looks_at_three_frames_of_imprint_field_and_lost_markers():
     own = learner()
     assert (own.job, own.length) == ("detect", 3)
-    assert own.signals == SIGNAL_SETS["imprint-and-field"]
+    assert own.signals == SIGNAL_SETS["imprint-field-and-lost"]
 
 
 def test_it_tells_a_slip_from_a_load_that_moves_the_gel_as_much():
