@@ -27,7 +27,7 @@ def bring_up(
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
     rig = Rig(chosen)
-    require_moments(rig, rig.job if job is None else job)
+    require_moments(rig, job)
     with rig:
         rig.arm_devices()
         yield Engine(rig, job)

@@ -396,12 +396,12 @@ def _require_effect(rig: Rig) -> None:
         raise ConfigError("rig", issues)
 
 
-def require_moments(rig: Rig, job: Job) -> None:
+def require_moments(rig: Rig, job: Job | None = None) -> None:
     """Refuse a fault that is to begin with a stage that the job does not have, as far as the job declares its stages.
 
-    Raises ConfigError.
+    `job` replaces the rig's own. Raises ConfigError.
     """
-    stages = getattr(job, "stages", None)
+    stages = getattr(rig.job if job is None else job, "stages", None)
     if stages is None:
         return
     known = (START, SLIP, NEVER, *stages)

@@ -43,7 +43,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def _runs_that_have_ended_are_let_go():
-    """What a test's own objects hold in a circle, only the collector frees, and a run and its frames with it."""
+    """Only the collector frees a reference cycle of a test's objects, and the run and frames that it holds."""
     yield
     gc.collect()
 

@@ -101,6 +101,10 @@ _SIGNED_FIELD = (*_FIELD, "shear_x", "shear_y", "v_x", "v_y")
 
 _SIGNED = ("imprint_slip_x", "imprint_slip_y", "imprint_turn", "imprint_v_x", "imprint_v_y", "imprint_rate")
 _IMPRINT = tuple(name for name in IMPRINT if name not in ("residual_step", *_SIGNED))
+_IMPRINT_AND_FIELD = (
+    *(*_IMPRINT, "residual_step"),
+    *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed"),
+)
 
 SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     **FEATURE_SETS,
@@ -109,14 +113,8 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
     "timed-field": (*_SIGNED_FIELD, "dt"),
     "imprint": _IMPRINT,
     "imprint-and-dots": (*_IMPRINT, "residual_step"),
-    "imprint-and-field": (
-        *(*_IMPRINT, "residual_step"),
-        *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed"),
-    ),
-    "imprint-field-and-lost": (
-        *(*_IMPRINT, "residual_step"),
-        *("residual_along", "residual_excess", "rigid_speed", "rim_speed", "mean_speed", "markers_lost"),
-    ),
+    "imprint-and-field": _IMPRINT_AND_FIELD,
+    "imprint-field-and-lost": (*_IMPRINT_AND_FIELD, "markers_lost"),
     "timed-field-and-imprint": (
         *(*_SIGNED_FIELD, "dt", "imprint_v_x", "imprint_v_y", "imprint_rate"),
         *("imprint_distance", "imprint_mismatch", "imprint_regained", "imprint_growth", "imprint_residual", "gel_step"),

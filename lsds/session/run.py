@@ -68,7 +68,7 @@ def run(
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
     rig = Rig(chosen)
-    require_moments(rig, rig.job if job is None else job)
+    require_moments(rig, job)
     with rig:
         rig.arm_devices()
         session = _run(rig, job, observe)

@@ -94,7 +94,7 @@ class ByteCache:
 
 def held_bytes(*values: object, seen: set[int] | None = None) -> int:
     """Return the bytes of all arrays and byte strings that values hold: in containers, attributes and slots, to any
-    depth. What is in `seen`, by identity, does not count; what is found is added to it."""
+    depth. Objects in `seen`, by identity, do not count; those found are added to it."""
     seen = set() if seen is None else seen
     total, waiting = 0, deque(values)
     while waiting:

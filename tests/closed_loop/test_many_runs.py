@@ -38,7 +38,7 @@ for run, name in zip(range(1, runs + 1), cycle(CATALOGUE)):
 
 
 def resident_bytes(*looks, budget=0):
-    """Return what a process holds after these runs, by a process of its own: other tests' memory is not at hand."""
+    """Return the resident memory after these runs of one separate process, which holds no other test's memory."""
     command = [sys.executable, "-c", PROGRAM, str(max(looks)), str(budget), *map(str, looks)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -78,7 +78,7 @@ def test_a_session_goes_with_its_last_reference():
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_runs_of_different_objects_and_gels_leave_little():
     early, late = resident_bytes(4, 16, budget=128 * 2**20)
-    # Of runs that are not let go, each holds some 30 MB.
+    # Each run that is not released holds some 30 MB.
     assert late - early < 120e6
 
 

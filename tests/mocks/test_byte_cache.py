@@ -13,7 +13,7 @@ from lsds_mocks import byte_cache
 from lsds_mocks.byte_cache import ENTRY_BYTES, ByteCache, held_bytes, kept
 
 SIZE = 10_000
-#: What an entry of `array` counts.
+#: Bytes that an entry of `array` counts.
 EACH = SIZE + ENTRY_BYTES
 
 

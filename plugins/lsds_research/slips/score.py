@@ -65,7 +65,7 @@ def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What is summed over recordings: frames found of how many, false alarms of how many, intervals noticed.
+    """Sums over recordings: frames found of how many, false alarms of how many, intervals noticed.
 
     `slip_unanswered` and `moving_unanswered` are frames in which the detector abstains: those that slip, and those that
     stick and move, or of which no dot tells whether they do. A still frame without an answer is not among `still`.

@@ -39,7 +39,7 @@ def test_the_body_of_an_http_request_is_not_run(host, port, pieces):
         with contextlib.suppress(ConnectionError):
             while browser.recv(65536):
                 pass
-        # What is sent afterwards is the first that runs.
+        # The program sent afterwards is the first that runs.
         with Primary(host) as primary:
             primary.send('textmsg("after")\n')
             assert watcher.message(0) == b"after"
