@@ -35,25 +35,27 @@ class CarriedGel:
     def __init__(self, position: Floats, moved: Floats, pitch_px: float, image_size: tuple[int, int]) -> None:
         """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` dots; `image_size` (width, height)."""
         width, height = image_size
-        columns, rows = width // NODE_PX + 2, height // NODE_PX + 2
-        node_x, node_y = np.arange(columns) * float(NODE_PX), np.arange(rows) * float(NODE_PX)
-        centre = position.mean(axis=0)
-        offset = np.column_stack([np.ones(len(position)), position - centre])
-        moment = offset.T @ offset
+        node_x = np.arange(width // NODE_PX + 2) * float(NODE_PX)
+        node_y = np.arange(height // NODE_PX + 2) * float(NODE_PX)
+        count = len(position)
+        centre, mean = position.sum(axis=0) / count, moved.sum(axis=0) / count
+        offset = position - centre
+        (xx, xy), (_, yy) = (offset.T @ offset).tolist()
         # Dots in one line tell nothing across it.
-        moment[1, 1] += 1.0
-        moment[2, 2] += 1.0
-        affine = np.linalg.solve(moment, offset.T @ moved)
-        rest = moved - offset @ affine
+        xx, yy = xx + 1.0, yy + 1.0
+        slopes = np.array([[yy, -xy], [-xy, xx]]) @ (offset.T @ moved) / (xx * yy - xy * xy)
         narrow = -0.5 / (REACH * pitch_px) ** 2
         # A Gaussian of a distance is the product of those along x and y.
         near_x = np.exp(narrow * (node_x[:, None] - position[:, 0]) ** 2)
         near_y = np.exp(narrow * (node_y[:, None] - position[:, 1]) ** 2)
-        nodes = np.empty((rows, columns, 2), np.float32)
-        say = near_y @ near_x.T + _EVEN
+        rest = np.ones((3, 1, count))
+        rest[:2, 0] = (moved - mean - offset @ slopes).T
+        *deviation, say = (near_y * rest) @ near_x.T
+        say += _EVEN
         across, down = node_x - centre[0], (node_y - centre[1])[:, None]
-        for k, (own, (mean, by_x, by_y)) in enumerate(zip(rest.T, affine.T, strict=True)):
-            nodes[..., k] = ((near_y * own) @ near_x.T) / say + (mean + across * by_x + down * by_y)
+        nodes = np.empty((len(node_y), len(node_x), 2), np.float32)
+        for k, own in enumerate(deviation):
+            nodes[..., k] = own / say + (mean[k] + across * slopes[0, k] + down * slopes[1, k])
         self._nodes = nodes
         #: How far the fastest tenth of the dots has moved at least, px.
         self.fastest_px = fastest(moved)

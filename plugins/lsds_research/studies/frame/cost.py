@@ -27,8 +27,8 @@ from lsds.rig import Rig
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
-from lsds.tactile.imprint.layers import COUNT, Layers
-from lsds.tactile.imprint.motion import GOOD, carried_gel
+from lsds.tactile.imprint.layers import Layers
+from lsds.tactile.imprint.motion import best_of, carried_gel
 from lsds.tactile.imprint.registration import Registration
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.imprint.residue import DotResidue
@@ -274,7 +274,8 @@ def _time_imprint(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable
                 centre = (float(edges.x.mean()), float(edges.y.mean()))
                 registration = Registration(first, layers, gel, centre, relief.scale)
                 rest = registration.at_rest()
-                registration.slipped(layers=1 if rest is not None and rest.match > GOOD else COUNT)
+                if rest is not None:
+                    best_of(registration, rest.seen, ())
                 lap("  imprint: registration", t)
         before = layers, field
 
