@@ -8,6 +8,7 @@ import click
 
 from lsds.cli.output import json_flag, table, write_json
 from lsds.contracts.kinds import KINDS
+from lsds.plugins.containment import one_line
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
 
@@ -28,11 +29,12 @@ def plugins(kind: str | None, json_file: str | None) -> None:
     host = PluginHost()
     backends = [_row(b, host) for b in host.backends if kind in (None, b.spec.kind)]
     failures = [
-        {"plugin": f.plugin, "distribution": f.distribution, "reason": f.reason, "blocked": f.blocked}
+        {key: getattr(f, key) for key in ("plugin", "distribution", "reason", "remedy", "blocked")}
         for f in host.failures
     ]
+    notes = [{key: getattr(note, key) for key in ("plugin", "distribution", "text")} for note in host.notes]
     if json_file is not None:
-        write_json({"backends": backends, "failures": failures}, json_file)
+        write_json({"backends": backends, "failures": failures, "notes": notes}, json_file)
         return
     columns = ("kind", "name", "distribution", "status", "hardware_verified", "summary")
     rows = [tuple(str(row[column]) for column in columns) for row in backends]
@@ -40,9 +42,11 @@ def plugins(kind: str | None, json_file: str | None) -> None:
         click.echo(table(rows, ("KIND", "NAME", "DISTRIBUTION", "STATUS", "HARDWARE", "SUMMARY")))
     else:
         click.echo("no backend is installed" + (f" of kind {kind}" if kind else ""))
-    for failure in failures:
-        state = "blocked" if failure["blocked"] else f"failed to load: {failure['reason']}"
-        click.echo(f"plugin {failure['plugin']} ({failure['distribution']}): {state}")
+    for failure in host.failures:
+        state = "blocked" if failure.blocked else f"failed to load: {failure.reason}; {failure.remedy}"
+        click.echo(f"plugin {failure.plugin} ({failure.distribution}): {state}")
+    for note in host.notes:
+        click.echo(f"plugin {note}")
 
 
 def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
@@ -52,7 +56,7 @@ def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
         "name": backend.spec.name,
         "distribution": backend.distribution,
         "plugin": backend.plugin,
-        "summary": backend.spec.summary,
+        "summary": one_line(backend.spec.summary),
         "status": f"needs {', '.join(missing)}" if missing else "ready",
         "missing": list(missing),
         "extra": backend.spec.extra,
