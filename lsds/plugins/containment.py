@@ -79,6 +79,9 @@ class _Caught(io.StringIO):
         if not self.open and self._original is not None:
             self._original.flush()
 
+    def close(self) -> None:
+        """Do nothing: a plugin may not close the stdout of the program."""
+
     def fileno(self) -> int:
         return self._original.fileno() if self._original is not None else super().fileno()
 

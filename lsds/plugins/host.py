@@ -186,7 +186,7 @@ class PluginHost:
                 f"{backend}: its factory '{backend.spec.factory}' raised {type(error).__name__}: {one_line(error)}; "
                 f"{upgrade_or_block(backend.plugin, backend.distribution)}"
             ) from error
-        check_contract(str(backend), kind, built)
+        check_contract(str(backend), kind, built, f"lsds plugins show {backend.qualified_name} lists the members")
         return built
 
     # -- inside -------------------------------------------------------------------------------------------
