@@ -152,7 +152,7 @@ class PluginHost:
         if not any("." in name for name in names):
             return _missing(names)
         # To find a module inside a package, Python imports the package.
-        missing: tuple[str, ...] = self._contained(backend, ", ".join(names), lambda: _missing(names))
+        missing: tuple[str, ...] = self.contained(backend, f"importing {', '.join(names)}", lambda: _missing(names))
         return missing
 
     def options_model(self, backend: Backend) -> type[BaseModel] | None:
@@ -189,6 +189,17 @@ class PluginHost:
         check_contract(str(backend), kind, built, f"lsds plugins show {backend.qualified_name} lists the members")
         return built
 
+    def contained(self, backend: Backend, doing: str, run: Callable[[], Any]) -> Any:
+        """Return what `run`, code of that backend, returns; its output becomes a note, "printed while" `doing`."""
+        output = None
+        try:
+            # Libraries add warning filters when they are imported, for good.
+            with contained(filters=False) as output:
+                return run()
+        finally:
+            if output is not None and output.text:
+                self._note(backend.plugin, backend.distribution, f"printed while {doing}: {output.text}")
+
     # -- inside -------------------------------------------------------------------------------------------
 
     def _options(self, backend: Backend, raw: Mapping[str, Any]) -> BaseModel | None:
@@ -197,7 +208,7 @@ class PluginHost:
         path = f"{backend.spec.kind}.{backend.spec.name}"
         model = self.options_model(backend)
         if model is not None:
-            return validated(model, raw, path)
+            return validated(model, raw, path, upgrade_or_block(backend.plugin, backend.distribution))
         if raw:
             raise ConfigError(
                 f"[{path}]", [ConfigIssue(f"{path}.{key}", "this backend takes no options") for key in raw]
@@ -205,16 +216,8 @@ class PluginHost:
         return None
 
     def _import(self, backend: Backend, target: str) -> Any:
-        return self._contained(backend, target.partition(":")[0], lambda: imported_target(backend, target))
-
-    def _contained(self, backend: Backend, module: str, run: Callable[[], Any]) -> Any:
-        """Return what `run` returns; its output becomes a note of the plugin."""
-        # Libraries add warning filters when they are imported, for good.
-        with contained(filters=False) as output:
-            value = run()
-        if output.text:
-            self._note(backend.plugin, backend.distribution, f"printed while importing {module}: {output.text}")
-        return value
+        module = target.partition(":")[0]
+        return self.contained(backend, f"importing {module}", lambda: imported_target(backend, target))
 
     def _note(self, plugin: str, distribution: str, text: str) -> None:
         note = PluginNote(plugin, distribution, text)
