@@ -40,7 +40,7 @@ class BackendSection(BaseModel):
 
     @property
     def by_default(self) -> bool:
-        """True if the configuration did not name the backend, so that it is the default of its kind."""
+        """True if the user did not name the backend: it is the default of its kind, or chosen by a command."""
         return "backend" not in self.model_fields_set
 
     def options(self) -> dict[str, Any]:

@@ -22,6 +22,13 @@ def with_own_backends(config: RigConfig, host: PluginHost) -> RigConfig:
     return config.model_copy(update=changed) if changed else config
 
 
+def own_section(name: str, options: dict[str, Any] | None = None) -> BackendSection:
+    """Return a section with a backend that lsds, not the user, chooses by name."""
+    section = BackendSection.model_validate({"backend": name} | ({} if options is None else {name: options}))
+    section.model_fields_set.discard("backend")
+    return section
+
+
 def _own(section: BackendSection, kind: Kind, host: PluginHost) -> Any:
     if not section.by_default or not section.chosen:
         return section

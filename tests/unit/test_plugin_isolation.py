@@ -19,6 +19,7 @@ from lsds.cli.main import main
 from lsds.clock import VirtualClock
 from lsds.config import RigConfig, check_config, json_schema
 from lsds.config.example import example_config
+from lsds.config.own import own_section, with_own_backends
 from lsds.contracts import CONFIG_KINDS, KINDS, BackendSpec, BuildContext
 from lsds.errors import ConfigError, PluginConflict, PluginError
 from lsds.plugins import PluginHost
@@ -318,3 +319,10 @@ def test_a_misspelt_block_in_a_config_is_an_issue():
     assert "plugins.block: 'acm' is not installed (did you mean 'acme'?)" in str(caught.value)
     assert "elsewhere" not in str(caught.value)
     assert any(note.plugin == "elsewhere" for note in host.notes)
+
+
+def test_a_backend_that_a_command_chooses_is_that_of_lsds():
+    host = PluginHost(entry_points=[claiming("lsds", "job", "watch"), claiming("acme", "job", "watch")])
+    config = RigConfig().model_copy(update={"job": own_section("watch", {"x": 1})})
+    assert with_own_backends(config, host).job.backend == "lsds:watch"
+    assert with_own_backends(config, host).job.options() == {"x": 1}
