@@ -43,8 +43,8 @@ def contained(*, filters: bool = True) -> Iterator[Output]:
         try:
             yield output
         finally:
-            sys.stdout, sys.stderr = streams
             caught.open = False
+            sys.stdout, sys.stderr = _unwrapped(streams[0]), streams[1]
             if folder is not None and _folder() != folder:
                 with suppress(OSError):
                     os.chdir(folder)
@@ -66,27 +66,34 @@ class _Caught(io.StringIO):
     def __init__(self, original: TextIO | None, others: set[int | None]) -> None:
         super().__init__()
         self.open = True
-        self._original = original
+        self.original = original
         self._others = others
 
     def write(self, text: str) -> int:
         if self.open and threading.get_ident() not in self._others:
             return super().write(text)
         # A program without a terminal has no stdout.
-        return self._original.write(text) if self._original is not None else len(text)
+        return self.original.write(text) if self.original is not None else len(text)
 
     def flush(self) -> None:
-        if not self.open and self._original is not None:
-            self._original.flush()
+        if not self.open and self.original is not None:
+            self.original.flush()
 
     def close(self) -> None:
         """Do nothing: a plugin may not close the stdout of the program."""
 
     def fileno(self) -> int:
-        return self._original.fileno() if self._original is not None else super().fileno()
+        return self.original.fileno() if self.original is not None else super().fileno()
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._original, name)
+        return getattr(self.original, name)
+
+
+def _unwrapped(stream: Any) -> Any:
+    """Return the stream below those of other threads that have ended in the meantime."""
+    while isinstance(stream, _Caught) and not stream.open:
+        stream = stream.original
+    return stream
 
 
 def _folder() -> str | None:

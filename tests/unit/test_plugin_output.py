@@ -136,6 +136,24 @@ def test_other_threads_keep_their_output(capsys):
     assert capsys.readouterr().out == "other thread\n"
 
 
+def test_threads_that_load_plugins_at_the_same_time_leave_stdout_as_it_was():
+    out = sys.stdout
+    entered, left = threading.Event(), threading.Event()
+
+    def second():
+        with contained():
+            entered.set()
+            left.wait(5)
+
+    thread = threading.Thread(target=second)
+    with contained():
+        thread.start()
+        entered.wait(5)
+    left.set()
+    thread.join()
+    assert sys.stdout is out
+
+
 def test_a_long_output_is_shortened():
     with contained() as output:
         print("x" * 5000)
