@@ -16,6 +16,7 @@ from lsds.contracts.kinds import Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
 from lsds.plugins.containment import contained, one_line
 from lsds.plugins.contract import check_contract
+from lsds.plugins.discovery import readable_entry_points
 from lsds.plugins.importing import importable, imported_target, remedy_for, require_model
 from lsds.plugins.loading import failure_of, new_manager, offered_specs, upgrade_or_block
 from lsds.plugins.registry import (
@@ -251,12 +252,10 @@ class PluginHost:
             return self._entry_points
         try:
             return installed_entry_points(group=PROJECT)
-        except Exception as error:
-            failure = PluginFailure(
-                "(all)", NO_DISTRIBUTION, f"entry points cannot be read: {one_line(error)}", remedy="run pip check"
-            )
-            self._failures.append(failure)
-            return ()
+        except Exception:
+            found, failures = readable_entry_points()
+            self._failures += failures
+            return found
 
     def _take(self, load: Callable[[], object], name: str, distribution: str) -> None:
         """Load a plugin and keep its backends, or its failure; a plugin may raise anything, including SystemExit."""

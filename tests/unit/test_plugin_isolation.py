@@ -142,14 +142,20 @@ def test_a_distribution_without_metadata():
     assert host.find("gripper", "good").distribution == "unknown"
 
 
-def test_entry_points_that_cannot_be_read(monkeypatch):
-    def unreadable(group):
-        raise UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte")
-
-    monkeypatch.setattr("lsds.plugins.host.installed_entry_points", unreadable)
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"[lsds]\nno equals sign\n"])
+def test_a_distribution_whose_entry_points_cannot_be_read(content, tmp_path, monkeypatch):
+    before = [(backend.spec.kind, backend.qualified_name) for backend in PluginHost().backends]
+    folder = tmp_path / "damaged_dist-1.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: damaged-dist\nVersion: 1.0\n")
+    (folder / "entry_points.txt").write_bytes(content)
+    monkeypatch.syspath_prepend(str(tmp_path))
     host = PluginHost()
-    assert host.backends == ()
-    assert "entry points cannot be read" in str(host.failures[0])
+    assert [(backend.spec.kind, backend.qualified_name) for backend in host.backends] == before
+    (failure,) = host.failures
+    assert failure.distribution == "damaged-dist"
+    assert "its entry points cannot be read" in failure.reason
+    assert failure.remedy == "install it again: pip install --force-reinstall damaged-dist"
 
 
 def test_a_required_package_that_cannot_be_imported(tmp_path, monkeypatch, capsys):
