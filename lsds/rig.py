@@ -36,8 +36,11 @@ def build_cell(config: RigConfig, clock: Clock) -> Any:
     """Return the cell that a configuration names, without any device. Raises ConfigError where it names none."""
     if not config.cell.chosen:
         raise ConfigError("rig", [ConfigIssue("cell.backend", "there is none", 'write backend = "wire"')])
+    from lsds.config.own import with_own_backends
+
     host = PluginHost()
     host.block(config.plugins.block)
+    config = with_own_backends(config, host)
     return host.build("cell", config.cell.backend, config.cell.options(), BuildContext(clock, config.seed))
 
 
@@ -80,9 +83,12 @@ class Rig:
     controller: Controller
 
     def __init__(self, config: RigConfig, host: PluginHost | None = None, *, clock: Clock | None = None) -> None:
-        self.config = config
+        # Imported here: building pydantic models would slow down `import lsds`.
+        from lsds.config.own import with_own_backends
+
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
+        self.config = config = with_own_backends(config, self.host)
         kinds = [kind for kind in CONFIG_KINDS if config.section(kind).chosen and not KINDS[kind].late]
         chosen = {kind: self.host.find(kind, config.section(kind).backend) for kind in kinds}
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}

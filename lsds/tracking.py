@@ -11,6 +11,7 @@ import numpy as np
 
 from lsds.clock import VirtualClock
 from lsds.config import BackendSection, RigConfig, load_config
+from lsds.config.own import own_section
 from lsds.config.toml import value_text
 from lsds.contracts import TrackFlag
 from lsds.engine import Engine
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from lsds.line import FingerLine
 
 
-UNASKED = ("detector.backend=threshold", "estimator.backend=field")
+UNASKED = ("detector.backend=lsds:threshold", "estimator.backend=lsds:field")
 """Overrides of an engine whose own detector and estimator nobody listens to: the cheapest."""
 
 
@@ -160,12 +161,12 @@ def _of_recording(
     """Return the configuration with the recording as its only sensor."""
     if isinstance(config, RigConfig):
         options = {**config.section("sensor").tables.get("video", {}), "path": str(source)}
-        video = BackendSection.model_validate({"backend": "video", "video": options})
-        return config.model_copy(update={"sensor": video, "sensors": {}})
+        return config.model_copy(update={"sensor": own_section("video", options), "sensors": {}})
     # Only the first frame of a recording is assumed to be without contact; a config or an override can change this.
     defaults = ["tactile.reference_frames=1"] if config is None else []
     path = f"sensor.video.path={value_text(str(source))}"
-    return load_config(config, [*defaults, *overrides, "sensor.backend=video", path], host=host, without=("sensors",))
+    chosen = f"sensor.backend={host.own('sensor', 'video')}"
+    return load_config(config, [*defaults, *overrides, chosen, path], host=host, without=("sensors",))
 
 
 def track_recording(
@@ -217,7 +218,7 @@ def track_recording(
 def only_watching(config: RigConfig) -> RigConfig:
     """Return the configuration with only its first sensor and its algorithms."""
     none = {kind: BackendSection(backend=NO_DEVICE) for kind in ("gripper", "arm", "pose_source", "cell")}
-    alone = {"sensor": config.section("sensor"), "sensors": {}, "job": BackendSection(backend="watch"), "clock": "auto"}
+    alone = {"sensor": config.section("sensor"), "sensors": {}, "job": own_section("watch"), "clock": "auto"}
     return config.model_copy(update=none | alone)
 
 

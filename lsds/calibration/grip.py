@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
+from lsds.config.own import own_section
 from lsds.config.toml import dumps
 from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError
@@ -64,7 +65,7 @@ def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str]
     `weight_n` is the weight of the object; a simulated cell knows its own. Raises ConfigError, DataError where the run
     tells nothing, and what ends a run.
     """
-    lifting = type(config.section("job")).model_validate({"backend": "lift"})
+    lifting = own_section("lift")
     loads: dict[str, dict[str, list[ContactLoad]]] = {BEFORE: {}, CARRIED: {}}
     true_n = list[float]()
     with Rig(config.model_copy(update={"job": lifting})) as rig:

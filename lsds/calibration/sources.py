@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from lsds.calibration.watched import Phase, WatchedPhase
 from lsds.clock import VirtualClock, nanoseconds
+from lsds.config.own import own_section
 from lsds.contracts import BuildContext
 from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, naming
@@ -17,7 +18,7 @@ from lsds.rig import Rig
 from lsds.tracking import UNASKED, engine_of, only_watching
 
 if TYPE_CHECKING:
-    from lsds.config import RigConfig
+    from lsds.config import BackendSection, RigConfig
     from lsds.contracts import Detector
 
 _LOADED = ("take up", "lift", "shake", "lower")
@@ -87,14 +88,14 @@ def watched_rig(
         options["closer_mm"] = firm_mm
     closer = f"{options['closer_mm']:g} mm closer than usual"
     say(f"gripping {closer}, holding still, lifting, shaking, setting down")
-    if _moved(config, {"backend": "shake", "shake": options}, by_stage, detectors, most_m=SLIPPED_M) > SLIPPED_M:
+    if _moved(config, own_section("shake", options), by_stage, detectors, most_m=SLIPPED_M) > SLIPPED_M:
         raise DataError(
             f"gripped {closer}, the object slipped or was not held at all: nothing can be learnt from that, and no "
             "file is written (grip more firmly: a larger --firm-mm, or job.shake.closer_mm in the config)"
         )
     say("gripping as the config does, and lifting: it should slide")
     slides = dict.fromkeys(("take up", "lift", "hold"), slide)
-    if _moved(config, {"backend": "lift"}, slides, detectors) < SLID_M:
+    if _moved(config, own_section("lift"), slides, detectors) < SLID_M:
         say("nothing slid, so what is found is not known: choose a smaller task.first_squeeze_m")
         return [still, load]
     return [still, load, slide]
@@ -102,7 +103,7 @@ def watched_rig(
 
 def _moved(
     config: RigConfig,
-    job: dict[str, object],
+    job: BackendSection,
     phases: Mapping[str, WatchedPhase],
     detectors: Mapping[str, Detector],
     most_m: float = math.inf,
@@ -110,7 +111,7 @@ def _moved(
     """Run a job, watch its stages, and return how far the object truly slipped in them (m), infinity where it is not in
     the grip; beyond `most_m` it ends."""
     slipped_m, begun_m = 0.0, None
-    sections = {"job": type(config.section("job")).model_validate(job)}
+    sections = {"job": job}
     open_loop = {"controller": config.section("controller").model_copy(update={"enabled": False})}
     for detector in detectors.values():
         detector.reset()

@@ -114,11 +114,13 @@ def slip(
     from lsds.config import load_config
     from lsds.config.toml import value_text
     from lsds.files import write_whole
+    from lsds.plugins import PluginHost
 
     require_recordings([name for _, name in recordings])
     # What an earlier calibration found is not where this one begins.
     chosen = load_config(config, overrides, without=("calibration",))
-    named = list(dict.fromkeys(detectors or (chosen.section("detector").backend, _ALWAYS)))
+    always = PluginHost().own("detector", _ALWAYS)
+    named = list(dict.fromkeys(detectors or (chosen.section("detector").backend, always)))
     asked = built(chosen, named)
     if recordings:
         phases = _recorded(recordings, config, overrides, asked)

@@ -6,16 +6,30 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_flag, table, write_json
+from lsds.cli.output import json_flag, require_known, table, write_json
+from lsds.cli.plugin_show import show
 from lsds.contracts.kinds import KINDS
+from lsds.plugins.containment import one_line
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import Backend
 
 
-@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+class PluginsGroup(click.Group):
+    """Lists the backends if it is called without a command."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
+        require_known(ctx, args, self.list_commands(ctx))
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=PluginsGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="List only backends of this kind.")
 @json_flag
-def plugins(kind: str | None, json_file: str | None) -> None:
+@click.pass_context
+def plugins(ctx: click.Context, kind: str | None, json_file: str | None) -> None:
     """List the installed backends, and the plugins that failed to load with the reason.
 
     \b
@@ -23,16 +37,26 @@ def plugins(kind: str | None, json_file: str | None) -> None:
       lsds plugins
       lsds plugins --kind gripper
       lsds plugins --json backends.json
+      lsds plugins show mock-hand-e
       LSDS_BLOCK_PLUGINS=acme-gripper lsds plugins
     """
+    if ctx.invoked_subcommand is None:
+        _list(kind, json_file)
+
+
+plugins.add_command(show)
+
+
+def _list(kind: str | None, json_file: str | None) -> None:
     host = PluginHost()
     backends = [_row(b, host) for b in host.backends if kind in (None, b.spec.kind)]
     failures = [
-        {"plugin": f.plugin, "distribution": f.distribution, "reason": f.reason, "blocked": f.blocked}
+        {key: getattr(f, key) for key in ("plugin", "distribution", "reason", "remedy", "blocked")}
         for f in host.failures
     ]
+    notes = [{key: getattr(note, key) for key in ("plugin", "distribution", "text")} for note in host.notes]
     if json_file is not None:
-        write_json({"backends": backends, "failures": failures}, json_file)
+        write_json({"backends": backends, "failures": failures, "notes": notes}, json_file)
         return
     columns = ("kind", "name", "distribution", "status", "hardware_verified", "summary")
     rows = [tuple(str(row[column]) for column in columns) for row in backends]
@@ -40,9 +64,11 @@ def plugins(kind: str | None, json_file: str | None) -> None:
         click.echo(table(rows, ("KIND", "NAME", "DISTRIBUTION", "STATUS", "HARDWARE", "SUMMARY")))
     else:
         click.echo("no backend is installed" + (f" of kind {kind}" if kind else ""))
-    for failure in failures:
-        state = "blocked" if failure["blocked"] else f"failed to load: {failure['reason']}"
-        click.echo(f"plugin {failure['plugin']} ({failure['distribution']}): {state}")
+    for failure in host.failures:
+        state = "blocked" if failure.blocked else f"failed to load: {failure.reason}; {failure.remedy}"
+        click.echo(f"plugin {failure.plugin} ({failure.distribution}): {state}")
+    for note in host.notes:
+        click.echo(f"plugin {note}")
 
 
 def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
@@ -52,7 +78,7 @@ def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
         "name": backend.spec.name,
         "distribution": backend.distribution,
         "plugin": backend.plugin,
-        "summary": backend.spec.summary,
+        "summary": one_line(backend.spec.summary),
         "status": f"needs {', '.join(missing)}" if missing else "ready",
         "missing": list(missing),
         "extra": backend.spec.extra,

@@ -12,6 +12,7 @@ import numpy as np
 from lsds.cli.threads import processes
 from lsds.config import load_config
 from lsds.errors import DataError, LsdsError
+from lsds.plugins import PluginHost
 from lsds.processes import DIED, spread
 from lsds.tracking import TrackResult, track
 
@@ -51,7 +52,9 @@ def track_many(
 ) -> Iterator[dict[str, Any]]:
     """Yield the summary of each recording when it is done. A failed recording does not stop the others."""
     # The config is checked once, here, so that a typo is one error and not one per recording.
-    load_config(config_file, [*overrides, "sensor.backend=video", "sensor.video.path=x"])
+    host = PluginHost()
+    video = f"sensor.backend={host.own('sensor', 'video')}"
+    load_config(config_file, [*overrides, video, "sensor.video.path=x"], host=host)
     work = partial(_summary_of, config_file=config_file, overrides=tuple(overrides))
     for source, summary in spread(work, sources, jobs or processes()):
         yield _failed(source, f"{source}: {DIED}") if summary is None else summary

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from pydantic import ValidationError
-
 from lsds.config.model import FaultSection, FingerSection, RigConfig
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
 from lsds.plugins.host import PluginHost
-from lsds.plugins.options import issues_of
-from lsds.plugins.registry import NO_DEVICE, Backend, did_you_mean
+from lsds.plugins.loading import upgrade_or_block
+from lsds.plugins.options import table_issues
+from lsds.plugins.registry import NO_DEVICE, did_you_mean
 
 
 def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:
@@ -47,7 +46,7 @@ def _section_issues(
 ) -> Iterator[ConfigIssue]:
     if not isinstance(section, dict):
         return  # The model has already reported this.
-    chosen = section.get("backend", KINDS[kind].default)
+    chosen = section.get("backend", host.own(kind, KINDS[kind].default))
     if isinstance(chosen, str):
         yield from _choice_issues(kind, path, chosen, host)
     for name, table in section.items():
@@ -83,8 +82,13 @@ def _table_issues(
         remedy = did_you_mean(name, known) or f"options of a backend belong in its own table, [{section}.{chosen}]"
         yield ConfigIssue(path, "unknown key", remedy)
         return
-    backend = _find(kind, name, chosen, host)
-    if backend is None:
+    try:
+        backend = host.find(kind, _qualified(name, chosen))
+    except PluginConflict as error:
+        if name != chosen:
+            yield ConfigIssue(path, str(error))
+        return
+    except PluginError:
         if name != chosen:
             yield ConfigIssue(path, "no installed backend has that name", _remedy(kind, name, host, None))
         return
@@ -99,19 +103,12 @@ def _table_issues(
         for key in table:
             yield ConfigIssue(f"{path}.{key}", "this backend takes no options")
         return
-    try:
-        model.model_validate(table)
-    except ValidationError as error:
-        yield from issues_of(error, model, path)
+    yield from table_issues(model, table, path, upgrade_or_block(backend.plugin, backend.distribution))
 
 
-def _find(kind: Kind, name: str, chosen: object, host: PluginHost) -> Backend | None:
+def _qualified(name: str, chosen: object) -> str:
     """Return the backend that the table `[kind.name]` belongs to; if two plugins offer the name, the chosen one."""
-    qualified = chosen if isinstance(chosen, str) and chosen.rpartition(":")[2] == name else name
-    try:
-        return host.find(kind, qualified)
-    except PluginError:
-        return None
+    return chosen if isinstance(chosen, str) and chosen.rpartition(":")[2] == name else name
 
 
 def _remedy(kind: Kind, name: str, host: PluginHost, error: PluginNotFound | None) -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from lsds.config import toml
 from lsds.config.model import RigConfig
+from lsds.config.own import with_own_backends
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
-from lsds.errors import PluginError
 from lsds.plugins.host import PluginHost
 
 
@@ -19,7 +19,7 @@ def example_config(config: RigConfig | None = None, host: PluginHost | None = No
     Options of a chosen backend that are not set are written with their defaults if the backend is installed.
     """
     host = host or PluginHost()
-    dumped = (config or RigConfig()).as_tables()
+    dumped = with_own_backends(config or RigConfig(), host).as_tables()
     # The backends come before their options.
     data = {key: dumped[key] for key in sorted(dumped, key=_rank)}
     models: dict[tuple[str, ...], type[BaseModel]] = {}
@@ -53,8 +53,8 @@ def _show_options(kind: Kind, section: dict[str, Any], host: PluginHost, models:
         if model is None:
             return
         section[name] = model.model_validate(section.get(name, {})).model_dump(mode="json")
-    except (PluginError, ValidationError):
-        return  # Not installed, or with options that have no default: the user has to write this table.
+    except Exception:
+        return  # Broken, not installed, or with options that have no default: the user has to write this table.
     models[kind, name] = model
 
 

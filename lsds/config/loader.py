@@ -12,6 +12,7 @@ from lsds.config.backends import backend_issues
 from lsds.config.calibrated import with_calibration
 from lsds.config.model import RigConfig
 from lsds.config.overrides import apply_overrides
+from lsds.config.own import with_own_backends
 from lsds.config.reading import read_toml
 from lsds.contracts.kinds import CONFIG_KINDS
 from lsds.errors import ConfigError, ConfigIssue
@@ -55,11 +56,21 @@ def check_config(data: dict[str, Any], source: str, host: PluginHost, issues: It
         found += [issue for issue in issues_of(error, RigConfig) if not _is_table_complaint(issue, data)]
     blocked = data.get("plugins", {}).get("block", ()) if isinstance(data.get("plugins", {}), dict) else ()
     if isinstance(blocked, list | tuple):
-        host.block(name for name in blocked if isinstance(name, str))
+        names = [name for name in blocked if isinstance(name, str)]
+        host.block(names)
+        found += _block_issues(names, host)
     found += backend_issues(data, host)
     if config is None or found:
         raise ConfigError(source, found)
-    return config
+    return with_own_backends(config, host)
+
+
+def _block_issues(names: Iterable[str], host: PluginHost) -> list[ConfigIssue]:
+    """Return an issue for each name that looks like a misspelt plugin; others may be installed on another computer."""
+    unknown = host.unknown_blocks()
+    return [
+        ConfigIssue("plugins.block", f"'{name}' is not installed", unknown[name]) for name in names if unknown.get(name)
+    ]
 
 
 def _is_table_complaint(issue: ConfigIssue, data: dict[str, Any]) -> bool:

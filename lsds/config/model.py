@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, create_model, model_validator
 
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
 from lsds.deadlines import DeadlineOptions
@@ -37,6 +37,11 @@ class BackendSection(BaseModel):
     def chosen(self) -> bool:
         """True unless the backend is "none"."""
         return self.backend != NO_DEVICE
+
+    @property
+    def by_default(self) -> bool:
+        """True if the user did not name the backend: it is the default of its kind, or chosen by a command."""
+        return "backend" not in self.model_fields_set
 
     def options(self) -> dict[str, Any]:
         """Return the options table of the chosen backend, empty if there is none."""
@@ -122,12 +127,12 @@ class _Settings(BaseModel):
     schedule: ScheduleOptions = ScheduleOptions()
     plugins: PluginOptions = PluginOptions()
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _keep_default_backend(cls, data: Any) -> Any:
+    def _keep_default_backend(cls, data: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
         """Let a section hold only options tables; it keeps the default backend."""
         if not isinstance(data, Mapping):
-            return data
+            return validate(data)
         filled = dict(data)
         for kind in CONFIG_KINDS:
             filled[kind] = _with_default(filled.get(kind), kind)
@@ -138,7 +143,12 @@ class _Settings(BaseModel):
             if "" in fingers:
                 raise ValueError("[sensors]: a finger needs a name, such as [sensors.left]")
             filled["sensors"] = {name: _with_default(finger, "sensor") for name, finger in fingers.items()}
-        return {key: value for key, value in filled.items() if value is not None}
+        config = validate({key: value for key, value in filled.items() if value is not None})
+        for kind in CONFIG_KINDS:
+            _mark_default(getattr(config, kind), data.get(kind))
+        for name, finger in config.sensors.items():
+            _mark_default(finger, data["sensors"][name])
+        return config
 
     @model_validator(mode="after")
     def _rates_fit_the_limits(self) -> _Settings:
@@ -182,6 +192,12 @@ def _with_default(section: Any, kind: Kind) -> Any:
     if isinstance(section, Mapping) and "backend" not in section:
         return {"backend": KINDS[kind].default, **section}
     return section
+
+
+def _mark_default(section: BackendSection, given: Any) -> None:
+    """Record that a section got its backend by default."""
+    if given is None or (isinstance(given, Mapping) and "backend" not in given):
+        section.model_fields_set.discard("backend")
 
 
 if TYPE_CHECKING:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+import json
+from typing import TYPE_CHECKING, Any
 
 from lsds.config.model import RigConfig
 from lsds.contracts.kinds import CONFIG_KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import PluginError
+from lsds.plugins.containment import one_line
 from lsds.plugins.host import PluginHost
+from lsds.plugins.loading import upgrade_or_block
 from lsds.plugins.registry import NO_DEVICE, Backend
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -16,7 +22,8 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
     """Return the schema, for example for an editor to check a config with.
 
-    A backend whose options cannot be imported gets an unrestricted table, with the reason as its description.
+    A backend whose options cannot be imported, or have no schema, gets an unrestricted table, with the reason as its
+    description.
     """
     host = host or PluginHost()
     schema = RigConfig.model_json_schema()
@@ -27,7 +34,9 @@ def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
         properties = {**base["properties"], "backend": {"type": "string", "enum": _names(kind, host)}}
         for backend in host.backends:
             if backend.spec.kind == kind:
-                properties[backend.spec.name] = _options(backend, host, definitions)
+                name, table = backend.spec.name, _options(backend, host, definitions)
+                # The table of a name that two plugins offer belongs to whichever the config chooses.
+                properties[name] = {"anyOf": [properties[name], table]} if name in properties else table
         section |= {"type": "object", "additionalProperties": False, "properties": properties}
         # A section may hold only options and keep the default backend.
         section["description"] = f"The {kind} backend, and an options table for each backend."
@@ -60,7 +69,25 @@ def _options(backend: Backend, host: PluginHost, definitions: dict[str, Any]) ->
         return {"type": "object", "additionalProperties": False, "description": backend.spec.summary}
     # Two plugins may each have a model named Options, so every definition includes the name of its backend.
     prefix = f"{backend.spec.kind}.{backend.distribution}.{backend.spec.name}"
-    schema = model.model_json_schema(ref_template=f"#/$defs/{prefix}.{{model}}")
+    try:
+        schema = host.contained(
+            backend, "building its schema", lambda: _schema_of(model, f"#/$defs/{prefix}.{{model}}")
+        )
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        reason = f"its options have no JSON schema: {type(error).__name__}: {one_line(error)}"
+        remedy = upgrade_or_block(backend.plugin, backend.distribution)
+        return {"type": "object", "description": f"{backend}: {reason}; {remedy}"}
     for name, definition in schema.pop("$defs", {}).items():
         definitions[f"{prefix}.{name}"] = definition
+    table: dict[str, Any] = schema
+    return table
+
+
+def _schema_of(model: type[BaseModel], template: str) -> dict[str, Any]:
+    """Return a model's schema as plain JSON. Raises whatever the model raises, TypeError if it is not JSON."""
+    schema = json.loads(json.dumps(model.model_json_schema(ref_template=template)))
+    if not isinstance(schema, dict):
+        raise TypeError(f"it is {type(schema).__name__}, not a table")
     return schema

@@ -1,7 +1,7 @@
 """The contracts: Protocols that backends implement, and the frozen values passed through them."""
 
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
-from lsds.contracts.backend import BackendSpec, BuildContext
+from lsds.contracts.backend import CONTRACT_VERSION, BackendSpec, BuildContext
 from lsds.contracts.cycle import Cycle, FingerCycle, GripInput
 from lsds.contracts.devices import (
     Arm,
@@ -53,6 +53,7 @@ from lsds.contracts.wire import WireMock
 __all__ = [
     "ABSTAINED",
     "CONFIG_KINDS",
+    "CONTRACT_VERSION",
     "DEVICE_KINDS",
     "KINDS",
     "OBSERVER",

@@ -14,6 +14,12 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+CONTRACT_VERSION = 1
+"""Version of the contracts of this lsds; it grows when a plugin written for the previous one no longer works."""
+
+OLDEST_CONTRACT_VERSION = 1
+"""Oldest version of the contracts for which plugins still work."""
+
 
 @dataclass(frozen=True, slots=True)
 class BackendSpec:
@@ -26,7 +32,8 @@ class BackendSpec:
     in-process simulation, a recording); a rig of only such devices runs faster than real time. `in_cell` marks a device
     that is part of the rig's cell; if there is none, no cell is built, so that no simulated truth enters the figures of
     a recording or of real hardware. `over_wire` marks a cell whose devices are reached from outside, over their wire
-    protocols: it is built whenever a config names it.
+    protocols: it is built whenever a config names it. `contract` is the version of the contracts that the backend is
+    written for; a plugin that needs another version than this lsds supports is refused when it is loaded.
     """
 
     kind: str
@@ -40,6 +47,7 @@ class BackendSpec:
     virtual_time: bool = False
     in_cell: bool = False
     over_wire: bool = False
+    contract: int = CONTRACT_VERSION
 
 
 @dataclass(slots=True)

@@ -15,13 +15,36 @@ from lsds.errors import ContractMismatch
 _MISSING = object()
 
 
-def check_contract(backend: str, kind: Kind, built: object) -> None:
+def check_contract(backend: str, kind: Kind, built: object, remedy: str = "") -> None:
     """Raise ContractMismatch with every member that is missing or cannot be called as in the contract."""
+    if (nothing := _not_an_object(kind, built)) is not None:
+        raise ContractMismatch(f"{backend}: its factory {nothing}")
     problems = list(_problems(KINDS[kind].contract, built))
     if problems:
         raise ContractMismatch(
             f"{backend}: {type(built).__name__} does not fulfil the contract of a {kind}: {'; '.join(problems)}"
+            + (f" ({remedy})" if remedy else "")
         )
+
+
+def contract_members(kind: Kind) -> tuple[str, ...]:
+    """Return the members of a kind's contract as they are written, such as "command(command)" and "spec"."""
+    return tuple(
+        name if isinstance(member, property) else f"{name}({', '.join(_parameters(member))})"
+        for name, member in _members(KINDS[kind].contract)
+        if isinstance(member, property) or callable(member)
+    )
+
+
+def _not_an_object(kind: Kind, built: object) -> str | None:
+    if built is None:
+        return f"returned None; return the {kind} that it makes"
+    if inspect.iscoroutine(built):
+        built.close()
+        return f"is async; write def instead of async def, and return the {kind}"
+    if isinstance(built, type):
+        return f"returned the class {built.__name__}; return an object of it"
+    return None
 
 
 def _problems(protocol: type, built: object) -> Iterator[str]:
@@ -30,7 +53,13 @@ def _problems(protocol: type, built: object) -> Iterator[str]:
             if inspect.getattr_static(built, name, _MISSING) is _MISSING and not _has(built, name):
                 yield f"{name} is missing"
             continue
-        member = getattr(built, name, _MISSING)
+        try:
+            member = getattr(built, name, _MISSING)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            yield f"{name} raises {type(error).__name__}"
+            continue
         if member is _MISSING:
             yield f"{name}() is missing"
         elif not callable(member):
@@ -58,13 +87,19 @@ def _has(built: object, name: str) -> bool:
         getattr(built, name)
     except AttributeError:
         return False
-    except Exception:
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
         return True
     return True
 
 
+def _parameters(wanted: Any) -> list[str]:
+    return list(inspect.signature(wanted).parameters)[1:]
+
+
 def _arity_complaint(member: Any, wanted: Any) -> str | None:
-    parameters = list(inspect.signature(wanted).parameters.values())[1:]
+    parameters = _parameters(wanted)
     try:
         signature = inspect.signature(member)
     except (TypeError, ValueError):
@@ -72,6 +107,5 @@ def _arity_complaint(member: Any, wanted: Any) -> str | None:
     try:
         signature.bind(*(None for _ in parameters))
     except TypeError as error:
-        names = ", ".join(parameter.name for parameter in parameters)
-        return f"cannot be called as ({names}): {error}"
+        return f"cannot be called as ({', '.join(parameters)}): {error}"
     return None

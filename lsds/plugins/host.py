@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from contextlib import suppress
 from functools import cached_property
 from importlib.metadata import entry_points as installed_entry_points
 from typing import TYPE_CHECKING, Any, Protocol
 
 import pluggy
 
-from lsds.contracts.backend import BackendSpec, BuildContext
+from lsds.contracts.backend import BuildContext
 from lsds.contracts.kinds import Kind
-from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginLoadError
-from lsds.plugins import spec as hookspecs
+from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
+from lsds.plugins.containment import contained, one_line
 from lsds.plugins.contract import check_contract
-from lsds.plugins.registry import Backend, PluginFailure, checked_specs, select
+from lsds.plugins.discovery import readable_entry_points
+from lsds.plugins.importing import importable, imported_target, remedy_for, require_model
+from lsds.plugins.loading import failure_of, new_manager, offered_specs, upgrade_or_block
+from lsds.plugins.registry import (
+    NO_DISTRIBUTION,
+    OWN_DISTRIBUTION,
+    Backend,
+    PluginFailure,
+    PluginNote,
+    did_you_mean,
+    select,
+)
+from lsds.plugins.spec import PROJECT
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -48,7 +59,8 @@ class PluginHost:
     """All installed plugins of the entry-point group `lsds`.
 
     Manifests are imported on first use, backends when they are built. A plugin that fails to import, or whose hook
-    returns an invalid value, is listed in `failures` and does not affect others.
+    returns an invalid value, is listed in `failures` and does not affect others. What a plugin prints while it is
+    imported is kept from stdout and listed in `notes`.
 
     `entry_points` replaces what is installed (for tests and embedding); `block` names distributions or plugins that
     are not to be loaded, in addition to the environment variable `LSDS_BLOCK_PLUGINS`.
@@ -59,6 +71,8 @@ class PluginHost:
         self._blocked = set(block) | {name.strip() for name in os.environ.get(BLOCK_VARIABLE, "").split(",")} - {""}
         self._failures: list[PluginFailure] = []
         self._backends: list[Backend] = []
+        self._notes: list[PluginNote] = []
+        self._installed: set[str] = set()
         self._loaded = False
 
     # -- listing ------------------------------------------------------------------------------------------
@@ -82,6 +96,20 @@ class PluginHost:
         ]
         return (*self._failures, *late)
 
+    @property
+    def notes(self) -> tuple[PluginNote, ...]:
+        """All remarks so far: what plugins printed while they were imported, and blocked names that do not exist."""
+        blocked = [
+            PluginNote(name, "", f"is blocked, but not installed{f'; {hint}' if hint else '; check the name'}")
+            for name, hint in self.unknown_blocks().items()
+        ]
+        return (*self._notes, *blocked)
+
+    def unknown_blocks(self) -> dict[str, str]:
+        """Return the blocked names that no plugin and no distribution has, each with "did you mean 'x'?" or ""."""
+        self._load()
+        return {name: did_you_mean(name, self._installed, 0.8) for name in sorted(self._blocked - self._installed)}
+
     def names(self, kind: Kind) -> tuple[str, ...]:
         """Return the names of all backends of a kind, each once."""
         return tuple(dict.fromkeys(b.spec.name for b in self.backends if b.spec.kind == kind))
@@ -94,7 +122,8 @@ class PluginHost:
         """Add a plugin (a module, or any object with hook implementations) that no entry point names."""
         self._load()
         label = name or getattr(plugin, "__name__", None) or type(plugin).__name__
-        self._take(plugin, label, distribution)
+        self._installed |= {label, distribution}
+        self._take(lambda: plugin, label, distribution)
 
     def find(self, kind: Kind, name: str) -> Backend:
         """Return the backend of that kind and name ("name" or "distribution:name").
@@ -103,22 +132,35 @@ class PluginHost:
         """
         return select(self.backends, kind, name, self.failures)
 
+    def own(self, kind: Kind, name: str) -> str:
+        """Return how to write a backend that lsds, not the user, chooses by name.
+
+        This is "lsds:name" if other plugins claim the name too, else the name as it is.
+        """
+        try:
+            self.find(kind, name)
+        except PluginConflict:
+            return f"{OWN_DISTRIBUTION}:{name}" if self._offers_own(kind, name) else name
+        except LsdsError:
+            pass
+        return name
+
     # -- building -----------------------------------------------------------------------------------------
 
     def missing_requirements(self, backend: Backend) -> tuple[str, ...]:
         """Return the import names required by the backend that are not installed."""
-        return tuple(name for name in backend.spec.requires if not _importable(name))
+        names = backend.spec.requires
+        if not any("." in name for name in names):
+            return _missing(names)
+        # To find a module inside a package, Python imports the package.
+        missing: tuple[str, ...] = self.contained(backend, f"importing {', '.join(names)}", lambda: _missing(names))
+        return missing
 
     def options_model(self, backend: Backend) -> type[BaseModel] | None:
         """Return the pydantic model of a backend's options table, None where it takes none. Raises PluginLoadError."""
         if backend.spec.options is None:
             return None
-        from pydantic import BaseModel
-
-        model = self._import(backend, backend.spec.options)
-        if not (isinstance(model, type) and issubclass(model, BaseModel)):
-            raise PluginLoadError(f"{backend}: options '{backend.spec.options}' is not a pydantic model")
-        return model
+        return require_model(backend, self._import(backend, backend.spec.options))
 
     def imported(self, backend: Backend) -> Any:
         """Return the object named by a backend's `factory`, without calling it. Raises PluginLoadError."""
@@ -131,19 +173,33 @@ class PluginHost:
         """
         backend = self.find(kind, name)
         if missing := self.missing_requirements(backend):
-            raise PluginLoadError(f"{backend} needs {', '.join(missing)}, which is not installed; {_remedy(backend)}")
+            raise PluginLoadError(
+                f"{backend} needs {', '.join(missing)}, which is not installed; {remedy_for(backend)}"
+            )
         options = self._options(backend, raw_options or {})
         factory = self.imported(backend)
         try:
             built = factory(options, context)
-        except LsdsError:
+        except (LsdsError, KeyboardInterrupt):
             raise
-        except Exception as error:
+        except BaseException as error:
             raise PluginLoadError(
-                f"{backend}: its factory '{backend.spec.factory}' raised {type(error).__name__}: {error}"
+                f"{backend}: its factory '{backend.spec.factory}' raised {type(error).__name__}: {one_line(error)}; "
+                f"{upgrade_or_block(backend.plugin, backend.distribution)}"
             ) from error
-        check_contract(str(backend), kind, built)
+        check_contract(str(backend), kind, built, f"lsds plugins show {backend.qualified_name} lists the members")
         return built
+
+    def contained(self, backend: Backend, doing: str, run: Callable[[], Any]) -> Any:
+        """Return what `run`, code of that backend, returns; its output becomes a note, "printed while" `doing`."""
+        output = None
+        try:
+            # Libraries add warning filters when they are imported, for good.
+            with contained(filters=False) as output:
+                return run()
+        finally:
+            if output is not None and output.text:
+                self._note(backend.plugin, backend.distribution, f"printed while {doing}: {output.text}")
 
     # -- inside -------------------------------------------------------------------------------------------
 
@@ -153,7 +209,7 @@ class PluginHost:
         path = f"{backend.spec.kind}.{backend.spec.name}"
         model = self.options_model(backend)
         if model is not None:
-            return validated(model, raw, path)
+            return validated(model, raw, path, upgrade_or_block(backend.plugin, backend.distribution))
         if raw:
             raise ConfigError(
                 f"[{path}]", [ConfigIssue(f"{path}.{key}", "this backend takes no options") for key in raw]
@@ -161,22 +217,20 @@ class PluginHost:
         return None
 
     def _import(self, backend: Backend, target: str) -> Any:
-        module_name, _, attribute = target.partition(":")
-        try:
-            value: Any = importlib.import_module(module_name)
-            for part in attribute.split("."):
-                value = getattr(value, part)
-        except Exception as error:
-            raise PluginLoadError(
-                f"{backend}: importing '{target}' failed: {type(error).__name__}: {error}; {_remedy(backend)}"
-            ) from error
-        return value
+        module = target.partition(":")[0]
+        return self.contained(backend, f"importing {module}", lambda: imported_target(backend, target))
+
+    def _note(self, plugin: str, distribution: str, text: str) -> None:
+        note = PluginNote(plugin, distribution, text)
+        if note not in self._notes:
+            self._notes.append(note)
 
     @cached_property
     def _manager(self) -> pluggy.PluginManager:
-        manager = pluggy.PluginManager(hookspecs.PROJECT)
-        manager.add_hookspecs(hookspecs)
-        return manager
+        return new_manager()
+
+    def _offers_own(self, kind: Kind, name: str) -> bool:
+        return any((b.spec.kind, b.spec.name, b.distribution) == (kind, name, OWN_DISTRIBUTION) for b in self.backends)
 
     def _is_blocked(self, plugin: str, distribution: str) -> bool:
         return plugin in self._blocked or distribution in self._blocked
@@ -185,51 +239,45 @@ class PluginHost:
         if self._loaded:
             return
         self._loaded = True
-        found = self._entry_points
-        if found is None:
-            found = installed_entry_points(group=hookspecs.PROJECT)
-        for entry_point in found:
-            distribution = str(getattr(entry_point.dist, "name", None) or "unknown")
-            if self._is_blocked(entry_point.name, distribution):
-                self._failures.append(PluginFailure(entry_point.name, distribution, "blocked", blocked=True))
+        for entry_point in self._found():
+            name, distribution = entry_point.name, _distribution(entry_point)
+            self._installed |= {name, distribution}
+            if self._is_blocked(name, distribution):
+                self._failures.append(PluginFailure(name, distribution, "blocked", blocked=True))
                 continue
-            try:
-                plugin = entry_point.load()
-            # A plugin may raise anything while it is imported, including SystemExit.
-            except (Exception, SystemExit) as error:
-                self._fail(entry_point.name, distribution, error)
-            else:
-                self._take(plugin, entry_point.name, distribution)
+            self._take(entry_point.load, name, distribution)
 
-    def _take(self, plugin: object, name: str, distribution: str) -> None:
-        registered_as = f"{distribution}:{name}"
+    def _found(self) -> Iterable[EntryPointLike]:
+        if self._entry_points is not None:
+            return self._entry_points
         try:
-            self._manager.register(plugin, name=registered_as)
-            self._manager.check_pending()
-            specs: list[BackendSpec] = []
-            for implementation in self._manager.hook.lsds_backends.get_hookimpls():
-                if implementation.plugin is plugin:
-                    specs += checked_specs(implementation.function())
-        except (Exception, SystemExit) as error:
-            self._fail(name, distribution, error)
-            if self._manager.has_plugin(registered_as):
-                self._manager.unregister(plugin)
-        else:
-            self._backends += [Backend(spec, distribution, name) for spec in specs]
+            return installed_entry_points(group=PROJECT)
+        except Exception:
+            found, failures = readable_entry_points()
+            self._failures += failures
+            return found
 
-    def _fail(self, name: str, distribution: str, error: BaseException) -> None:
-        reason = f"{type(error).__name__}: {error}"
-        self._failures.append(PluginFailure(name, distribution, reason))
-
-
-def _importable(name: str) -> bool:
-    try:
-        return importlib.util.find_spec(name) is not None
-    except (ImportError, ValueError):
-        return False
+    def _take(self, load: Callable[[], object], name: str, distribution: str) -> None:
+        """Load a plugin and keep its backends, or its failure; a plugin may raise anything, including SystemExit."""
+        with contained() as output:
+            try:
+                specs = offered_specs(self._manager, load(), f"{distribution}:{name}")
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:
+                self._failures.append(failure_of(name, distribution, error))
+            else:
+                self._backends += [Backend(spec, distribution, name) for spec in specs]
+        if output.text:
+            self._note(name, distribution, f"printed while loading: {output.text}")
 
 
-def _remedy(backend: Backend) -> str:
-    if backend.spec.extra:
-        return f"install it with: pip install '{backend.distribution}[{backend.spec.extra}]'"
-    return f"see the documentation of {backend.distribution}"
+def _missing(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(name for name in names if not importable(name))
+
+
+def _distribution(entry_point: EntryPointLike) -> str:
+    """Return the name of the entry point's distribution, whose metadata may be damaged."""
+    with suppress(Exception):
+        return str(entry_point.dist.name or NO_DISTRIBUTION)
+    return NO_DISTRIBUTION

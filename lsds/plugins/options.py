@@ -9,17 +9,38 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from lsds.errors import ConfigError, ConfigIssue
+from lsds.plugins.containment import one_line
 from lsds.plugins.registry import did_you_mean
 
 M = TypeVar("M", bound=BaseModel)
 
 
-def validated(model: type[M], raw: Mapping[str, Any], path: str) -> M:
-    """Return the options table `raw`, found at the dotted `path`, as its model. Raises ConfigError with all issues."""
+def validated(model: type[M], raw: Mapping[str, Any], path: str, remedy: str = "") -> M:
+    """Return the options table `raw`, found at the dotted `path`, as its model. Raises ConfigError with all issues.
+
+    `remedy` is added if the model itself is broken.
+    """
     try:
         return model.model_validate(raw)
     except ValidationError as error:
         raise ConfigError(f"[{path}]", list(issues_of(error, model, path))) from error
+    except Exception as error:
+        raise ConfigError(f"[{path}]", [ConfigIssue(path, _broken(error), remedy)]) from error
+
+
+def table_issues(
+    model: type[BaseModel], raw: Mapping[str, Any], path: str, remedy: str = ""
+) -> tuple[ConfigIssue, ...]:
+    """Return the issues of an options table, empty if it is valid; arguments as for `validated`."""
+    try:
+        validated(model, raw, path, remedy)
+    except ConfigError as error:
+        return error.issues
+    return ()
+
+
+def _broken(error: Exception) -> str:
+    return f"its options model raised {type(error).__name__}: {one_line(error)}"
 
 
 def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") -> Iterator[ConfigIssue]:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from lsds.contracts.backend import BackendSpec
-from lsds.contracts.kinds import KINDS
 from lsds.errors import PluginConflict, PluginNotFound
 
 NO_DEVICE = "none"
 """The backend name in a config for "no backend"."""
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-_RESERVED = frozenset({NO_DEVICE, "backend", "enabled"})
+OWN_DISTRIBUTION = "lsds"
+"""The distribution of the first-party plugins."""
+
+NO_DISTRIBUTION = "unknown"
+"""Stands for the distribution of an entry point that has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,33 +44,30 @@ class PluginFailure:
     distribution: str
     reason: str
     blocked: bool = False
+    remedy: str = ""
 
     def __str__(self) -> str:
-        return f"{self.plugin} ({self.distribution}): {self.reason}"
+        remedy = f"; {self.remedy}" if self.remedy else ""
+        return f"{self.plugin} ({self.distribution}): {self.reason}{remedy}"
 
 
-def checked_specs(offered: object) -> list[BackendSpec]:
-    """Return a plugin hook's return value as a list of checked specifications. Raises TypeError or ValueError."""
-    if not isinstance(offered, Sequence) or isinstance(offered, str | bytes):
-        raise TypeError(f"lsds_backends returned {type(offered).__name__}, expected a list of BackendSpec")
-    specs = []
-    for item in offered:
-        if not isinstance(item, BackendSpec):
-            raise TypeError(f"lsds_backends returned a list with {type(item).__name__} in it, expected BackendSpec")
-        if item.kind not in KINDS:
-            raise ValueError(f"backend '{item.name}' has unknown kind {item.kind!r}; known: {', '.join(KINDS)}")
-        if not isinstance(item.name, str) or not _NAME.fullmatch(item.name) or item.name in _RESERVED:
-            raise ValueError(f"backend name {item.name!r} is not allowed: letters, digits, '.', '_', '-', not reserved")
-        for target in (item.factory, item.options):
-            if target is not None and not re.fullmatch(r"[\w.]+:[\w.]+", str(target)):
-                raise ValueError(f"backend '{item.name}': {target!r} is not of the form 'module:attribute'")
-        specs.append(item)
-    return specs
+@dataclass(frozen=True, slots=True)
+class PluginNote:
+    """A remark on a plugin that works, such as what it printed; `distribution` is empty if it is not installed."""
+
+    plugin: str
+    distribution: str
+    text: str
+
+    def __str__(self) -> str:
+        return (
+            f"{self.plugin} ({self.distribution}): {self.text}" if self.distribution else f"{self.plugin}: {self.text}"
+        )
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return "did you mean 'x'?" for the nearest known name, or an empty string."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+def did_you_mean(name: str, known: Iterable[str], cutoff: float = 0.5) -> str:
+    """Return "did you mean 'x'?" for the nearest known name of at least that similarity, or an empty string."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
     return f"did you mean '{near[0]}'?" if near else ""
 
 

@@ -17,4 +17,4 @@ def chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
     """
     for name in names:
         host.find(kind, name)
-    return list(names) or [name for name in host.names(kind) if name != "onnx"]
+    return list(names) or [host.own(kind, name) for name in host.names(kind) if name != "onnx"]

@@ -176,7 +176,7 @@ def test_of_a_flag_and_the_config_s_own_option_the_flag_counts(monkeypatch):
     said = []
     for firm_mm in (None, 3.5):
         watched_rig(load_config(None, ["job.shake.closer_mm=1.5", "job.shake.shakes=2"]), firm_mm, {}, said.append)
-    shaken = [job["shake"] for job in asked if job["backend"] == "shake"]
+    shaken = [job.tables["shake"] for job in asked if job.backend == "shake"]
     assert [(each["closer_mm"], each["shakes"], each["still_s"]) for each in shaken] == [(1.5, 2, 8.0), (3.5, 2, 8.0)]
     assert said[0].startswith("gripping 1.5 mm closer")
     assert "nothing slid" in said[2]
