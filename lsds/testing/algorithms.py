@@ -17,7 +17,7 @@ from lsds.testing.bench import Bench
 from lsds.testing.comparing import first_difference, plain
 from lsds.testing.feeding import COURSES, answers, build, raw_answers
 from lsds.testing.stimulus import FRAME_NS
-from lsds.testing.traces import clock_calls, global_seed, global_state, io_calls
+from lsds.testing.traces import clock_calls, global_seed, global_state, io_calls, kept_state
 
 LATER_NS = 10**15
 """A clock that stands at another time."""
@@ -28,9 +28,7 @@ def check_reset_equals_a_new_build(bench: Bench) -> None:
     course, used = COURSES[bench.kind], build(bench)
     answers(bench, used, course.first())
     course.clear(used)
-    difference = first_difference(
-        answers(bench, used, course.second()), answers(bench, build(bench), course.second())
-    )
+    difference = first_difference(answers(bench, used, course.second()), answers(bench, build(bench), course.second()))
     clears = "begin()" if bench.kind == "job" else "reset()"
     assert not difference, (
         f"after {clears} the answers are not those of a new build: {difference}; set every attribute that an input "
@@ -87,10 +85,12 @@ def check_instances_share_nothing(bench: Bench) -> None:
 def check_leaves_global_state(bench: Bench) -> None:
     """Random state, error state, working folder, environment and threads of the process stay as they are."""
     inputs = COURSES[bench.kind].first()
-    answers(bench, build(bench), inputs)  # Imports at the first use are not counted.
-    before = global_state()
-    answers(bench, build(bench), inputs)
-    after = global_state()
+    with kept_state():
+        answers(bench, build(bench), inputs)  # Imports at the first use are not counted.
+    with kept_state():
+        before = global_state()
+        answers(bench, build(bench), inputs)
+        after = global_state()
     changed = [what for what in before if before[what] != after[what]]
     assert not changed, f"building and feeding it changed {', '.join(changed)}; leave the process as it is"
 

@@ -47,13 +47,15 @@ def grid_px() -> NDArray[np.float64]:
 def draw(markers_px: NDArray[np.float64], press: Press | None = None, seed: int = 0) -> NDArray[np.uint8]:
     """Return an RGB image (height, width, 3), uint8 and read-only, of markers (N, 2); NaN rows are not drawn."""
     y, x = np.mgrid[0 : SPEC.height_px, 0 : SPEC.width_px].astype(np.float64)
-    image = np.array(LIGHT) * (1 - 0.25 * (((x - CENTRE_PX[0]) / 320) ** 2 + ((y - CENTRE_PX[1]) / 240) ** 2))[..., None]
+    image = (
+        np.array(LIGHT) * (1 - 0.25 * (((x - CENTRE_PX[0]) / 320) ** 2 + ((y - CENTRE_PX[1]) / 240) ** 2))[..., None]
+    )
     if press is not None:
         slope_x, slope_y = _slopes(x, y, press)
         image += slope_x[..., None] * SHADE_X + slope_y[..., None] * SHADE_Y
     image *= (1 - DARK * _cover(markers_px))[..., None]
     image += NOISE * np.random.default_rng(seed).standard_normal(image.shape)
-    drawn = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    drawn: NDArray[np.uint8] = np.clip(np.rint(image), 0, 255).astype(np.uint8)
     drawn.flags.writeable = False
     return drawn
 

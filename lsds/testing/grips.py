@@ -16,7 +16,8 @@ QUIET, SLIPS = Detection(False, 0.1, 0.5, 0.8), Detection(True, 0.9, 0.5, 0.8)
 AT_REST = SlipEstimate((0.0, 0.0), (1e-3, 1e-3), 0.0, 0.05, 0.0, 1e-3)
 SLIDES = SlipEstimate((0.0, 8e-3), (1e-3, 1e-3), 0.1, 0.05, 8e-3, 1e-3)
 NAN_ESTIMATE = SlipEstimate((math.nan,) * 2, (math.nan,) * 2, math.nan, math.nan, math.nan, math.nan)
-RESTS = 40
+NOT_MEASURED = "no aperture is measured"
+RESTS = 30
 """Frames at the end of a sequence in which the grip is at rest."""
 
 
@@ -28,11 +29,15 @@ def grip_inputs(name: Name) -> tuple[GripInput, ...]:
     return tuple(_input(cycle, i, slips=name != "untouched" and 10 <= i < 20) for i, cycle in enumerate(seen))
 
 
+def sound_grips(name: Name) -> tuple[GripInput, ...]:
+    """Return two seconds of inputs that follow `grip_inputs(name)`: the grip goes on resting."""
+    return tuple(_at(grip_inputs(name)[-1], i) for i in range(1, 51))
+
+
 @cache
-def degraded_grips() -> dict[str, tuple[GripInput, ...]]:
-    """Return inputs that follow `grip_inputs("slides")`, each lasting for two seconds, by what is wrong with them."""
-    last = grip_inputs("slides")[-1]
-    unknown = {"measured_aperture_m": math.nan, "frame_aperture_m": math.nan}
+def degraded_grips(name: Name) -> dict[str, tuple[GripInput, ...]]:
+    """Return inputs that follow `grip_inputs(name)`, each lasting for two seconds, by what is wrong with them."""
+    last = grip_inputs(name)[-1]
     lacking = {
         "the detection abstains": replace(last, detection=ABSTAINS, estimate=ABSTAINED),
         "the detection abstains and the estimate is NaN": replace(last, detection=ABSTAINS, estimate=NAN_ESTIMATE),
@@ -40,7 +45,7 @@ def degraded_grips() -> dict[str, tuple[GripInput, ...]]:
         "slip is detected and the estimate abstains": replace(last, detection=SLIPS, estimate=ABSTAINED),
         "slip is detected and the estimate is NaN": replace(last, detection=SLIPS, estimate=NAN_ESTIMATE),
         "no finger has seen anything": replace(last, fingers=(), detection=ABSTAINS, estimate=ABSTAINED),
-        "no aperture is measured": replace(last, **unknown),
+        NOT_MEASURED: replace(last, measured_aperture_m=math.nan, frame_aperture_m=math.nan),
         "the frame interval is NaN": replace(last, dt_s=math.nan),
         "the touch is not known and the detection abstains": replace(
             last, touch_m=math.nan, detection=ABSTAINS, estimate=ABSTAINED

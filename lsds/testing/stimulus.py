@@ -144,7 +144,7 @@ class _KnownTracker:
 
     def update(self, frame: Frame) -> MarkerTracks:
         markers = self._scenes[frame.seq].markers_px
-        valid = np.isfinite(markers).all(axis=1)
+        valid = np.asarray(np.isfinite(markers).all(axis=1))
         flags = np.where(valid, TrackFlag.OK.value, TrackFlag.LOST.value).astype(np.uint8)
         return MarkerTracks(frame.t_ns, frame.seq, markers.copy(), valid, flags)
 

@@ -13,7 +13,16 @@ from typing import Any
 
 import numpy as np
 
-_OUTSIDE = ("open", "os.system", "os.fork", "os.posix_spawn", "os.listdir", "os.scandir", "subprocess.Popen", "pty.spawn")
+_OUTSIDE = (
+    "open",
+    "os.system",
+    "os.fork",
+    "os.posix_spawn",
+    "os.listdir",
+    "os.scandir",
+    "subprocess.Popen",
+    "pty.spawn",
+)
 _CLOCKS = ("time", "time_ns", "monotonic", "monotonic_ns", "localtime", "gmtime", "clock_gettime", "clock_gettime_ns")
 _DATES = ("now", "utcnow", "today")
 _recording: list[list[str]] = []
@@ -78,13 +87,25 @@ def global_state() -> dict[str, Any]:
 
 
 @contextmanager
+def kept_state() -> Iterator[None]:
+    """Put random states, error state, working directory and environment back afterwards."""
+    numpy_state, state, folder = np.random.get_state(), random.getstate(), os.getcwd()  # noqa: NPY002
+    environment = dict(os.environ)
+    with np.errstate():
+        try:
+            yield
+        finally:
+            np.random.set_state(numpy_state)  # noqa: NPY002
+            random.setstate(state)
+            os.chdir(folder)
+            os.environ.clear()
+            os.environ.update(environment)
+
+
+@contextmanager
 def global_seed(seed: int) -> Iterator[None]:
     """Seed the global random generators, and put them back afterwards."""
-    numpy_state, state = np.random.get_state(), random.getstate()  # noqa: NPY002
-    np.random.seed(seed)  # noqa: NPY002
-    random.seed(seed)
-    try:
+    with kept_state():
+        np.random.seed(seed)  # noqa: NPY002
+        random.seed(seed)
         yield
-    finally:
-        np.random.set_state(numpy_state)  # noqa: NPY002
-        random.setstate(state)

@@ -7,7 +7,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from lsds.contracts import Frame, MarkerReference, MarkerTracks, TrackFlag
@@ -24,8 +23,8 @@ SHIFTS = ((1, 0), (2, 1), (2, 2), (1, 3), (0, 2), (-1, 1), (-2, 0), (-1, -1), (0
 """Path of the grid in steps."""
 LEAST_SHARE = 0.5
 """Share of the markers that is followed in a clear frame."""
-HIDDEN = np.arange(63) % 9 >= 6
-"""The markers of the right third, which are hidden in some frames."""
+HIDDEN = np.isin(np.arange(63), (11, 16, 30, 40, 47, 51))
+"""The markers that are hidden in some frames."""
 
 
 def check_tracks_are_sound(bench: Bench) -> None:
@@ -93,15 +92,23 @@ def check_never_raises_on_an_image(bench: Bench) -> None:
 
 def check_refuses_a_reference_without_markers(bench: Bench) -> None:
     """`start` raises DataError for a black frame: nothing can be followed in it."""
-    with pytest.raises(DataError):
-        build(bench).start(_black(0), SPEC.pad)
+    tracker = build(bench)
+    try:
+        reference = tracker.start(_black(0), SPEC.pad)
+    except DataError:
+        return
+    except Exception as error:
+        raise AssertionError(
+            f"start() raised {type(error).__name__} on a black frame: {error}; raise DataError, which names the frame"
+        ) from error
+    raise AssertionError(
+        f"start() found {getattr(reference, 'count', None)} markers in a black frame; raise DataError, which names it"
+    )
 
 
 def _assert_sound(reference: MarkerReference, tracks: Any, frame: Frame) -> None:
     where = f"frame {frame.seq}"
-    assert isinstance(tracks, MarkerTracks), (
-        f"{where}: update() returned {type(tracks).__name__}; return MarkerTracks"
-    )
+    assert isinstance(tracks, MarkerTracks), f"{where}: update() returned {type(tracks).__name__}; return MarkerTracks"
     shapes = tuple(np.shape(part) for part in (tracks.xy_px, tracks.valid, tracks.flags))
     count = reference.count
     assert shapes == ((count, 2), (count,), (count,)), (

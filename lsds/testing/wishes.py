@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,13 +17,33 @@ from lsds.testing.situations import ARM, GRIPPER, Grasp, World, setting
 
 LONGEST_S = 40.0
 """Time after which a run is left: a job may go on until somebody ends it."""
+BOUND_S = 2.0
+"""The first step has to return within this, in real time."""
 GRASPS: tuple[Grasp, ...] = ("aperture", "touch")
 
 
 def check_first_step_is_answered(bench: Bench) -> None:
-    """The first step, before anything was read, is answered with a Wanted that moves nothing."""
+    """The first step, before anything was read, returns within 2 s a Wanted that moves nothing."""
     job = build(bench)
-    wanted = job.step(World().now)
+    answered: list[Any] = []
+    raised: list[AssertionError] = []
+
+    def step() -> None:
+        try:
+            answered.append(_stepped(job, World(), "first step"))
+        except AssertionError as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=step, daemon=True)
+    thread.start()
+    thread.join(BOUND_S)
+    assert not thread.is_alive(), (
+        f"the first step did not return within {BOUND_S} s; a job never waits, it is asked again"
+    )
+    if raised:
+        raise raised[0]
+    assert answered[0] is not None, "the first step raised SafetyStop; wait until something was read"
+    wanted = answered[0][0]
     problem = _problem(wanted)
     assert not problem, f"first step: {problem}"
     assert wanted.grip is None, f"first step: it wants {wanted.grip} before the gel without contact was seen; wait"
@@ -107,7 +128,9 @@ def _problem(wanted: Any) -> str:
             return f"{name} is {value!r}; it must be a {kind.__name__} or None"
     numbers = [value for _, value, _, _ in _limited(wanted)]
     if not all(map(math.isfinite, numbers)):
-        return f"it wants {wanted.grip} and {wanted.twist}, which are not all finite numbers"
+        return (
+            f"it wants {wanted.grip} and {wanted.twist}, which are not all finite; check what the numbers are made of"
+        )
     return ""
 
 

@@ -17,6 +17,15 @@ FOUND = [
     for backend in HOST.backends
     if backend.spec.kind in KINDS and (backend.spec.kind, backend.spec.name) not in NEEDS_DATA
 ]
+VARIANTS = [
+    ("controller", "pd", {"release_m_s": 0.005, "release_after_s": 0.2}),
+    ("controller", "margin", {"release_m_s": 0.0}),
+    ("job", "hold", {"duration_s": 1.0}),
+    ("job", "shake", {"corrects": True, "closer_mm": 0.0}),
+    ("job", "slide", {"turn_rad_s": 0.5}),
+]
+"""Options that change what a backend may do."""
+VARIED = [case for kind, name, options in VARIANTS for case in cases(Bench(kind, name, options, HOST))]
 CASES = [case for spec in FOUND for case in cases(Bench(spec.kind, spec.name, host=HOST))]
 
 
@@ -26,4 +35,9 @@ def test_every_kind_is_found():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
 def test_conformance(case):
+    case()
+
+
+@pytest.mark.parametrize("case", VARIED, ids=lambda case: case.id)
+def test_conformance_with_other_options(case):
     case()
