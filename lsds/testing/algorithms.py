@@ -6,6 +6,7 @@ An algorithm is a function of its inputs since the last reset, and of nothing el
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import Any
@@ -88,11 +89,12 @@ def check_leaves_global_state(bench: Bench) -> None:
     with kept_state():
         answers(bench, build(bench), inputs)  # Imports at the first use are not counted.
     with kept_state():
-        before = global_state()
+        before, threads = global_state(), set(threading.enumerate())
         answers(bench, build(bench), inputs)
-        after = global_state()
+        after, started = global_state(), set(threading.enumerate()) - threads
     changed = [what for what in before if before[what] != after[what]]
     assert not changed, f"building and feeding it changed {', '.join(changed)}; leave the process as it is"
+    assert not started, f"building and feeding it started {', '.join(map(str, started))}; answer in the caller's thread"
 
 
 def check_leaves_its_inputs(bench: Bench) -> None:

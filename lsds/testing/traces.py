@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import random
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -82,7 +81,6 @@ def global_state() -> dict[str, Any]:
         "the state of random": random.getstate(),
         "the working directory": os.getcwd(),
         "the environment": dict(os.environ),
-        "the threads": frozenset(thread.ident for thread in threading.enumerate()),
     }
 
 

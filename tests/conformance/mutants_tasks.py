@@ -1,4 +1,4 @@
-"""Controllers and jobs with one mistake each; `CAUGHT` maps each to its kind, the check and what that reports."""
+"""Controllers and jobs with one mistake each."""
 
 from __future__ import annotations
 
@@ -7,21 +7,12 @@ import threading
 from dataclasses import replace
 from typing import ClassVar
 
+from catching import caught
 from honest import HonestController, HonestJob
 
 from lsds.contracts import Grip, Twist
 from lsds.testing import algorithms as every
 from lsds.testing import corrections, wishes
-
-CAUGHT = {}
-
-
-def caught(kind, check, match):
-    def register(mutant):
-        CAUGHT[mutant] = (kind, check, match)
-        return mutant
-
-    return register
 
 
 @caught("controller", corrections.check_never_opens_on_what_is_lacking, "the detection abstains, frame 0: it opens")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import mutants_slip
+import mutants_detectors
+import mutants_estimators
 import mutants_tasks
-import mutants_tracks
+import mutants_trackers
 import pytest
+from catching import CAUGHT
 from fake_cell import plugin
 from honest import HonestController, HonestDetector, HonestEstimator, HonestJob, HonestTracker
 
@@ -13,7 +15,7 @@ from lsds.contracts import BackendSpec
 from lsds.plugins import PluginHost
 from lsds.testing import Bench, cases
 
-CAUGHT = {**mutants_slip.CAUGHT, **mutants_tracks.CAUGHT, **mutants_tasks.CAUGHT}
+MODULES = (mutants_detectors, mutants_estimators, mutants_trackers, mutants_tasks)
 HONEST = {
     "detector": HonestDetector,
     "estimator": HonestEstimator,
@@ -47,6 +49,11 @@ def test_a_mutant_is_caught_by_the_check_of_its_mistake(mutant):
         check(found)
     remedies = ("; ", "(or abstain")
     assert any(remedy in str(caught.value) for remedy in remedies), f"no remedy in: {caught.value}"
+
+
+def test_mutants_are_registered():
+    assert {mutant.__module__ for mutant in CAUGHT} == {module.__name__ for module in MODULES}
+    assert len(CAUGHT) > 60
 
 
 def test_every_check_catches_a_mutant():

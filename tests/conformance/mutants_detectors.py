@@ -1,4 +1,4 @@
-"""Detectors and estimators with one mistake each; `CAUGHT` maps each to its kind, the check and what that reports."""
+"""Detectors with one mistake each."""
 
 from __future__ import annotations
 
@@ -7,26 +7,18 @@ import math
 import os
 import random
 import socket
+import threading
 import time
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from honest import HonestDetector, HonestEstimator, speed_of
+from catching import caught
+from honest import HonestDetector, speed_of
 
-from lsds.contracts import ABSTAINED, Detection, SlipEstimate
+from lsds.contracts import Detection
 from lsds.testing import algorithms as every
 from lsds.testing import slip_answers
-
-CAUGHT = {}
-
-
-def caught(kind, check, match):
-    def register(mutant):
-        CAUGHT[mutant] = (kind, check, match)
-        return mutant
-
-    return register
 
 
 class Blurred(HonestDetector):
@@ -85,6 +77,13 @@ class SilencesNumpy(Blurred):
 class SetsTheEnvironment(Blurred):
     def extra(self, observation):
         os.environ["LSDS_MUTANT"] = "1"
+        return 0.0
+
+
+@caught("detector", every.check_leaves_global_state, "started <Thread")
+class StartsAThread(Blurred):
+    def extra(self, observation):
+        threading.Thread(target=threading.Event().wait, args=(0.5,), daemon=True).start()
         return 0.0
 
 
@@ -212,84 +211,3 @@ class SlipOfNothing(HonestDetector):
     def update(self, observation):
         found = super().update(observation)
         return found if found.slip is not None else Detection(True, 1.0, 0.5, 0.9)
-
-
-def bent(estimate, **changes):
-    return estimate if estimate.abstained else replace(estimate, **changes)
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, "one sigma is finite and positive")
-class NegativeSigma(HonestEstimator):
-    def update(self, observation):
-        return bent(super().update(observation), speed_std_m_s=-1e-3)
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, "one sigma is finite and positive")
-class SigmaOfZero(HonestEstimator):
-    def update(self, observation):
-        return bent(super().update(observation), velocity_std_m_s=(0.0, 0.0))
-
-
-@dataclass(frozen=True)
-class WithCovariance(SlipEstimate):
-    covariance: tuple = ()
-
-
-def with_covariance(estimate, matrix):
-    if estimate.abstained:
-        return estimate
-    names = SlipEstimate.__dataclass_fields__
-    return WithCovariance(**{name: getattr(estimate, name) for name in names}, covariance=matrix)
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, "is not symmetric")
-class AsymmetricCovariance(HonestEstimator):
-    def update(self, observation):
-        return with_covariance(super().update(observation), ((1e-6, 5e-7), (0.0, 1e-6)))
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, "eigenvalue -1e-06")
-class IndefiniteCovariance(HonestEstimator):
-    def update(self, observation):
-        return with_covariance(super().update(observation), ((1e-6, 2e-6), (2e-6, 1e-6)))
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, "use metres")
-class Millimetres(HonestEstimator):
-    def update(self, observation):
-        found = super().update(observation)
-        x, y = found.velocity_m_s
-        return bent(found, velocity_m_s=(1e3 * x, 1e3 * y), speed_m_s=1e3 * found.speed_m_s)
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, "use radians")
-class MillidegreesPerSecond(HonestEstimator):
-    def update(self, observation):
-        return bent(super().update(observation), angular_rad_s=1e3 * math.degrees(0.8))
-
-
-@caught("estimator", slip_answers.check_estimates_are_sound, r"velocity_m_s\[0\] is nan")
-class NanThatDoesNotAbstain(HonestEstimator):
-    def update(self, observation):
-        return replace(super().update(observation), velocity_m_s=(math.nan, math.nan), abstained=False)
-
-
-@caught("estimator", slip_answers.check_estimator_finds_no_slip_of_nothing, "no marker is followed")
-class EstimatesFromNothing(HonestEstimator):
-    def update(self, observation):
-        found = super().update(observation)
-        return SlipEstimate((0.05, 0.0), (0.1, 0.1), 0.0, 1.0, 0.05, 0.1) if found is ABSTAINED else found
-
-
-@caught("estimator", slip_answers.check_estimator_survives_what_is_lacking, "raised ZeroDivisionError")
-class DividesByTheMarkersInContact(HonestEstimator):
-    def update(self, observation):
-        if observation.contact is None:
-            1 / 0  # noqa: B018
-        return super().update(observation)
-
-
-@caught("estimator", every.check_reset_equals_a_new_build, "after reset")
-class RemembersItsWindow(HonestEstimator):
-    def reset(self):
-        self.speeds = getattr(self, "speeds", [])

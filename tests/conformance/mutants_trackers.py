@@ -1,10 +1,11 @@
-"""Trackers with one mistake each; `CAUGHT` maps each to its kind, the check that finds it, and what that reports."""
+"""Trackers with one mistake each."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+from catching import caught
 from honest import HonestTracker
 
 from lsds.contracts import MarkerReference
@@ -12,18 +13,8 @@ from lsds.errors import DataError
 from lsds.testing import algorithms as every
 from lsds.testing import tracks
 
-CAUGHT = {}
 
-
-def caught(check, match):
-    def register(mutant):
-        CAUGHT[mutant] = ("tracker", check, match)
-        return mutant
-
-    return register
-
-
-@caught(tracks.check_follows_a_shifted_grid, "keep the order of the reference")
+@caught("tracker", tracks.check_follows_a_shifted_grid, "keep the order of the reference")
 class SwapsTwoMarkers(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
@@ -32,7 +23,7 @@ class SwapsTwoMarkers(HonestTracker):
         return replace(found, xy_px=found.xy_px[order], valid=found.valid[order], flags=found.flags[order])
 
 
-@caught(tracks.check_tracks_are_sound, "one row for each marker")
+@caught("tracker", tracks.check_tracks_are_sound, "one row for each marker")
 class DropsLostMarkers(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
@@ -40,7 +31,7 @@ class DropsLostMarkers(HonestTracker):
         return replace(found, xy_px=found.xy_px[kept], valid=found.valid[kept], flags=found.flags[kept])
 
 
-@caught(tracks.check_follows_a_shifted_grid, "answer for this frame")
+@caught("tracker", tracks.check_follows_a_shifted_grid, "answer for this frame")
 class IsOneFrameLate(HonestTracker):
     def reset(self):
         super().reset()
@@ -52,7 +43,7 @@ class IsOneFrameLate(HonestTracker):
         return found if before is None else replace(before, t_ns=frame.t_ns, seq=frame.seq)
 
 
-@caught(tracks.check_flags_what_is_lost, "flag them as LOST")
+@caught("tracker", tracks.check_flags_what_is_lost, "flag them as LOST")
 class NeverFlags(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
@@ -60,33 +51,33 @@ class NeverFlags(HonestTracker):
         return replace(found, xy_px=self.last.copy(), valid=every_one, flags=np.zeros(len(every_one), np.uint8))
 
 
-@caught(tracks.check_tracks_are_sound, "must be NaN")
+@caught("tracker", tracks.check_tracks_are_sound, "must be NaN")
 class KeepsThePositionOfTheLost(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
         return replace(found, xy_px=self.last.copy())
 
 
-@caught(tracks.check_tracks_are_sound, "only OK is valid")
+@caught("tracker", tracks.check_tracks_are_sound, "only OK is valid")
 class FlagsNothingThatItCallsInvalid(HonestTracker):
     def update(self, frame):
         return replace(super().update(frame), flags=np.zeros(63, np.uint8))
 
 
-@caught(tracks.check_tracks_are_sound, "OUT_OF_VIEW")
+@caught("tracker", tracks.check_tracks_are_sound, "OUT_OF_VIEW")
 class LeavesTheImage(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
         return replace(found, xy_px=found.xy_px + np.array([0.0, 200.0]))
 
 
-@caught(tracks.check_tracks_are_sound, "copy t_ns and seq")
+@caught("tracker", tracks.check_tracks_are_sound, "copy t_ns and seq")
 class CountsItsOwnFrames(HonestTracker):
     def update(self, frame):
         return replace(super().update(frame), seq=7)
 
 
-@caught(tracks.check_never_raises_on_an_image, "raised DataError on a black image")
+@caught("tracker", tracks.check_never_raises_on_an_image, "raised DataError on a black image")
 class RaisesOnBlack(HonestTracker):
     def update(self, frame):
         if not frame.image.any():
@@ -94,7 +85,7 @@ class RaisesOnBlack(HonestTracker):
         return super().update(frame)
 
 
-@caught(tracks.check_refuses_a_reference_without_markers, "found 63 markers in a black frame")
+@caught("tracker", tracks.check_refuses_a_reference_without_markers, "found 63 markers in a black frame")
 class TakesABlackReference(HonestTracker):
     def start(self, frame, pad=None):
         if frame.image.any():
@@ -102,7 +93,7 @@ class TakesABlackReference(HonestTracker):
         return MarkerReference(np.zeros((63, 2)), np.zeros((63, 2), int), pad, (1.0, 1.0), np.eye(2), (320, 240))
 
 
-@caught(every.check_answers_do_not_change_later, "changed after it was returned")
+@caught("tracker", every.check_answers_do_not_change_later, "changed after it was returned")
 class ReusesItsArrays(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
@@ -111,7 +102,7 @@ class ReusesItsArrays(HonestTracker):
         return replace(found, xy_px=self.room)
 
 
-@caught(every.check_reset_equals_a_new_build, "after reset")
+@caught("tracker", every.check_reset_equals_a_new_build, "after reset")
 class KeepsItsMotionOverReset(HonestTracker):
     """Its answer is smoothed, and the smoothed motion outlives a reset."""
 
@@ -126,7 +117,7 @@ class KeepsItsMotionOverReset(HonestTracker):
         return replace(found, xy_px=smooth)
 
 
-@caught(every.check_leaves_its_inputs, "it modified .image")
+@caught("tracker", every.check_leaves_its_inputs, "it modified .image")
 class DrawsIntoTheImage(HonestTracker):
     def update(self, frame):
         found = super().update(frame)
