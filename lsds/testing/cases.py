@@ -10,11 +10,16 @@ import pytest
 
 from lsds.contracts.kinds import Kind
 from lsds.plugins.host import PluginHost
+from lsds.testing.algorithms import ALGORITHM_CHECKS
 from lsds.testing.bench import Bench
+from lsds.testing.corrections import CONTROLLER_CHECKS
 from lsds.testing.lifecycle import LIFECYCLE_CHECKS
 from lsds.testing.machine import check_any_order_of_calls
 from lsds.testing.motion import ARM_CHECKS, GRIPPER_CHECKS
 from lsds.testing.sensing import POSE_CHECKS, SENSOR_CHECKS
+from lsds.testing.slip_answers import DETECTOR_CHECKS, ESTIMATOR_CHECKS
+from lsds.testing.tracks import TRACKER_CHECKS
+from lsds.testing.wishes import JOB_CHECKS
 
 Check = Callable[[Bench], None]
 
@@ -23,6 +28,13 @@ _CHECKS: dict[Kind, tuple[Check, ...]] = {
     "gripper": GRIPPER_CHECKS,
     "arm": ARM_CHECKS,
     "pose_source": POSE_CHECKS,
+}
+_ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
+    "tracker": TRACKER_CHECKS,
+    "detector": DETECTOR_CHECKS,
+    "estimator": ESTIMATOR_CHECKS,
+    "controller": CONTROLLER_CHECKS,
+    "job": JOB_CHECKS,
 }
 _MOVING: frozenset[Check] = frozenset({*GRIPPER_CHECKS, *ARM_CHECKS})
 
@@ -47,7 +59,9 @@ class Case:
 
 
 def cases(bench: Bench) -> list[Case]:
-    """Return all checks for the bench's kind of device. Raises ValueError for a kind without checks."""
+    """Return all checks for the bench's kind of device or algorithm. Raises ValueError for a kind without checks."""
+    if bench.kind in _ALGORITHM_CHECKS:
+        return [Case(bench, check) for check in (*ALGORITHM_CHECKS, *_ALGORITHM_CHECKS[bench.kind])]
     if bench.kind not in _CHECKS:
         raise ValueError(f"there are no conformance checks for a {bench.kind}")
     checks = (*LIFECYCLE_CHECKS, *_CHECKS[bench.kind], check_any_order_of_calls)

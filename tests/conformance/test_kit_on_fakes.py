@@ -143,6 +143,12 @@ def test_expected_failures_have_to_exist():
         conformance("gripper", "fake-gripper", host=HOST, expected_failures={"flies": "it cannot"})
 
 
-def test_algorithms_have_no_device_checks():
-    with pytest.raises(ValueError, match="no conformance checks for a detector"):
-        cases(Bench("detector", "brain", host=HOST))
+def test_a_kind_without_checks_is_refused():
+    with pytest.raises(ValueError, match="no conformance checks for a cell"):
+        cases(Bench("cell", "fake-cell", host=HOST))
+
+
+def test_algorithms_have_checks_of_their_own():
+    names = {case.check.__name__ for case in cases(Bench("detector", "brain", host=HOST))}
+    assert "check_detections_are_sound" in names
+    assert "check_walks_through_its_life" not in names

@@ -1,0 +1,104 @@
+"""Checks of controllers: apertures are sound, and nothing that is lacking opens the gripper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from numbers import Real
+from typing import Any
+
+from lsds.contracts import GripInput
+from lsds.testing.bench import Bench
+from lsds.testing.feeding import build
+from lsds.testing.grips import NOT_MEASURED, STROKE_M, degraded_grips, grip_inputs, sound_grips
+from lsds.testing.stimulus import Name
+
+NAMES: tuple[Name, ...] = ("slides", "turns")
+TINY_M = 1e-9
+"""A difference of apertures that is rounding."""
+
+
+def check_apertures_are_sound(bench: Bench) -> None:
+    """Every answer is None or a finite aperture within the gripper's stroke, whatever is lacking."""
+    for where, _, aperture_m in _answers(bench):
+        if aperture_m is None:
+            continue
+        assert isinstance(aperture_m, Real), (
+            f"{where}: update() returned {type(aperture_m).__name__} {aperture_m!r}; return metres or None"
+        )
+        assert not isinstance(aperture_m, bool), f"{where}: update() returned {aperture_m}; return metres or None"
+        assert math.isfinite(aperture_m), (
+            f"{where}: update() returned {aperture_m}; return None to leave the gripper as it is"
+        )
+        assert 0 <= float(aperture_m) <= STROKE_M, (
+            f"{where}: update() returned {aperture_m:.4f} m, outside of the stroke 0 to {STROKE_M} m; clamp it, and "
+            "answer in metres"
+        )
+
+
+def check_never_opens_on_what_is_lacking(bench: Bench) -> None:
+    """An input that is missing, abstains, is NaN or stale never asks for a larger aperture than the one commanded."""
+    for name in NAMES:
+        rests = _after(bench, name)
+        sound = [rests.update(state) for state in sound_grips(name)]
+        for what, inputs in degraded_grips(name).items():
+            controller = _after(bench, name)
+            for i, state in enumerate(inputs):
+                aperture_m = _asked(controller, state, what)
+                # A controller that needs no measured aperture may open as it would with one.
+                as_sound = sound[i] if what == NOT_MEASURED else None
+                most_m = max(state.aperture_m, state.aperture_m if as_sound is None else as_sound)
+                assert not _is_wider(aperture_m, most_m), (
+                    f"sequence {name!r}, then {what}, frame {i}: it opens from {state.aperture_m * 1e3:.2f} to "
+                    f"{aperture_m * 1e3:.2f} mm; open only on a sound input that shows no slip, otherwise return None"
+                )
+
+
+def check_opens_only_as_declared(bench: Bench) -> None:
+    """A controller without a true `may_open` never asks for a larger aperture than the one commanded."""
+    if getattr(build(bench), "may_open", False):
+        return
+    for where, state, aperture_m in _answers(bench):
+        assert not _is_wider(aperture_m, state.aperture_m), (
+            f"{where}: it opens from {state.aperture_m * 1e3:.2f} to {aperture_m * 1e3:.2f} mm and does not declare "
+            "it; give it an attribute may_open"
+        )
+
+
+def _is_wider(aperture_m: Any, most_m: float) -> bool:
+    return isinstance(aperture_m, Real) and float(aperture_m) > most_m + TINY_M
+
+
+def _after(bench: Bench, name: Name) -> Any:
+    """Return a new controller that has seen a sequence."""
+    controller = build(bench)
+    for state in grip_inputs(name):
+        controller.update(state)
+    return controller
+
+
+def _answers(bench: Bench) -> Iterator[tuple[str, GripInput, Any]]:
+    for name in NAMES:
+        controller = build(bench)
+        for i, state in enumerate(grip_inputs(name)):
+            yield f"sequence {name!r}, frame {i}", state, controller.update(state)
+        for what, inputs in degraded_grips(name).items():
+            controller = _after(bench, name)
+            for i, state in enumerate(inputs):
+                yield f"sequence {name!r}, then {what}, frame {i}", state, _asked(controller, state, what)
+
+
+def _asked(controller: Any, state: GripInput, what: str) -> Any:
+    try:
+        return controller.update(state)
+    except Exception as error:
+        raise AssertionError(
+            f"{what}: update() raised {type(error).__name__}: {error}; return None to leave the gripper as it is"
+        ) from error
+
+
+CONTROLLER_CHECKS = (
+    check_apertures_are_sound,
+    check_never_opens_on_what_is_lacking,
+    check_opens_only_as_declared,
+)

@@ -1,0 +1,191 @@
+"""Checks of what detectors and estimators answer: types, ranges, abstention."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from lsds.contracts import Detection, Observation, SlipEstimate
+from lsds.testing.bench import Bench
+from lsds.testing.feeding import build
+from lsds.testing.stimulus import Name, degraded, observations
+
+SEQUENCES: tuple[Name, ...] = ("untouched", "slides", "turns")
+FASTEST_M_S, FASTEST_RAD_S = 1.0, 100.0
+"""The stimulus slides at 8 mm/s and turns at 0.8 rad/s: faster estimates are in other units."""
+LIKELY = 0.5
+"""Confidence of a slip that is claimed for likely."""
+STILL_M_S, STILL_RAD_S = 0.01, 2.0
+"""Median estimate of a gel that nothing touches."""
+
+
+def check_detections_are_sound(bench: Bench) -> None:
+    """Every answer is a Detection: slip True, False or None, confidence in [0, 1], a score where it decides."""
+    for where, detection in _answers(bench):
+        problem = _problem_of_detection(detection)
+        assert not problem, f"{where}: {problem}"
+
+
+def check_detector_survives_what_is_lacking(bench: Bench) -> None:
+    """NaN and lost markers never raise, and give an abstention or a sound answer, then as before in the next frame."""
+    for where, detection in _degraded(bench):
+        problem = _problem_of_detection(detection)
+        assert not problem, f"{where}: {problem}"
+
+
+def check_detector_claims_no_slip_of_nothing(bench: Bench) -> None:
+    """Without contact, or without any marker followed, it abstains, denies slip or claims it with low confidence."""
+    nothing = degraded()
+    alone = [nothing["no marker followed"], nothing["a black image"], nothing["the first frame, without a velocity"]]
+    for inputs in (observations("untouched"), *([one] for one in alone)):
+        detector = build(bench)
+        for i, observation in enumerate(inputs):
+            detection = detector.update(observation)
+            assert not (detection.slip and detection.confidence > LIKELY), (
+                f"frame {i}: nothing touches or is followed, and it reports slip with confidence "
+                f"{detection.confidence:.2f} (limit {LIKELY}); abstain with slip=None"
+            )
+
+
+def check_estimates_are_sound(bench: Bench) -> None:
+    """Every answer is a SlipEstimate: it abstains, or is finite, below 1 m/s here, with positive sigmas."""
+    for where, estimate in _answers(bench):
+        problem = _problem_of_estimate(estimate)
+        assert not problem, f"{where}: {problem}"
+
+
+def check_estimator_survives_what_is_lacking(bench: Bench) -> None:
+    """NaN and lost markers never raise, and give an abstention or a sound answer, then as before in the next frame."""
+    for where, estimate in _degraded(bench):
+        problem = _problem_of_estimate(estimate)
+        assert not problem, f"{where}: {problem}"
+
+
+def check_estimator_finds_no_slip_of_nothing(bench: Bench) -> None:
+    """Without any marker followed it abstains or is near zero; so it is mostly while nothing touches the gel."""
+    estimate = build(bench).update(degraded()["no marker followed"])
+    _assert_still("no marker is followed", [estimate])
+    estimator = build(bench)
+    _assert_still("nothing touches the gel", [estimator.update(seen) for seen in observations("untouched")])
+
+
+def _assert_still(what: str, estimates: Sequence[SlipEstimate]) -> None:
+    told = [estimate for estimate in estimates if not estimate.abstained]
+    if 2 * len(told) <= len(estimates):
+        return
+    speed = float(np.median([estimate.speed_m_s for estimate in told]))
+    rate = float(np.median([abs(estimate.angular_rad_s) for estimate in told]))
+    assert speed < STILL_M_S, (
+        f"{what}, and the median estimate is {speed:.3g} m/s (limit {STILL_M_S}); abstain: return ABSTAINED"
+    )
+    assert not rate >= STILL_RAD_S, (
+        f"{what}, and the median estimate is {rate:.3g} rad/s (limit {STILL_RAD_S}); abstain: return ABSTAINED"
+    )
+
+
+def _answers(bench: Bench) -> Iterator[tuple[str, Any]]:
+    for name in SEQUENCES:
+        algorithm = build(bench)
+        for i, observation in enumerate(observations(name)):
+            yield f"sequence {name!r}, frame {i}", algorithm.update(observation)
+
+
+def _degraded(bench: Bench) -> Iterator[tuple[str, Any]]:
+    """Yield the answers to each defect alone and within a sequence, and to the sound frame after it."""
+    sound = observations("slides")
+    for what, lacking in degraded().items():
+        yield what, _asked(build(bench), lacking, what)
+        algorithm = build(bench)
+        for observation in sound[:-1]:
+            algorithm.update(observation)
+        yield f"{what}, within a sequence", _asked(algorithm, lacking, what)
+        yield f"{what}, the frame after it", _asked(algorithm, sound[-1], what)
+
+
+def _asked(algorithm: Any, observation: Observation, what: str) -> Any:
+    try:
+        return algorithm.update(observation)
+    except Exception as error:
+        raise AssertionError(
+            f"{what}: update() raised {type(error).__name__}: {error}; abstain where something is lacking"
+        ) from error
+
+
+def _problem_of_detection(detection: Any) -> str:
+    if not isinstance(detection, Detection):
+        return f"update() returned {type(detection).__name__} {detection!r}; return a Detection"
+    if detection.slip is not None and not isinstance(detection.slip, bool | np.bool_):
+        return f"slip is {detection.slip!r}; it must be True, False or None (abstains)"
+    if not _is_number(detection.confidence) or not 0 <= detection.confidence <= 1:
+        return f"confidence is {detection.confidence!r}; it must be a number in [0, 1], 0 for an abstention"
+    if not _is_number(detection.score) or (detection.slip is not None and not math.isfinite(detection.score)):
+        return f"slip is {detection.slip} by a score of {detection.score!r}; it must be finite (or abstain: slip=None)"
+    if not _is_number(detection.threshold) or not math.isfinite(detection.threshold):
+        return f"threshold is {detection.threshold!r}; it must be finite"
+    return ""
+
+
+def _problem_of_estimate(estimate: Any) -> str:
+    if not isinstance(estimate, SlipEstimate):
+        return f"update() returned {type(estimate).__name__} {estimate!r}; return a SlipEstimate"
+    if not isinstance(estimate.abstained, bool | np.bool_):
+        return f"abstained is {estimate.abstained!r}; it must be True or False"
+    if estimate.abstained:
+        return ""
+    speeds = {
+        "velocity_m_s[0]": estimate.velocity_m_s[0],
+        "velocity_m_s[1]": estimate.velocity_m_s[1],
+        "speed_m_s": estimate.speed_m_s,
+    }
+    for name, value in speeds.items():
+        if not _is_number(value) or not math.isfinite(value):
+            return f"{name} is {value!r}; it must be finite (or abstain: return ABSTAINED)"
+        if abs(value) >= FASTEST_M_S:
+            return f"{name} is {value:.3g} and must be below {FASTEST_M_S} m/s here (8 mm/s are shown); use metres"
+    if estimate.speed_m_s < 0:
+        return f"speed_m_s is {estimate.speed_m_s:.3g}; it must not be negative"
+    rate = estimate.angular_rad_s
+    if not _is_number(rate) or abs(rate) >= FASTEST_RAD_S:
+        return f"angular_rad_s is {rate!r} and must be below {FASTEST_RAD_S} rad/s here; use radians"
+    stds = (*estimate.velocity_std_m_s, estimate.speed_std_m_s)
+    if not all(_is_number(std) and math.isfinite(std) and std > 0 for std in stds):
+        return f"velocity_std_m_s and speed_std_m_s are {stds}; one sigma is finite and positive"
+    if math.isfinite(rate) and not (_is_number(estimate.angular_std_rad_s) and estimate.angular_std_rad_s > 0):
+        return f"angular_std_rad_s is {estimate.angular_std_rad_s!r}; one sigma is positive"
+    return _problem_of_covariance(getattr(estimate, "covariance", None))
+
+
+def _problem_of_covariance(covariance: Any) -> str:
+    """Return what is wrong with the covariance of an estimate that has one."""
+    if covariance is None:
+        return ""
+    matrix = np.asarray(covariance, float)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not np.isfinite(matrix).all():
+        return f"covariance is {matrix.tolist()}; it must be a finite square matrix"
+    scale = float(np.abs(matrix).max())
+    if not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * scale):
+        return f"covariance {matrix.tolist()} is not symmetric; use (C + C.T) / 2"
+    least = float(np.linalg.eigvalsh(matrix).min())
+    if least < -1e-9 * scale:
+        return f"covariance {matrix.tolist()} has the eigenvalue {least:.3g}; it must be positive semidefinite"
+    return ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+
+
+DETECTOR_CHECKS = (
+    check_detections_are_sound,
+    check_detector_survives_what_is_lacking,
+    check_detector_claims_no_slip_of_nothing,
+)
+ESTIMATOR_CHECKS = (
+    check_estimates_are_sound,
+    check_estimator_survives_what_is_lacking,
+    check_estimator_finds_no_slip_of_nothing,
+)

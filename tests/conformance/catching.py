@@ -1,0 +1,15 @@
+"""The register of mutants: each with its kind, the check that finds it, and what that check reports."""
+
+from __future__ import annotations
+
+CAUGHT = {}
+
+
+def caught(kind, check, match):
+    """Register a class with one mistake."""
+
+    def register(mutant):
+        CAUGHT[mutant] = (kind, check, match)
+        return mutant
+
+    return register
