@@ -17,7 +17,9 @@ MAGNIFY = 3.0
 
 def draw_frame(axes: Axes, frame: Frame, reference: MarkerReference, tracks: MarkerTracks | None, title: str) -> None:
     """Draw the image, an arrow per valid marker (magnified), a cross per lost one."""
-    axes.imshow(frame.image)
+    # Markers are in px of the working image, which may be smaller than the camera's.
+    width, height = reference.image_size
+    axes.imshow(frame.image, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
     axes.set_xticks([])
     axes.set_yticks([])
     axes.set_title(title, fontsize=9)

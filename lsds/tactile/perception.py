@@ -22,6 +22,7 @@ from lsds.tactile.imprint.motion import ImprintFollower, Step
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer
+from lsds.tactile.working_image import WorkingImage
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,7 +33,10 @@ if TYPE_CHECKING:
 
 
 class Perception:
-    """State from frame to frame: the tracker's, the last field's and the last features'."""
+    """State from frame to frame: the tracker's, the last field's and the last features'.
+
+    `metres_per_px` and all positions in px are those of the working image (`lsds.tactile.working_image`).
+    """
 
     def __init__(
         self,
@@ -50,8 +54,9 @@ class Perception:
         self._spec = spec
         self._options = options
         self._shear_n_m3 = options.shear_kpa_mm * 1e6
-        self.metres_per_px = spec.metres_per_px if options.mm_per_px is None else options.mm_per_px * 1e-3
-        self._pad_m2 = spec.width_px * spec.height_px * self.metres_per_px**2
+        self._metres_per_camera_px = spec.metres_per_px if options.mm_per_px is None else options.mm_per_px * 1e-3
+        self._pad_m2 = spec.width_px * spec.height_px * self._metres_per_camera_px**2
+        self.metres_per_px = self._metres_per_camera_px
         self._viewer = Viewer()
         self._features = FeatureExtractor()
         self.reference: MarkerReference | None = None
@@ -61,7 +66,10 @@ class Perception:
         """Take the untouched gel from one or more frames. Raises DataError where they show no usable reference."""
         for frame in frames:
             check_image(frame, self._spec)
-        self.reference_frame = average_frames(frames)
+        reference = average_frames(frames)
+        self._working = WorkingImage(reference)
+        self.metres_per_px = self._metres_per_camera_px * self._working.scale
+        self.reference_frame = self._working.frame(reference)
         self.reference = self._tracker.start(self.reference_frame, self._spec.pad)
         self._field = FieldBuilder(self.reference, self.metres_per_px)
         self._depth = DepthEstimator(
@@ -87,7 +95,7 @@ class Perception:
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
         """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
         check_image(frame, self._spec)
-        frame = self._viewer.view(frame)
+        frame = self._viewer.view(self._working.frame(frame))
         count = len(self._field.position_m)
         tracks = sound_tracks(self._tracker_name, self._tracker.update(frame), count, frame.seq)
         field = self._field.build(tracks)
