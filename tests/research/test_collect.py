@@ -189,6 +189,25 @@ def test_a_trial_that_meets_a_library_s_error_is_named_and_the_others_are_kept(t
     assert len(set(data["recording"])) == 2, "what was damaged is done again"
 
 
+def test_a_simulated_trial_that_the_guard_stops_is_left_out_and_named_on_the_card(tmp_path, monkeypatch):
+    monkeypatch.setattr(campaign, "run_trial", first_fails(SafetyStop("nothing usable for 1.01 s")))
+    data = campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
+    (name,) = data.card["stopped"]
+    assert name.endswith("__0")
+    assert data.card["stopped"][name] == "nothing usable for 1.01 s"
+    assert name not in data["recording"]
+    assert load(tmp_path / "pipe").card["stopped"] == data.card["stopped"]
+
+
+def test_a_dataset_of_which_every_trial_was_stopped_is_an_error(tmp_path, monkeypatch):
+    def stops(trial, config_file, overrides):
+        raise SafetyStop("nothing usable for 1.01 s")
+
+    monkeypatch.setattr(campaign, "run_trial", stops)
+    with pytest.raises(DataError, match=r"stopped every recording; the first: nothing usable for 1\.01 s"):
+        campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True)
+
+
 @pytest.mark.parametrize("override", ["seed=3", "cell.simulated.object=sponge", "sensor.mock-gelsight-mini.gel=2"])
 def test_what_a_trial_is_cannot_be_overridden(tmp_path, override):
     with pytest.raises(DataError, match="is the protocol's to set"):

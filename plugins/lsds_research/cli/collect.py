@@ -88,6 +88,8 @@ def collect(
             tick=lambda done, whole, _: progress.to(done, whole),
             prepare=prepare if sys.stdin.isatty() else None,
         )
+    for recording, reason in data.card.get("stopped", {}).items():
+        click.echo(f"left out: {recording}: {reason}", err=True)
     rows = []
     for name in dict.fromkeys(data["object"].tolist()):
         own = data["object"] == name

@@ -21,7 +21,7 @@ import numpy as np
 from lsds import __version__
 from lsds.config import RigConfig, load_config
 from lsds.contracts import Kind
-from lsds.errors import DataError, LsdsError
+from lsds.errors import DataError, LsdsError, SafetyStop
 from lsds.files import write_whole
 from lsds.plugins.host import PluginHost
 from lsds.plugins.registry import NO_DEVICE
@@ -84,7 +84,8 @@ def collect(
     On a real cell `prepare(trial)` returns when the object is in its place; without it, a real cell is refused.
 
     Raises DataError if the folder holds something else or cannot be written; if trials failed, after all others are
-    done, with the name of each. All finished recordings are kept.
+    done, with the name of each. All finished recordings are kept. A simulated trial that the safety guard stops would
+    stop again, so the dataset is written without it, and its card names it as `stopped`.
     """
     settings = (*(() if config_file else PRESETS[job]), *overrides)
     config = load_config(config_file, settings)
@@ -109,13 +110,17 @@ def collect(
     done = len(planned) - len(missing)
     tick(done, len(planned), "")
     failed: list[str] = []
+    stopped: dict[str, str] = {}
+    virtual = _has_virtual_time(config)
     work = partial(_do, parts=parts, config_file=config_file, settings=settings)
     if prepare is not None and not mocked:
         work = partial(_do_by_hand, prepare=prepare, work=work)
     # A cell that runs in real time exists once, so only one process can use it.
-    for trial, problem in spread(work, missing, jobs if _has_virtual_time(config) else 1):
+    for trial, problem in spread(work, missing, jobs if virtual else 1):
         done += 1
-        if problem != "":
+        if isinstance(problem, Stopped) and virtual:
+            stopped[trial.recording] = problem
+        elif problem != "":
             failed.append(f"{trial.recording}: {problem or DIED}")
         tick(done, len(planned), trial.recording)
     if failed:
@@ -123,7 +128,11 @@ def collect(
         raise DataError(
             f"{out}: {len(failed)} of {len(planned)} recordings failed (run it again to repeat them)\n  {shown}"
         )
-    data = joined([_read_part(_part(parts, trial)) for trial in planned], asked | _made_with(mocked))
+    planned = [trial for trial in planned if trial.recording not in stopped]
+    if not planned:
+        raise DataError(f"{out}: the safety guard stopped every recording; the first: {next(iter(stopped.values()))}")
+    card = asked | _made_with(mocked) | ({"stopped": stopped} if stopped else {})
+    data = joined([_read_part(_part(parts, trial)) for trial in planned], card)
     if mocked:
         gels = sorted({int(trial.simulated["sensor.mock-gelsight-mini.gel"]) for trial in planned})
         data = Dataset(data.columns, {**data.card, "gels": gels})
@@ -155,10 +164,18 @@ def _asked(
     }
 
 
+class Stopped(str):
+    """Why the safety guard stopped a trial."""
+
+    __slots__ = ()
+
+
 def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
     """Run a trial and save it; return its error text. Raises DataError if it cannot be saved."""
     try:
         columns = run_trial(trial, config_file, settings)
+    except SafetyStop as error:
+        return Stopped(error)
     except LsdsError as error:
         return str(error)
     except Exception as error:
