@@ -7,11 +7,13 @@
         check()
 
 Devices, trackers, detectors, estimators, controllers and jobs have checks. Algorithms get frames that the kit draws.
+`run_checks(Bench(...))` returns the results as data; `lsds check KIND:NAME` prints them.
 
-Needs pytest and hypothesis (`pip install 'lsds[test]'`). The rest of lsds does not import this package.
+Needs pytest and hypothesis (`pip install 'lsds[testing]'`). The rest of lsds does not import this package.
 """
 
 from lsds.testing.bench import Bench
-from lsds.testing.cases import Case, cases, conformance
+from lsds.testing.cases import Case, cases, conformance, run_checks
+from lsds.testing.outcomes import CheckResult
 
-__all__ = ["Bench", "Case", "cases", "conformance"]
+__all__ = ["Bench", "Case", "CheckResult", "cases", "conformance", "run_checks"]

@@ -27,6 +27,7 @@ class Bench:
     """The test bench of one backend, with virtual time if the backend supports it, else with the wall clock.
 
     Without `allow_motion` no check arms a backend that is not simulated, so that no real device moves unintentionally.
+    `unplug` takes a connected device and cuts its connection; without it the checks of a lost connection are skipped.
     """
 
     kind: Kind
@@ -34,10 +35,12 @@ class Bench:
     options: Mapping[str, Any] = field(default_factory=dict)
     host: PluginHost = field(default_factory=PluginHost)
     allow_motion: bool = False
+    unplug: Callable[[Any], None] | None = None
 
     def __post_init__(self) -> None:
         self.virtual = self.host.find(self.kind, self.name).spec.virtual_time
         self.clock: Clock = WallClock()
+        self._context = BuildContext(self.clock)
 
     @property
     def may_move(self) -> bool:
@@ -47,7 +50,12 @@ class Bench:
     def build(self, seed: int = 0) -> Any:
         """Return a new device with a new clock and its own cell."""
         self.clock = VirtualClock() if self.virtual else WallClock()
-        return self.host.build(self.kind, self.name, self.options, BuildContext(self.clock, seed))
+        self._context = BuildContext(self.clock, seed)
+        return self.build_beside()
+
+    def build_beside(self) -> Any:
+        """Return a further device on the clock and in the cell of the last one that was built."""
+        return self.host.build(self.kind, self.name, self.options, self._context)
 
     @contextmanager
     def device(self, state: Lifecycle = Lifecycle.CONNECTED) -> Iterator[Any]:

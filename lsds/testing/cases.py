@@ -1,8 +1,8 @@
-"""Conformance checks, as a list to loop over and as a pytest decorator."""
+"""Conformance checks, as a list to loop over, as results and as a pytest decorator."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,33 +10,12 @@ import pytest
 
 from lsds.contracts.kinds import Kind
 from lsds.plugins.host import PluginHost
-from lsds.testing.algorithms import ALGORITHM_CHECKS
 from lsds.testing.bench import Bench
-from lsds.testing.corrections import CONTROLLER_CHECKS
-from lsds.testing.lifecycle import LIFECYCLE_CHECKS
-from lsds.testing.machine import check_any_order_of_calls
-from lsds.testing.motion import ARM_CHECKS, GRIPPER_CHECKS
-from lsds.testing.sensing import POSE_CHECKS, SENSOR_CHECKS
-from lsds.testing.slip_answers import DETECTOR_CHECKS, ESTIMATOR_CHECKS
-from lsds.testing.tracks import TRACKER_CHECKS
-from lsds.testing.wishes import JOB_CHECKS
+from lsds.testing.outcomes import NEEDS, CheckResult, Needs, NotApplicable
+from lsds.testing.tables import MOVING, Check, checks_of, guide_of, name_of, rule_of
 
-Check = Callable[[Bench], None]
-
-_CHECKS: dict[Kind, tuple[Check, ...]] = {
-    "sensor": SENSOR_CHECKS,
-    "gripper": GRIPPER_CHECKS,
-    "arm": ARM_CHECKS,
-    "pose_source": POSE_CHECKS,
-}
-_ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
-    "tracker": TRACKER_CHECKS,
-    "detector": DETECTOR_CHECKS,
-    "estimator": ESTIMATOR_CHECKS,
-    "controller": CONTROLLER_CHECKS,
-    "job": JOB_CHECKS,
-}
-_MOVING: frozenset[Check] = frozenset({*GRIPPER_CHECKS, *ARM_CHECKS})
+SKIPPED = "lsds check needs"
+"""Beginning of the reason with which pytest skips a check, before the key of `NEEDS`."""
 
 
 @dataclass(frozen=True)
@@ -47,25 +26,76 @@ class Case:
     check: Check
 
     @property
+    def name(self) -> str:
+        """The name of the check, without "check_"."""
+        return name_of(self.check)
+
+    @property
     def id(self) -> str:
         """A readable name."""
-        return f"{self.bench.kind}-{self.bench.name}-{self.check.__name__.removeprefix('check_')}"
+        return f"{self.bench.kind}-{self.bench.name}-{self.name}"
 
     def __call__(self) -> None:
-        """Run the check. Skips a check that would move a real device without permission."""
-        if self.check in _MOVING and not self.bench.may_move:
-            pytest.skip("moves a real device; pass allow_motion=True and stay at the emergency stop")
-        self.check(self.bench)
+        """Run the check in pytest. Skips a check that is not applicable, or lacks what it needs."""
+        result = self.run()
+        if result.outcome == "failed":
+            raise AssertionError(result.message) from result.error
+        if result.outcome == "skipped":
+            pytest.skip(f"{SKIPPED} {result.needs}: {result.message}")
+        if result.outcome == "not applicable":
+            pytest.skip(f"not applicable: {result.message}")
+
+    def run(self) -> CheckResult:
+        """Run the check and return its result. Raises nothing but KeyboardInterrupt and SystemExit."""
+        rule = rule_of(self.check)
+        try:
+            if self.check in MOVING and not self.bench.may_move:
+                raise Needs("motion")
+            self.check(self.bench)
+        except Needs as lacking:
+            need = str(lacking)
+            python, _, person = NEEDS[need]
+            return CheckResult(self.name, "skipped", f"pass {python} and {person}", rule, need)
+        except NotApplicable as reason:
+            return CheckResult(self.name, "not applicable", str(reason), rule)
+        except Exception as error:
+            return CheckResult(self.name, "failed", self._message(error), rule, error=error)
+        return CheckResult(self.name, "passed", rule=rule)
+
+    def _message(self, error: Exception) -> str:
+        """Return what failed, the rule, and the section of the guide."""
+        found = str(error) if isinstance(error, AssertionError) else f"{type(error).__name__}: {error}"
+        steps = [f"  {note}" for note in getattr(error, "__notes__", ())]
+        guide = guide_of(self.bench.kind, self.check)
+        return "\n".join([found, *steps, f"rule: {rule_of(self.check)}", f"guide: {guide}"])
 
 
 def cases(bench: Bench) -> list[Case]:
     """Return all checks for the bench's kind of device or algorithm. Raises ValueError for a kind without checks."""
-    if bench.kind in _ALGORITHM_CHECKS:
-        return [Case(bench, check) for check in (*ALGORITHM_CHECKS, *_ALGORITHM_CHECKS[bench.kind])]
-    if bench.kind not in _CHECKS:
-        raise ValueError(f"there are no conformance checks for a {bench.kind}")
-    checks = (*LIFECYCLE_CHECKS, *_CHECKS[bench.kind], check_any_order_of_calls)
-    return [Case(bench, check) for check in checks]
+    return [Case(bench, check) for check in checks_of(bench.kind)]
+
+
+def run_checks(
+    bench: Bench, only: Collection[str] = (), done: Callable[[CheckResult, int, int], None] | None = None
+) -> list[CheckResult]:
+    """Return the results of all checks of a bench, or of those named in `only` (without "check_").
+
+    `done` is called after every check with its result, its number and the number of checks. Raises ValueError for a
+    kind without checks, and for a name in `only` that is none of a check.
+    """
+    chosen = cases(bench)
+    if unknown := set(only) - {case.name for case in chosen}:
+        raise ValueError(
+            f"no check of a {bench.kind} is named {', '.join(sorted(unknown))}; "
+            f"its checks: {', '.join(case.name for case in chosen)}"
+        )
+    chosen = [case for case in chosen if not only or case.name in only]
+    results = []
+    for number, case in enumerate(chosen, 1):
+        results.append(case.run())
+        if done is not None:
+            done(results[-1], number, len(chosen))
+    return results
 
 
 def conformance(
@@ -75,18 +105,20 @@ def conformance(
     options: Mapping[str, Any] | None = None,
     host: PluginHost | None = None,
     allow_motion: bool = False,
+    unplug: Callable[[Any], None] | None = None,
     expected_failures: Mapping[str, str] | None = None,
 ) -> pytest.MarkDecorator:
     """Decorate a test that takes `check` and calls it: it becomes one test for each check.
 
-    `options` is the backend's options table. `expected_failures` maps the name of a check (without "check_") to the
-    reason why it cannot pass yet; an expected failure that passes is an error.
+    `options` is the backend's options table. `unplug` cuts the connection of a connected device. `expected_failures`
+    maps the name of a check (without "check_") to the reason why it cannot pass yet; an expected failure that passes is
+    an error.
     """
-    bench = Bench(kind, name, options or {}, host or PluginHost(), allow_motion)
+    bench = Bench(kind, name, options or {}, host or PluginHost(), allow_motion, unplug)
     expected = dict(expected_failures or {})
     parameters = []
     for case in cases(bench):
-        reason = expected.pop(case.check.__name__.removeprefix("check_"), None)
+        reason = expected.pop(case.name, None)
         marks = [pytest.mark.xfail(reason=reason, strict=True)] if reason else []
         parameters.append(pytest.param(case, id=case.id, marks=marks))
     if expected:
