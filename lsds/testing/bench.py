@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -67,8 +67,11 @@ class Bench:
             if state is Lifecycle.ARMED:
                 device.arm()
             yield device
-        finally:
-            device.close()
+        except BaseException:
+            with suppress(Exception):  # What failed first is what the reader needs.
+                device.close()
+            raise
+        device.close()
 
     def advance(self, duration_s: float) -> None:
         """Advance the time."""

@@ -64,10 +64,16 @@ class Case:
 
     def _message(self, error: Exception) -> str:
         """Return what failed, the rule, and the section of the guide."""
-        found = str(error) if isinstance(error, AssertionError) else f"{type(error).__name__}: {error}"
-        steps = [f"  {note}" for note in getattr(error, "__notes__", ())]
         guide = guide_of(self.bench.kind, self.check)
-        return "\n".join([found, *steps, f"rule: {rule_of(self.check)}", f"guide: {guide}"])
+        return "\n".join([*_lines(error), f"rule: {rule_of(self.check)}", f"guide: {guide}"])
+
+
+def _lines(error: BaseException) -> list[str]:
+    """Return the text of an error, with the steps that Hypothesis notes, or those of all errors of a group."""
+    if isinstance(error, BaseExceptionGroup):
+        return [line for part in error.exceptions for line in _lines(part)]
+    text = str(error) if isinstance(error, AssertionError) else f"{type(error).__name__}: {error}"
+    return [text, *(f"  {note}" for note in getattr(error, "__notes__", ()))]
 
 
 def cases(bench: Bench) -> list[Case]:

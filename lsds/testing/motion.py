@@ -82,12 +82,13 @@ def check_gripper_reaches_what_was_sent(bench: Bench) -> None:
             return _is_at(bench, gripper, sent)
 
         assert bench.settle(arrived, 5.0), (
-            f"the gripper is at {bench.read(gripper).aperture_m} m 5 s after it was sent to {sent.aperture_m} m; return "
-            "the aperture that was sent"
+            f"the gripper is at {bench.read(gripper).aperture_m} m 5 s after it was sent to {sent.aperture_m} m; "
+            "return the aperture that was sent"
         )
         bench.advance(0.5)
         assert arrived(), (
-            f"the gripper went from its target {sent.aperture_m} m to {bench.read(gripper).aperture_m} m; hold the target"
+            f"the gripper went from its target {sent.aperture_m} m to {bench.read(gripper).aperture_m} m; "
+            "hold the target"
         )
 
 
@@ -126,8 +127,8 @@ def check_gripper_finishes_after_expiry(bench: Bench) -> None:
             return _is_at(bench, gripper, sent) or bench.read(gripper).contact is not Contact.NONE
 
         assert bench.settle(ended, 3 * spec.stroke_m / spec.speed_m_s[0] + 2), (
-            f"stopped at {bench.read(gripper).aperture_m} m on the way from {start} to {sent.aperture_m} m, at the expiry of the "
-            "command; let a motion that has begun go on"
+            f"stopped at {bench.read(gripper).aperture_m} m on the way from {start} to {sent.aperture_m} m, "
+            "at the expiry of the command; let a motion that has begun go on"
         )
 
 
@@ -146,7 +147,8 @@ def check_arm_sends_within_its_spec(bench: Bench) -> None:
                 f"{asked} returned {speed} m/s, and the spec allows {spec.speed_m_s} m/s; return what was sent"
             )
             assert acceleration <= spec.acceleration_m_s2 * 1.001, (
-                f"{asked} returned {acceleration} m/s2, and the spec allows {spec.acceleration_m_s2}; return what was sent"
+                f"{asked} returned {acceleration} m/s2, and the spec allows {spec.acceleration_m_s2}; "
+                "return what was sent"
             )
             arm.stop()
             bench.advance(1.0)
@@ -181,8 +183,8 @@ def check_arm_rests_after_expiry(bench: Bench) -> None:
         bench.advance(0.01 + speed / command.acceleration_m_s2 + 0.25)
         rest = bench.read(arm)
         assert math.hypot(*rest.tcp_twist.linear_m_s) < 1e-3, (
-            f"the arm is still moving, with {rest.tcp_twist.linear_m_s} m/s, after expiry and deceleration; stop it in the "
-            "driver"
+            f"the arm is still moving, with {rest.tcp_twist.linear_m_s} m/s, after expiry and deceleration; "
+            "stop it in the driver"
         )
         bench.advance(0.5)
         drift = math.dist(bench.read(arm).tcp_pose.position_m, rest.tcp_pose.position_m)

@@ -54,7 +54,8 @@ def check_unplugged_gripper_holds(bench: Bench) -> None:
                 bench.advance(0.5)
                 now = place(bench, watcher)[0]
                 assert now <= held + tolerance_m(watcher), (
-                    f"unplugged, the gripper opened from {held} to {now} m at {call.__name__}(); never open on a failure"
+                    f"unplugged, the gripper opened from {held} to {now} m at {call.__name__}(); "
+                    "never open on a failure"
                 )
         finally:
             watcher.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -86,6 +87,16 @@ class Honest:
             raise CommandExpired("honest", "too late", remedy="send a new one")
 
 
+@cache
+def _drawn(seq):
+    """Markers, under a red lamp below and a blue one above."""
+    drawn = gel.draw(gel.grid_px(), seed=seq).astype(np.float64)
+    down = np.linspace(-0.3, 0.3, gel.SPEC.height_px)[:, None]
+    drawn[..., 0] *= 1 + down
+    drawn[..., 2] *= 1 - down
+    return np.clip(drawn, 0, 255).astype(np.uint8)
+
+
 class HonestSensor(Honest):
     rate_hz = 25.0
     spec = gel.SPEC
@@ -95,12 +106,7 @@ class HonestSensor(Honest):
         return Frame(self.image(seq), t_ns, seq)
 
     def image(self, seq):
-        """Markers, under a red lamp below and a blue one above."""
-        drawn = gel.draw(gel.grid_px(), seed=seq).astype(np.float64)
-        down = np.linspace(-0.3, 0.3, gel.SPEC.height_px)[:, None]
-        drawn[..., 0] *= 1 + down
-        drawn[..., 2] *= 1 - down
-        return np.clip(drawn, 0, 255).astype(np.uint8)
+        return _drawn(seq).copy()
 
 
 class Fingers:
