@@ -12,10 +12,8 @@ from lsds.contracts.kinds import Kind
 from lsds.plugins.host import PluginHost
 from lsds.testing.bench import Bench
 from lsds.testing.outcomes import NEEDS, CheckResult, Needs, NotApplicable
+from lsds.testing.pytest_plugin import SKIPPED
 from lsds.testing.tables import MOVING, Check, checks_of, guide_of, name_of, rule_of
-
-SKIPPED = "lsds check needs"
-"""Beginning of the reason with which pytest skips a check, before the key of `NEEDS`."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def run_checks(
     chosen = cases(bench)
     if unknown := set(only) - {case.name for case in chosen}:
         raise ValueError(
-            f"no check of a {bench.kind} is named {', '.join(sorted(unknown))}; "
+            f"no check for the kind {bench.kind} is named {', '.join(sorted(unknown))}; "
             f"its checks: {', '.join(case.name for case in chosen)}"
         )
     chosen = [case for case in chosen if not only or case.name in only]
