@@ -38,8 +38,11 @@ __all__ = ["Bench", "Case", "CheckResult", "cases", "conformance", "run_checks"]
 def __getattr__(name: str) -> Any:
     import importlib
 
+    from lsds.extras import require
+
     if name not in _HOMES:
         raise AttributeError(f"module 'lsds.testing' has no attribute '{name}'; it has {', '.join(__all__)}")
+    require("pytest", "hypothesis", extra="testing", purpose="lsds.testing")
     value = getattr(importlib.import_module(f"lsds.testing.{_HOMES[name]}"), name)
     globals()[name] = value
     return value

@@ -10,6 +10,7 @@ import pytest
 from fake_cell import FakeSensor, fake_host
 
 import lsds.testing
+from lsds.errors import MissingExtra
 from lsds.testing import Bench, CheckResult, run_checks
 from lsds.testing.tables import CHECKED_KINDS, GUIDE, checks_of, guide_of, rule_of
 
@@ -46,6 +47,13 @@ def test_the_public_names_exist():
     assert all(getattr(lsds.testing, name) for name in lsds.testing.__all__)
     with pytest.raises(AttributeError, match="it has Bench, Case"):
         lsds.testing.check  # noqa: B018
+
+
+def test_a_missing_library_is_named_with_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "hypothesis", None)
+    monkeypatch.delitem(vars(lsds.testing), "conformance", raising=False)
+    with pytest.raises(MissingExtra, match=r"lsds.testing needs hypothesis.*pip install 'lsds\[testing\]'"):
+        lsds.testing.conformance  # noqa: B018
 
 
 def test_results_are_data(monkeypatch):
