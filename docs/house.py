@@ -24,7 +24,8 @@ HOMES = {
 FLOORS = (
     ("lsds_research",),
     ("lsds_plugins", "lsds_mocks", "lsds_drivers"),
-    ("lsds.cli", "lsds.front", "lsds.testing"),
+    ("lsds.cli", "lsds.front"),
+    ("lsds.testing",),
     ("lsds.calibration",),
     ("lsds.session", "lsds.tracking"),
     ("lsds.engine", "lsds.jobs", "lsds.plots"),
@@ -48,6 +49,7 @@ SAYS = {
     "lsds_mocks": "the simulated cell and\nits devices' wire faces",
     "lsds_drivers": "real hardware",
     "lsds.engine": "the one line from camera to gripper",
+    "lsds.testing": "checks of plugins",
     "lsds.jobs": "grasp, hold, watch",
     "lsds.line": "one finger: frame to slip",
     "lsds.actuation": "slip to force: the way out",

@@ -18,6 +18,8 @@ EXTRAS = {
     "joblib": "cluster",
     "distributed": "cluster",
     "ray": "ray",
+    "pytest": "testing",
+    "hypothesis": "testing",
 }
 """Import name -> extra of lsds that installs it."""
 

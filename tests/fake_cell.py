@@ -166,10 +166,16 @@ class FakeArm(FakeDevice):
         if command.expires_ns < self.clock.now():
             raise CommandExpired(self.name, "too late")
         self._advance()
-        self._speed = min(command.twist.linear_m_s[2], self.spec.speed_m_s)
+        limit = self.spec.speed_m_s
+        self._speed = min(max(command.twist.linear_m_s[2], -limit), limit)
         self._expires_ns = command.expires_ns
         acceleration = min(command.acceleration_m_s2, self.spec.acceleration_m_s2)
         return ArmCommand(Twist((0.0, 0.0, self._speed)), acceleration, command.expires_ns)
+
+    def disarm(self) -> None:
+        self._advance()
+        self._speed = 0.0
+        super().disarm()
 
     def stop(self) -> None:
         super().stop()

@@ -59,7 +59,7 @@ class Device(Protocol):
         ...
 
     def disarm(self) -> None:
-        """Make it readable only. Does nothing if it is not armed."""
+        """Make it readable only; an arm comes to rest, a gripper keeps its grip. Does nothing if it is not armed."""
         ...
 
     def close(self) -> None:

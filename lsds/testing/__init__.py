@@ -7,11 +7,42 @@
         check()
 
 Devices, trackers, detectors, estimators, controllers and jobs have checks. Algorithms get frames that the kit draws.
+`run_checks(Bench(...))` returns the results as data; `lsds check KIND:NAME` prints them.
 
-Needs pytest and hypothesis (`pip install 'lsds[test]'`). The rest of lsds does not import this package.
+Needs pytest and hypothesis (`pip install 'lsds[testing]'`). The rest of lsds does not import this package. Its
+names are imported on first use, so that the pytest plugin in it (`lsds.testing.pytest_plugin`) does not delay pytest.
 """
 
-from lsds.testing.bench import Bench
-from lsds.testing.cases import Case, cases, conformance
+from __future__ import annotations
 
-__all__ = ["Bench", "Case", "cases", "conformance"]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from lsds.testing.bench import Bench
+    from lsds.testing.case import Case, cases, conformance, run_checks
+    from lsds.testing.outcomes import CheckResult
+
+_HOMES = {
+    "Bench": "bench",
+    "Case": "case",
+    "CheckResult": "outcomes",
+    "cases": "case",
+    "conformance": "case",
+    "run_checks": "case",
+}
+
+__all__ = ["Bench", "Case", "CheckResult", "cases", "conformance", "run_checks"]
+
+
+def __getattr__(name: str) -> Any:
+    import importlib
+
+    from lsds.extras import require
+
+    if name not in _HOMES:
+        raise AttributeError(f"module 'lsds.testing' has no attribute '{name}'; it has {', '.join(__all__)}")
+    require("pytest", "hypothesis", extra="testing", purpose="lsds.testing")
+    value = getattr(importlib.import_module(f"lsds.testing.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -27,6 +27,7 @@ class Bench:
     """The test bench of one backend, with virtual time if the backend supports it, else with the wall clock.
 
     Without `allow_motion` no check arms a backend that is not simulated, so that no real device moves unintentionally.
+    `unplug` takes a connected device and cuts its connection; without it the checks of a lost connection are skipped.
     """
 
     kind: Kind
@@ -34,10 +35,12 @@ class Bench:
     options: Mapping[str, Any] = field(default_factory=dict)
     host: PluginHost = field(default_factory=PluginHost)
     allow_motion: bool = False
+    unplug: Callable[[Any], None] | None = None
 
     def __post_init__(self) -> None:
         self.virtual = self.host.find(self.kind, self.name).spec.virtual_time
         self.clock: Clock = WallClock()
+        self._context = BuildContext(self.clock)
 
     @property
     def may_move(self) -> bool:
@@ -47,7 +50,12 @@ class Bench:
     def build(self, seed: int = 0) -> Any:
         """Return a new device with a new clock and its own cell."""
         self.clock = VirtualClock() if self.virtual else WallClock()
-        return self.host.build(self.kind, self.name, self.options, BuildContext(self.clock, seed))
+        self._context = BuildContext(self.clock, seed)
+        return self.build_beside()
+
+    def build_beside(self) -> Any:
+        """Return a further device on the clock and in the cell of the last one that was built."""
+        return self.host.build(self.kind, self.name, self.options, self._context)
 
     @contextmanager
     def device(self, state: Lifecycle = Lifecycle.CONNECTED) -> Iterator[Any]:
@@ -59,8 +67,11 @@ class Bench:
             if state is Lifecycle.ARMED:
                 device.arm()
             yield device
-        finally:
-            device.close()
+        except BaseException:
+            with suppress(Exception):  # What failed first is what the reader needs.
+                device.close()
+            raise
+        device.close()
 
     def advance(self, duration_s: float) -> None:
         """Advance the time."""

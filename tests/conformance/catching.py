@@ -13,3 +13,18 @@ def caught(kind, check, match):
         return mutant
 
     return register
+
+
+CAUGHT_DEVICES = {}
+LEFT = []
+"""Calls that release what mutants have left behind."""
+
+
+def caught_device(kind, check, match):
+    """Register a class of devices with one mistake."""
+
+    def register(mutant):
+        CAUGHT_DEVICES[mutant] = (kind, check, match)
+        return mutant
+
+    return register

@@ -94,12 +94,12 @@ def test_an_arm_that_runs_away_is_found(monkeypatch):
 
 def test_a_gripper_that_takes_nan_is_found(monkeypatch):
     monkeypatch.setattr(FakeGripper, "command", lambda self, command: command)
-    fails("gripper", "fake-gripper", check_refuses_what_is_not_finite, match="DID NOT RAISE")
+    fails("gripper", "fake-gripper", check_refuses_what_is_not_finite, match="did not raise")
 
 
 def test_a_read_after_close_is_found(monkeypatch):
     monkeypatch.setattr(FakePoses, "read", lambda self: None)
-    fails("pose_source", "fake-poses", check_closed_is_final, match="DID NOT RAISE")
+    fails("pose_source", "fake-poses", check_closed_is_final, match="did not raise")
 
 
 def test_a_wrong_image_is_found(monkeypatch):

@@ -1,0 +1,145 @@
+"""`lsds check`: the conformance checks of one backend, on the command line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.plugged import host_of
+
+if TYPE_CHECKING:
+    from lsds.plugins.host import PluginHost
+    from lsds.testing import Bench, CheckResult
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.argument("backend", metavar="KIND:NAME")
+@click.option(
+    "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Set an option of the backend; repeatable."
+)
+@click.option("--allow-motion", is_flag=True, help="Also run checks that move a real device. Stay at the stop button.")
+@click.option("--only", multiple=True, metavar="CHECK", help="Run only this check; repeatable.")
+@click.option("--list", "only_list", is_flag=True, help="List the checks with their rules, and run none.")
+@json_option
+@click.pass_context
+def check(
+    ctx: click.Context,
+    backend: str,
+    overrides: tuple[str, ...],
+    allow_motion: bool,
+    only: tuple[str, ...],
+    only_list: bool,
+    json_file: str | None,
+) -> int:
+    """Check that a device or an algorithm keeps the contract of its kind.
+
+    A simulated device or an algorithm takes 5 to 60 s; a real one takes one to three minutes. Without --allow-motion no
+    real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use. docs/plugins.md
+    explains the checks.
+
+    \b
+    Examples:
+      lsds check gripper:mock-hand-e                       all checks of a simulated gripper, 5 s
+      lsds check sensor:mock-gelsight-mini --only frame_rate
+      lsds check detector:fused --json checks.json         all checks of a detector, 10 s
+      lsds check gripper:hand-e --set port=/dev/ttyUSB0    a real gripper that must not move, 20 s
+      lsds check arm:ur5e --set host=192.168.1.2 --allow-motion
+      lsds check arm:mock-ur5e --list
+    """
+    from lsds.extras import require
+
+    require("pytest", "hypothesis", extra="testing", purpose="lsds check")
+    require_writable(json_file)
+    bench = _bench(backend, overrides, host_of(ctx), allow_motion)
+    _require_checks(bench, only)
+    if only_list:
+        _list(bench, json_file)
+        return 0
+    results = _run(bench, only)
+    _report(bench, results, json_file)
+    return 1 if any(result.outcome == "failed" for result in results) else 0
+
+
+def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_motion: bool) -> Bench:
+    """Return the bench of KIND:NAME with its options. Raises click.UsageError, ConfigError."""
+    from lsds.config.overrides import apply_overrides
+    from lsds.errors import ConfigError, PluginNotFound
+    from lsds.testing import Bench
+    from lsds.testing.tables import CHECKED_KINDS
+
+    kind, _, name = backend.partition(":")
+    if not name or kind not in CHECKED_KINDS:
+        raise click.UsageError(f"'{backend}' is not KIND:NAME with one of the kinds {', '.join(CHECKED_KINDS)}")
+    options: dict[str, Any] = {}
+    if issues := apply_overrides(options, overrides):
+        raise ConfigError("--set", issues)
+    try:
+        bench = Bench(kind, name, options, host, allow_motion)
+    except PluginNotFound as error:
+        raise click.UsageError(str(error)) from error
+    built = bench.build()  # Wrong options are one error here, not that of every check.
+    if hasattr(built, "close"):
+        built.close()
+    return bench
+
+
+def _require_checks(bench: Bench, only: tuple[str, ...]) -> None:
+    """Raise click.UsageError for the name of a check that does not exist, with a suggestion."""
+    from lsds.plugins.registry import did_you_mean
+    from lsds.testing import cases
+
+    known = [case.name for case in cases(bench)]
+    for name in only:
+        if name not in known:
+            hint = did_you_mean(name, known) or "--list shows all"
+            raise click.UsageError(f"no check for the kind {bench.kind} is named '{name}'; {hint}")
+
+
+def _run(bench: Bench, only: tuple[str, ...]) -> list[CheckResult]:
+    from lsds.cli.progress import Progress
+    from lsds.testing import run_checks
+
+    if bench.allow_motion and not bench.virtual:
+        click.echo(f"{bench.kind} '{bench.name}' is going to move; stay at the emergency stop", err=True)
+    with Progress(f"checking {bench.kind} '{bench.name}'") as progress:
+        return run_checks(bench, only, done=lambda result, number, count: progress.to(number, count))
+
+
+def _report(bench: Bench, results: list[CheckResult], json_file: str | None) -> None:
+    from lsds.testing.outcomes import skip_lines
+
+    counts = dict.fromkeys(("passed", "failed", "skipped", "not applicable"), 0)
+    for result in results:
+        counts[result.outcome] += 1
+    skipped = skip_lines(results, command_line=True)
+    if json_file is not None:
+        rows = [
+            {"name": r.name, "outcome": r.outcome, "message": r.message, "rule": r.rule, "needs": r.needs}
+            for r in results
+        ]
+        write_json(
+            {"kind": bench.kind, "name": bench.name, "counts": counts, "skipped": skipped, "results": rows}, json_file
+        )
+        if json_file == "-":
+            return
+    rows_shown = [(r.name, r.outcome, r.message if r.outcome == "not applicable" else r.rule) for r in results]
+    click.echo(table(rows_shown, ("CHECK", "RESULT", "RULE, OR WHY IT DOES NOT APPLY")))
+    for result in results:
+        if result.outcome == "failed":
+            click.echo(f"\n{result.name} failed: " + result.message.replace("\n", "\n  "))
+    click.echo("\n" + ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count))
+    for line in skipped:
+        click.echo(line)
+
+
+def _list(bench: Bench, json_file: str | None) -> None:
+    from lsds.testing import cases
+    from lsds.testing.tables import guide_of, rule_of
+
+    rows = [(case.name, rule_of(case.check), guide_of(bench.kind, case.check)) for case in cases(bench)]
+    if json_file is not None:
+        write_json({"checks": [{"name": name, "rule": rule, "guide": guide} for name, rule, guide in rows]}, json_file)
+    else:
+        click.echo(table([row[:2] for row in rows], ("CHECK", "RULE")))

@@ -1,0 +1,116 @@
+"""Checks of the state that a gripper reports."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lsds.contracts.devices import Lifecycle
+from lsds.contracts.values import Contact, GripperCommand, GripperState
+from lsds.testing.bench import Bench
+from lsds.testing.connecting import start_motion, tolerance_m
+from lsds.testing.outcomes import Needs
+
+REACTS_S = 0.3
+"""Time from a command, a stop or an arrival until the state shows it."""
+_STEP_S = 0.02
+
+
+def check_gripper_state_is_sound(bench: Bench) -> None:
+    """States hold finite apertures (m) within the stroke, `moving` as a bool and `contact` as a `Contact`."""
+    with bench.device() as gripper:
+        spec = gripper.spec
+        for state in bench.samples(gripper, 0.2):
+            _assert_sound(state, spec)
+
+
+def check_gripper_reports_its_motion(bench: Bench) -> None:
+    """`moving` is true while the fingers move and false at rest, and `target_m` is the aperture that was sent."""
+    _require_motion(bench)
+    with bench.device(Lifecycle.ARMED) as gripper:
+        spec = gripper.spec
+        sent = _to_start(bench, gripper)
+        at_rest = bench.read(gripper)
+        assert not at_rest.moving, (
+            f"moving is true at rest at {at_rest.aperture_m} m; report motion only while it lasts"
+        )
+        wide = at_rest.aperture_m > spec.stroke_m / 2
+        target = spec.stroke_m * (0.7 if wide else 1.0)
+        sent = gripper.command(GripperCommand(target, spec.speed_m_s[0], spec.force_n[0], bench.in_future(10.0)))
+        states = []
+        for _ in range(math.ceil((abs(target - at_rest.aperture_m) / spec.speed_m_s[0] + 2.0) / _STEP_S)):
+            bench.advance(_STEP_S)
+            states.append(bench.read(gripper))
+            _assert_sound(states[-1], spec)
+        under_way = [state for state in states if _between(state, at_rest.aperture_m, sent.aperture_m, gripper)]
+        assert under_way, f"no state between {at_rest.aperture_m} m and {sent.aperture_m} m was seen in the motion"
+        moving = sum(state.moving for state in under_way)
+        assert moving > len(under_way) / 2, (
+            f"moving is true in {moving} of {len(under_way)} states of a motion from {at_rest.aperture_m} m to "
+            f"{sent.aperture_m} m; report true until the fingers rest"
+        )
+        targets = sorted(state.target_m for state in under_way)
+        typical = targets[len(targets) // 2]
+        assert abs(typical - sent.aperture_m) <= tolerance_m(gripper), (
+            f"target_m is {typical} m while the fingers move to {sent.aperture_m} m; report the aperture that was sent"
+        )
+        assert not states[-1].moving, (
+            f"moving is still true at {states[-1].aperture_m} m, 2 s after the motion to {sent.aperture_m} m should "
+            "have ended; report false at rest"
+        )
+
+
+def check_gripper_stops(bench: Bench) -> None:
+    """`stop` ends a motion of the fingers where they are."""
+    _require_motion(bench)
+    with bench.device(Lifecycle.ARMED) as gripper:
+        _to_start(bench, gripper)
+        start_motion(bench, gripper)
+        bench.advance(REACTS_S)
+        gripper.stop()
+        bench.advance(REACTS_S)
+        stopped = bench.read(gripper).aperture_m
+        bench.advance(0.5)
+        later = bench.read(gripper).aperture_m
+        assert abs(later - stopped) <= tolerance_m(gripper), (
+            f"the fingers move on after stop(): from {stopped} m to {later} m in 0.5 s; end the motion in stop()"
+        )
+
+
+def _to_start(bench: Bench, gripper: Any) -> GripperCommand:
+    """Open the gripper, so that the next motion has room, and wait until it rests."""
+    spec = gripper.spec
+    sent: GripperCommand = gripper.command(
+        GripperCommand(spec.stroke_m, spec.speed_m_s[1], spec.force_n[0], bench.in_future(10.0))
+    )
+    bench.settle(lambda: abs(bench.read(gripper).aperture_m - sent.aperture_m) <= tolerance_m(gripper), 5.0)
+    bench.advance(REACTS_S)
+    return sent
+
+
+def _between(state: GripperState, start_m: float, end_m: float, gripper: Any) -> bool:
+    """Whether a state is well under way: away from both ends."""
+    low, high = sorted((start_m, end_m))
+    margin = max(2 * tolerance_m(gripper), 0.1 * (high - low))
+    return low + margin < state.aperture_m < high - margin
+
+
+def _assert_sound(state: Any, spec: Any) -> None:
+    assert isinstance(state, GripperState), f"read() returned {type(state).__name__}; return a GripperState"
+    room = 2 * spec.resolution_m + 0.05 * spec.stroke_m
+    for name in ("aperture_m", "target_m"):
+        value = getattr(state, name)
+        assert math.isfinite(value), f"{name} is {value}; raise StaleData if it is not known"
+        assert -room <= value <= spec.stroke_m + room, (
+            f"{name} is {value}, outside of the stroke of 0 to {spec.stroke_m} m; report metres"
+        )
+    assert isinstance(state.moving, bool), f"moving is {state.moving!r}; report a bool"
+    assert isinstance(state.contact, Contact), f"contact is {state.contact!r}; report a Contact"
+
+
+def _require_motion(bench: Bench) -> None:
+    if not bench.may_move:
+        raise Needs("motion")
+
+
+GRIPPER_STATE_CHECKS = (check_gripper_state_is_sound, check_gripper_reports_its_motion, check_gripper_stops)
