@@ -18,6 +18,7 @@ EXTRAS = {
     "joblib": "cluster",
     "distributed": "cluster",
     "ray": "ray",
+    "jinja2": "new",
 }
 """Import name -> extra of lsds that installs it."""
 

@@ -74,7 +74,7 @@ def test_without_a_cell_the_error_names_the_remedy(host, installed_host):
     host.build("cell", "fake-cell", {}, context)
     with pytest.raises(ConfigError, match="FakeCell has no plant in this process"):
         join(context)
-    with pytest.raises(ConfigError, match="mock-gelsight-mini|FakeCell has no plant"):
+    with pytest.raises(ConfigError, match="FakeCell has no plant"):
         installed_host.build("sensor", "mock-gelsight-mini", {}, context)
     context = BuildContext(VirtualClock())
     host.build("gripper", "fake-gripper", {}, context)
