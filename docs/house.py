@@ -33,7 +33,7 @@ FLOORS = (
     ("lsds.line", "lsds.actuation", "lsds.states"),
     ("lsds.rig", "lsds.fusion", "lsds.observers"),
     ("lsds.config",),
-    ("lsds.plugins", "lsds.models", "lsds.vision"),
+    ("lsds.plugins", "lsds.models", "lsds.vision", "lsds.plant", "lsds.scaffold"),
     ("lsds.imprint_step",),
     ("lsds.tactile", "lsds.safety"),
     ("lsds.grip", "lsds.watches", "lsds.fingers", "lsds.answers", "lsds.stages", "lsds.scheduler"),

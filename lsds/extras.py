@@ -20,6 +20,7 @@ EXTRAS = {
     "ray": "ray",
     "pytest": "testing",
     "hypothesis": "testing",
+    "jinja2": "new",
 }
 """Import name -> extra of lsds that installs it."""
 

@@ -379,6 +379,24 @@ def _require_one_cell(cell: Backend | None, devices: Sequence[Backend]) -> None:
     if cell is not None and cell.spec.over_wire and inside:
         problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
+    _require_felt(devices)
+
+
+def _require_felt(devices: Sequence[Backend]) -> None:
+    """Refuse a gripper or an arm outside the simulated cell that a sensor is in: the sensor would never feel it."""
+    sensor = next((device.spec for device in devices if device.spec.kind == "sensor" and device.spec.in_cell), None)
+    if sensor is None:
+        return
+    issues = []
+    for spec in (device.spec for device in devices):
+        if spec.kind in ("gripper", "arm") and not spec.in_cell:
+            own = KINDS[spec.kind].default
+            inside = _who("sensor", sensor.name)
+            problem = f"{_who(spec.kind, spec.name)} is not part of the simulated cell that {inside} is in"
+            remedy = f"choose '{own}', or a sensor outside the cell; a mock joins with lsds.plant.join and in_cell=True"
+            issues.append(ConfigIssue(f"{spec.kind}.backend", problem, remedy))
+    if issues:
+        raise ConfigError("rig", issues)
 
 
 def _require_effect(rig: Rig) -> None:

@@ -21,6 +21,10 @@ OLDEST_CONTRACT_VERSION = 1
 """Oldest version of the contracts for which plugins still work."""
 
 
+CELL = "lsds.cell"
+"""Key of the rig's cell among its shared objects."""
+
+
 @dataclass(frozen=True, slots=True)
 class BackendSpec:
     """The declaration of one backend. `kind` is a key of `lsds.contracts.KINDS`.
@@ -55,11 +59,13 @@ class BuildContext:
     """The context passed to a factory in addition to its options.
 
     `seed` is the seed of the run; derive streams from it with `rng_seed`, so that adding a device does not change the
-    noise of another. `shared` returns one object per key for the whole rig; mocks use it to share one plant.
+    noise of another. `shared` returns one object per key for the whole rig. Device mocks share the rig's plant, see
+    `lsds.plant.join`. `default_cell` builds the cell that they join if the rig names none.
     """
 
     clock: Clock
     seed: int = 0
+    default_cell: Callable[[BuildContext], Any] | None = None
     _shared: dict[str, Any] = field(default_factory=dict)
 
     def shared(self, key: str, make: Callable[[], T]) -> T:
@@ -68,6 +74,16 @@ class BuildContext:
             self._shared[key] = make()
         value: T = self._shared[key]
         return value
+
+    def cell(self) -> Any:
+        """Return the rig's cell; the default cell if the rig names none; None if nothing can build one."""
+        if CELL not in self._shared and self.default_cell is not None:
+            self.install_cell(self.default_cell(self))
+        return self._shared.get(CELL)
+
+    def install_cell(self, cell: object) -> None:
+        """Make a cell the one that devices find. Does nothing if there is one already."""
+        self._shared.setdefault(CELL, cell)
 
     def rng_seed(self, stream: str) -> list[int]:
         """Return entropy for `numpy.random.default_rng`, the run's seed joined with a named stream."""

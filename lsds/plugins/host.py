@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pluggy
 
 from lsds.contracts.backend import BuildContext
-from lsds.contracts.kinds import Kind
+from lsds.contracts.kinds import KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
 from lsds.plugins.containment import contained, one_line
 from lsds.plugins.contract import check_contract
@@ -177,6 +177,8 @@ class PluginHost:
                 f"{backend} needs {', '.join(missing)}, which is not installed; {remedy_for(backend)}"
             )
         options = self._options(backend, raw_options or {})
+        if context.default_cell is None:
+            context.default_cell = self._default_cell
         factory = self.imported(backend)
         try:
             built = factory(options, context)
@@ -188,6 +190,8 @@ class PluginHost:
                 f"{upgrade_or_block(backend.plugin, backend.distribution)}"
             ) from error
         check_contract(str(backend), kind, built, f"lsds plugins show {backend.qualified_name} lists the members")
+        if kind == "cell":
+            context.install_cell(built)
         return built
 
     def contained(self, backend: Backend, doing: str, run: Callable[[], Any]) -> Any:
@@ -202,6 +206,9 @@ class PluginHost:
                 self._note(backend.plugin, backend.distribution, f"printed while {doing}: {output.text}")
 
     # -- inside -------------------------------------------------------------------------------------------
+
+    def _default_cell(self, context: BuildContext) -> Any:
+        return self.build("cell", self.own("cell", KINDS["cell"].default), {}, context)
 
     def _options(self, backend: Backend, raw: Mapping[str, Any]) -> BaseModel | None:
         from lsds.plugins.options import validated

@@ -47,7 +47,7 @@ STATED_CODE = re.compile(r"\((?:exit code )?(\d+)\)")
 SECONDS = (
     r"lsds run( |$)(?!failures|rig.toml --set 'cal|--set detector.backend=onnx)",
     r"lsds track ",
-    r"lsds (plugins|schema|devices|completion)\b",
+    r"lsds (plugins|schema|devices|completion|new)\b",
     r"lsds study$",
     r"lsds study gel --help",
     r"lsds calibrate camera --board",

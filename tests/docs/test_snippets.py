@@ -117,6 +117,15 @@ def test_the_plugin_page_makes_a_working_plugin(tmp_path, monkeypatch):
     assert type(detector).__name__ == "AreaDetector"
 
 
+@pytest.mark.usefixtures("installed_host")
+def test_the_plugin_page_joins_the_simulated_cell(capsys):
+    (text,) = [text for note, text in blocks(ROOT / "docs" / "plugins.md", "python") if note == "run: joining"]
+    exec(compile(text, "plugins.md", "exec"), {"__name__": "snippet"})
+    aperture, force = re.fullmatch(r"([\d.]+) mm, ([\d.]+) N\n", capsys.readouterr().out).groups()
+    assert float(aperture) < 25
+    assert float(force) > 3
+
+
 def test_the_architecture_page_names_files_that_exist():
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     files = set(re.findall(r"`(lsds/[\w/]+\.py)`", text))

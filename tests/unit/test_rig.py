@@ -152,11 +152,25 @@ def test_a_device_that_hangs_in_stop_keeps_no_other_moving(build, monkeypatch):
 
 
 def test_the_clock_follows_the_devices(build):
-    real = {"backend": "real-gripper"}
-    assert isinstance(build(gripper=real).clock, WallClock)
+    real = {"backend": "real-sensor"}
+    assert isinstance(build(sensor=real).clock, WallClock)
     assert isinstance(build(clock="wall").clock, WallClock)
-    with pytest.raises(ConfigError, match="virtual time needs simulated devices only; real: real-gripper"):
-        build(gripper=real, clock="virtual")
+    with pytest.raises(ConfigError, match="virtual time needs simulated devices only; real: real-sensor"):
+        build(sensor=real, clock="virtual")
+
+
+def test_what_moves_outside_the_cell_of_a_simulated_sensor_is_refused(build):
+    outside = "gripper 'real-gripper' is not part of the simulated cell that sensor 'fake-sensor' is in"
+    with pytest.raises(ConfigError, match=outside + r" \(choose 'mock-hand-e'") as refused:
+        build(gripper={"backend": "real-gripper"})
+    assert [issue.path for issue in refused.value.issues] == ["gripper.backend"]
+    assert "lsds.plant.join" in str(refused.value)
+
+
+@pytest.mark.parametrize("kind", ["pose_source", "gripper"])
+def test_what_only_looks_or_is_not_there_may_be_outside(build, kind):
+    assert build(**{kind: {"backend": "none"}}).sensor is not None
+    assert build(sensor={"backend": "real-sensor"}, gripper={"backend": "real-gripper"}).gripper is not None
 
 
 def test_a_real_cell_has_no_truth(build):

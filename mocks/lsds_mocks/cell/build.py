@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.contracts.backend import CELL
+from lsds.errors import ConfigError, ConfigIssue
+from lsds.plant import join
 from lsds_mocks.cell.cell import SimulatedCell
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL
@@ -29,7 +32,6 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
     from lsds_mocks.gel.shapes import Shape
 
-SHARED_KEY = "lsds_mocks.cell"
 _GRAIN = 0x62A1
 
 
@@ -138,9 +140,13 @@ def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
 
 def build_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
     """Factory of the cell backend `simulated`: installs the cell that the rig's mocks will find."""
-    return context.shared(SHARED_KEY, lambda: make_cell(options, context))
+    return context.shared(CELL, lambda: make_cell(options, context))
 
 
-def shared_cell(context: BuildContext) -> SimulatedCell:
-    """Return the rig's cell; one with default options where none was configured."""
-    return context.shared(SHARED_KEY, lambda: make_cell(CellOptions(), context))
+def shared_cell(context: BuildContext, device: str) -> SimulatedCell:
+    """Return the rig's cell for a camera that renders this package's gel and scene. Raises ConfigError for another."""
+    cell = join(context)
+    if isinstance(cell, SimulatedCell):
+        return cell
+    problem = f"{device} renders the cell 'simulated' only, and the rig's is {type(cell).__name__}"
+    raise ConfigError("rig", [ConfigIssue("cell.backend", problem, 'write backend = "simulated"')])

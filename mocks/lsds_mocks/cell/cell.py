@@ -8,32 +8,22 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from lsds.clock import NS_PER_S, seconds
+from lsds.contracts.plant import Moment
 from lsds_mocks.cell.queue import Action, CommandQueue
+from lsds_mocks.cell.touch import GelTouch
 from lsds_mocks.gel.auto.report import strain_warnings
-from lsds_mocks.gel.state import GelState, blend
+from lsds_mocks.gel.state import blend
 
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
+    from lsds.contracts.plant import Fingers
+    from lsds_mocks.gel.state import GelState
     from lsds_mocks.plant.plant import Plant
 
 KEPT_STEPS = 256
-
-
-class Moment(NamedTuple):
-    """The moving parts at the end of one step, for devices that read the past at their own rate."""
-
-    t_ns: int
-    aperture_m: float
-    target_m: float
-    moving: bool
-    stalled: bool
-    arm_z_m: float
-    arm_v_m_s: float
-    turn_rad: float
-    turn_rad_s: float
 
 
 class Camera(Protocol):
@@ -44,13 +34,13 @@ class Camera(Protocol):
         """When it exposes next."""
         ...
 
-    def expose(self, state: GelState) -> None:
-        """Take the state at `next_exposure_ns`, and choose the next instant."""
+    def expose(self, touch: GelTouch) -> None:
+        """Take the gel at `next_exposure_ns`, and choose the next instant."""
         ...
 
 
 class SimulatedCell:
-    """A `Cell`. Devices post commands and look up moments; see `lsds_mocks.cell.build` for how one is made."""
+    """A `Cell` and a `Plant`: devices post commands and look up moments. `lsds_mocks.cell.build` makes one."""
 
     def __init__(self, plant: Plant, *, step_ns: int, start_ns: int, history_s: float = 0.0, model: str = "") -> None:
         self.plant = plant
@@ -69,6 +59,11 @@ class SimulatedCell:
     def t_ns(self) -> int:
         """The time of the physics: the end of the last step."""
         return self._t_ns
+
+    @property
+    def can_turn(self) -> bool:
+        """Whether the arm may turn the pads: only a clamped object is modelled under it."""
+        return self.plant.parameters.clamped
 
     def connect(self) -> None:
         """Nothing to do: the physics is here."""
@@ -133,6 +128,16 @@ class SimulatedCell:
         with self._lock:
             return self.plant.gel_state()
 
+    def touch(self) -> GelTouch:
+        """Return the gel at the last step's end."""
+        return GelTouch(self.plant.gel, self.gel_state())
+
+    def use_fingers(self, fingers: Fingers) -> None:
+        """Replace the fingers' drive."""
+        with self._lock:
+            self.plant.use_fingers(fingers)
+            self._moments[-1] = self._moment()
+
     def _step(self) -> None:
         for action in self._queue.due(self._t_ns):
             action(self.plant)
@@ -144,7 +149,7 @@ class SimulatedCell:
             after = self.plant.gel_state()
             while camera.next_exposure_ns <= end and before is not None:
                 share = seconds(camera.next_exposure_ns - self._t_ns) / self._dt_s
-                camera.expose(blend(before, after, min(max(share, 0.0), 1.0)))
+                camera.expose(GelTouch(self.plant.gel, blend(before, after, min(max(share, 0.0), 1.0))))
         self._t_ns = end
         self._moments.append(self._moment())
         if self._keeps_history:
@@ -162,4 +167,5 @@ class SimulatedCell:
             arm.velocity_m_s,
             turn.position_m,
             turn.velocity_m_s,
+            self.plant.normal_n,
         )

@@ -10,9 +10,7 @@ import numpy as np
 from lsds.errors import CommandExpired
 
 if TYPE_CHECKING:
-    from lsds_mocks.cell.cell import SimulatedCell
-    from lsds_mocks.cell.queue import Action
-    from lsds_mocks.plant.plant import Plant
+    from lsds.contracts.plant import Action, Motion, Plant
 
 
 class CommandLine:
@@ -23,7 +21,7 @@ class CommandLine:
     """
 
     def __init__(
-        self, cell: SimulatedCell, name: str, *, latency_ms: float, jitter_ms: float, cycle_ns: int, seed: list[int]
+        self, cell: Plant, name: str, *, latency_ms: float, jitter_ms: float, cycle_ns: int, seed: list[int]
     ) -> None:
         self._cell = cell
         self._name = name
@@ -48,9 +46,9 @@ class CommandLine:
         """Let an action take effect at an instant unless a stop comes before it."""
         generation = len(self._stops)
 
-        def unless_stopped(plant: Plant) -> None:
+        def unless_stopped(motion: Motion) -> None:
             if len(self._stops) <= generation or self._stops[generation] >= effect_ns:
-                action(plant)
+                action(motion)
 
         self._cell.post(effect_ns, self._name, unless_stopped)
 

@@ -43,7 +43,7 @@ class MockGelSightMini(MotionlessLife):
 
     def __init__(self, options: GelSightOptions, context: BuildContext) -> None:
         self.options = options
-        self.cell = shared_cell(context)
+        self.cell = shared_cell(context, NAME)
         self._clock = context.clock
         # The left finger's streams have no suffix, so that a rig with one sensor keeps its random numbers.
         own = "" if options.finger == "left" else f" {options.finger}"

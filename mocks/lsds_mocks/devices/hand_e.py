@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
 from lsds.errors import LimitExceeded
 from lsds.lifecycle import LifecycleGuard
-from lsds_mocks.cell.build import shared_cell
+from lsds.plant import join
 from lsds_mocks.devices.command_line import CommandLine, require_unexpired
 from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_M_S, HandEUnits, from_byte, to_byte
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds.contracts.plant import Motion
     from lsds_mocks.devices.hand_e_options import HandEOptions
-    from lsds_mocks.plant.plant import Plant
 
 NAME = "mock-hand-e"
 CYCLE_NS = 5_000_000
@@ -28,7 +28,7 @@ class MockHandE:
 
     def __init__(self, options: HandEOptions, context: BuildContext) -> None:
         self.options = options
-        self.cell = shared_cell(context)
+        self.cell = join(context)
         self.units = HandEUnits(options.stroke_mm * 1e-3, options.open_tick, options.closed_tick)
         self._clock = context.clock
         self._guard = LifecycleGuard(NAME)
@@ -124,10 +124,9 @@ class _go:
         self.speed_m_s = speed_m_s
         self.force_n = force_n
 
-    def __call__(self, plant: Plant) -> None:
-        drive = plant.fingers
-        drive.target_m, drive.speed_m_s, drive.limit_n = self.aperture_m, self.speed_m_s, self.force_n
+    def __call__(self, motion: Motion) -> None:
+        motion.drive_fingers(self.aperture_m, self.speed_m_s, self.force_n)
 
 
-def _hold(plant: Plant) -> None:
-    plant.fingers.target_m = plant.fingers.aperture_m
+def _hold(motion: Motion) -> None:
+    motion.hold_fingers()

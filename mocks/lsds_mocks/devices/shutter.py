@@ -11,6 +11,7 @@ import numpy as np
 from lsds.clock import NS_PER_S
 
 if TYPE_CHECKING:
+    from lsds_mocks.cell.touch import GelTouch
     from lsds_mocks.devices.gelsight_options import GelSightOptions
     from lsds_mocks.gel.state import GelState
 
@@ -51,9 +52,9 @@ class Shutter:
         """When the next frame is exposed."""
         return self._next_ns
 
-    def expose(self, state: GelState) -> None:
+    def expose(self, touch: GelTouch) -> None:
         """Take the state of `next_exposure_ns`."""
-        options, t_ns, seq = self._options, self._next_ns, self._seq
+        options, t_ns, seq, state = self._options, self._next_ns, self._seq, touch.state
         lost, repeated, tail = self._rng.random(), self._rng.random(), self._rng.exponential()
         latency_ns = round((options.latency_ms + options.latency_jitter_ms * min(tail, 8.0)) * 1e6)
         self._available_ns = max(self._available_ns, t_ns + latency_ns)

@@ -22,9 +22,9 @@ from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds.contracts.plant import Touch
     from lsds_mocks.cell.cell import SimulatedCell
     from lsds_mocks.devices.truth_camera_options import TruthCameraOptions
-    from lsds_mocks.gel.state import GelState
 
 NAME = "mock-truth-camera"
 
@@ -51,7 +51,7 @@ class _Shutter:
         """When it exposes next: the middle of the exposure."""
         return self._start_ns + round((self._seq + 1) * NS_PER_S / self._options.rate_hz)
 
-    def expose(self, state: GelState) -> None:
+    def expose(self, touch: Touch) -> None:
         """Take the scene at `next_exposure_ns`, from where things are at the step's end and how fast they move."""
         t_ns, plant = self.next_exposure_ns, self._cell.plant
         late_s = (self._cell.t_ns + self._cell.step_ns - t_ns) / NS_PER_S
@@ -81,7 +81,7 @@ class MockTruthCamera(MotionlessLife):
         from lsds.vision.fiducials import FiducialFinder, Marker
 
         self._options = options
-        self._cell = shared_cell(context)
+        self._cell = shared_cell(context, NAME)
         self._clock = context.clock
         self._guard = LifecycleGuard(NAME)
         self._stage = Stage(options.width, options.height, context.rng_seed("truth camera"), noise=options.noise)

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING
 from lsds.contracts import ArmCommand, ArmSpec, ArmState, Lifecycle, Pose, Twist
 from lsds.errors import DeviceFault, LimitExceeded
 from lsds.lifecycle import LifecycleGuard
-from lsds_mocks.cell.build import shared_cell
+from lsds.plant import join
 from lsds_mocks.devices.command_line import CommandLine, require_unexpired
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
-    from lsds_mocks.cell.queue import Action
+    from lsds.contracts.plant import Action, Motion
     from lsds_mocks.devices.ur5e_options import UR5eOptions
-    from lsds_mocks.plant.plant import Plant
 
 NAME = "mock-ur5e"
 CYCLE_NS = 2_000_000
@@ -34,7 +33,7 @@ class MockUR5e:
 
     def __init__(self, options: UR5eOptions, context: BuildContext) -> None:
         self.options = options
-        self.cell = shared_cell(context)
+        self.cell = join(context)
         self._clock = context.clock
         self._guard = LifecycleGuard(NAME)
         self._line = CommandLine(
@@ -137,7 +136,7 @@ class MockUR5e:
         about_x, about_y, about_z = command.twist.angular_rad_s
         if x or y or about_x or about_z:
             raise LimitExceeded(NAME, "the simulated cell models vertical motion only", remedy="command z only")
-        if about_y and not self.cell.plant.parameters.clamped:
+        if about_y and not self.cell.can_turn:
             remedy = "command z only, or clamp the object (cell.simulated.clamped)"
             raise LimitExceeded(NAME, "the simulated cell models turning about a clamped object only", remedy=remedy)
         if command.acceleration_m_s2 <= 0:
@@ -146,23 +145,21 @@ class MockUR5e:
             raise DeviceFault(NAME, "in protective stop", remedy="disarm and arm again")
 
     def _follow(self, number: int, speed_m_s: float, turn_rad_s: float, acceleration_m_s2: float) -> Action:
-        def action(plant: Plant) -> None:
+        def action(motion: Motion) -> None:
             self._running = number
-            plant.arm.target_m_s, plant.arm.limit_m_s2 = speed_m_s, acceleration_m_s2
-            plant.turn.target_m_s, plant.turn.limit_m_s2 = turn_rad_s, TURN_RAD_S2
+            motion.drive_arm(speed_m_s, acceleration_m_s2, turn_rad_s, TURN_RAD_S2)
 
         return action
 
     def _expire(self, number: int) -> Action:
-        def action(plant: Plant) -> None:
+        def action(motion: Motion) -> None:
             if self._running == number:
-                self._brake(plant)
+                self._brake(motion)
 
         return action
 
-    def _brake(self, plant: Plant) -> None:
-        plant.arm.target_m_s, plant.arm.limit_m_s2 = 0.0, self.options.stop_acceleration_m_s2
-        plant.turn.target_m_s, plant.turn.limit_m_s2 = 0.0, TURN_RAD_S2
+    def _brake(self, motion: Motion) -> None:
+        motion.drive_arm(0.0, self.options.stop_acceleration_m_s2, 0.0, TURN_RAD_S2)
 
 
 def _turned(angle_rad: float) -> tuple[float, float, float, float]:

@@ -39,7 +39,7 @@ from lsds_mocks.plant.plant import FINGERS
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
     from lsds_mocks.cell.cell import SimulatedCell
-    from lsds_mocks.gel.state import GelState
+    from lsds_mocks.cell.touch import GelTouch
     from lsds_mocks.link.plant_options import PlantOptions
     from lsds_mocks.plant.plant import Plant
 
@@ -79,12 +79,12 @@ class _Exposures:
         """Expose at an instant."""
         self._asked.append((t_ns, client))
 
-    def expose(self, state: GelState) -> None:
+    def expose(self, touch: GelTouch) -> None:
         """Answer all requests for the earliest instant."""
         now = self.next_exposure_ns
         for t_ns, client in self._asked:
             if t_ns == now:
-                client.send(pack_gel(t_ns, state))
+                client.send(pack_gel(t_ns, touch.state))
         self._asked = [(t_ns, client) for t_ns, client in self._asked if t_ns != now]
 
 
@@ -288,8 +288,8 @@ class _Drive:
         self._order = (target_m, speed_m_s, limit_n)
 
     def __call__(self, plant: Plant) -> None:
-        plant.fingers.target_m, plant.fingers.speed_m_s, plant.fingers.limit_n = self._order
+        plant.drive_fingers(*self._order)
 
 
 def _hold(plant: Plant) -> None:
-    plant.fingers.target_m = plant.fingers.aperture_m
+    plant.hold_fingers()

@@ -16,6 +16,7 @@ from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
 from lsds_mocks.plant.squeeze import Squeeze
 
 if TYPE_CHECKING:
+    from lsds.contracts.plant import Fingers
     from lsds_mocks.gel.protocol import GelModel, Reaction
     from lsds_mocks.gel.state import GelState
     from lsds_mocks.plant.friction import SurfaceFriction
@@ -127,6 +128,29 @@ class Plant:
         self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
+
+    def drive_fingers(self, aperture_m: float, speed_m_s: float, force_n: float) -> None:
+        """Move the fingers to an aperture."""
+        drive = self.fingers
+        if isinstance(drive, FingerDrive):
+            drive.target_m, drive.speed_m_s, drive.limit_n = aperture_m, speed_m_s, force_n
+
+    def hold_fingers(self) -> None:
+        """Hold the fingers where they are."""
+        if isinstance(self.fingers, FingerDrive):
+            self.fingers.target_m = self.fingers.aperture_m
+
+    def use_fingers(self, fingers: Fingers) -> None:
+        """Replace the fingers' drive by a gripper's own."""
+        # The plant needs only what `Fingers` has; what commands `FingerDrive` checks for it.
+        self.fingers = fingers  # type: ignore[assignment]
+
+    def drive_arm(
+        self, speed_m_s: float, acceleration_m_s2: float, turn_rad_s: float = 0.0, turn_rad_s2: float = 40.0
+    ) -> None:
+        """Approach a vertical velocity and a turn about the pads' normal."""
+        self.arm.target_m_s, self.arm.limit_m_s2 = speed_m_s, acceleration_m_s2
+        self.turn.target_m_s, self.turn.limit_m_s2 = turn_rad_s, turn_rad_s2
 
     def gel_state(self) -> GelState:
         """Return a copy of the gel's history, with where the object is against it."""

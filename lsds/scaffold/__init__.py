@@ -1,0 +1,1 @@
+"""Scaffolds of plugins: a complete distribution for each kind of backend, rendered from templates."""
