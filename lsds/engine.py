@@ -265,6 +265,7 @@ class Engine:
                 self._fragile_n,
                 0.0 if self._rig.gripper is None else self._rig.gripper.spec.resolution_m,
                 self._wanted.slide,
+                self._wanted.stands,
             )
             aperture = self._make(self._update, self._rig.controller.update, asked)
             aperture = sound_aperture(self._controller_name, aperture)
@@ -285,6 +286,7 @@ class Engine:
             self._states.pose,
             self._wanted.twist,
             leads=seeing[0] is self.lines[0],
+            grip=getattr(self._rig.controller, "grip", None),
         )
         self.observers.publish(cycle)
         if self._yielding is not None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from lsds.contracts.grip import GripEstimate
     from lsds.contracts.values import (
         Detection,
         Frame,
@@ -60,6 +61,7 @@ class GripInput:
     fragile_n: float = math.inf
     resolution_m: float = 0.0
     slide: Slide | None = None
+    stands: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +87,7 @@ class Cycle:
     pose: PoseSample | None = None
     twist: Twist | None = None
     leads: bool = True
+    grip: GripEstimate | None = None
 
     @property
     def frame(self) -> Frame:

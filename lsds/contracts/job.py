@@ -48,6 +48,7 @@ class Wanted:
     touch_m: float = math.nan
     probes: bool = False
     slide: Slide | None = None
+    stands: bool = False
 
 
 @dataclass(frozen=True, slots=True)

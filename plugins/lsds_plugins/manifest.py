@@ -94,6 +94,13 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "controller",
+            "belief",
+            "lsds_plugins.controllers.belief:BeliefController",
+            "lsds_plugins.controllers.belief:BeliefOptions",
+            summary="the least grip at an accepted risk, by one belief about load, friction and slip",
+        ),
+        BackendSpec(
+            "controller",
             "margin",
             "lsds_plugins.controllers.margin:MarginController",
             "lsds_plugins.controllers.margin:MarginOptions",

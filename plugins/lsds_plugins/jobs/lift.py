@@ -96,7 +96,11 @@ class _Lift:
         take_up, began_ns, left_s = TakeUp(now.t_ns, self._carried), now.t_ns, self._left_s
         self._carried = take_up.carried
         while True:
-            now = yield self._rising("take up", speed_m_s)
+            waits = _slips(now)
+            before_ns = now.t_ns
+            now = yield replace(self._rising("take up", 0.0 if waits else speed_m_s), stands=waits)
+            if waits:
+                began_ns += now.t_ns - before_ns
             self._left_s = max(0.0, left_s - share * (now.t_ns - began_ns) * 1e-9)
             if self._left_s == 0 or take_up.step(now):
                 self._hangs = take_up.has_load
@@ -116,3 +120,8 @@ class _Lift:
             acceleration_m_s2=self._task.lift_acceleration_m_s2,
             touch_m=self._touch_m,
         )
+
+
+def _slips(now: Situation) -> bool:
+    grip = None if now.cycle is None else now.cycle.grip
+    return grip is not None and grip.slips > 0.5

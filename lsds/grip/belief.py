@@ -1,0 +1,196 @@
+"""One belief about the grip: the load to be carried, the friction limit, and whether the object sticks or slides.
+
+A grid over (ln W, ln r) times {stick, slide}: W is the load that the object will exert (N a finger), r the friction
+limit in units of load over squeeze^p, so the limit at a squeeze s is r s^p. The measured load F enters as
+
+    stick    F = W where the object hangs, or less than W while it is still being loaded; below the limit
+    slide    F = r s^p / kappa, the kinetic friction; the object stops where that exceeds W
+
+Only a new greatest F / s^p is evidence on r while the object sticks: the same stick in a hundred frames proves no more
+than in one. Detector and estimator enter as a calibrated log-likelihood ratio of slide against stick.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+STEP = 0.1
+"""Spacing of the grid, natural logarithm."""
+LOAD_N = (0.02, 25.0)
+LIMIT = (0.01, 30.0)
+"""Range of the load (N) and of the limit (N / mm^p)."""
+POWER = 1.25
+"""Normal force grows with this power of the squeeze (round contacts; 1 for flat ones)."""
+KINETIC = 1.2
+"""Static over kinetic friction."""
+PRIOR = (0.35, 1.1)
+"""The limit before anything is seen: median (N / mm^p) and standard deviation of its logarithm."""
+HEAVIER = 0.3
+"""The load beyond what is seen has a density that falls with this power of it."""
+HANG, SLIDE = 0.07, 0.12
+"""Relative standard deviations of the measured load: of an object that hangs, and that slides."""
+LIMIT_STD = 0.08
+"""Relative standard deviation of what a new greatest ratio says about the limit."""
+STOPS_S = 0.06
+"""Time in which two thirds of the slides end whose friction exceeds the load."""
+LOAD_DRIFT, LIMIT_DRIFT = 0.10, 0.10
+"""Standard deviation of the change of load and limit, natural logarithm per square root of a second."""
+JUMPS = 0.03, 0.005
+"""Jumps of the load and of friction, 1/s: a shove, a wet surface."""
+LOADING = 0.3, 0.02, 0.95
+"""Share of sticking objects whose load is below W: while the load rises, and while it does not."""
+RISES = 0.3
+"""The load rises where it grows by more than this share per second."""
+FORGET_S = 2.0
+"""Time in which the greatest ratio is forgotten."""
+
+
+class GripBelief:
+    """The belief about one grip; feed it once per round of fingers."""
+
+    def __init__(self) -> None:
+        self.load_n = np.exp(np.arange(math.log(LOAD_N[0]), math.log(LOAD_N[1]), STEP))
+        self.limit = np.exp(np.arange(math.log(LIMIT[0]), math.log(LIMIT[1]), STEP))
+        self._ln_w, self._ln_r = np.log(self.load_n), np.log(self.limit)
+        #: ln W - ln r of each cell, as a number of steps: a load of W needs exp of it as squeeze^p.
+        rows, columns = np.arange(len(self.load_n))[:, None], np.arange(len(self.limit))[None, :]
+        self._needs = (rows - columns + len(self.limit) - 1).ravel()
+        self._ln_need = self._ln_w[0] - self._ln_r[-1] + STEP * np.arange(len(self.load_n) + len(self.limit) - 1)
+        self.reset()
+
+    def reset(self) -> None:
+        """Know nothing of the object."""
+        prior_r = np.exp(-0.5 * ((self._ln_r - math.log(PRIOR[0])) / PRIOR[1]) ** 2)
+        prior_w = np.exp(-HEAVIER * (self._ln_w - self._ln_w[0]))
+        joint = np.outer(prior_w, prior_r)
+        joint /= joint.sum()
+        self.stick, self.slide = 0.98 * joint, 0.02 * joint
+        self._prior_r, self._prior_w = prior_r / prior_r.sum(), prior_w / prior_w.sum()
+        self._greatest = -math.inf
+        self._last_f = self._last_s = math.nan
+
+    @property
+    def slips(self) -> float:
+        """Probability that the object slides."""
+        return float(self.slide.sum())
+
+    def update(self, load_n: float, squeeze_mm: float, dt_s: float, evidence: float, stands: bool = False) -> None:
+        """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the evidence of detector and
+        estimator, a log-likelihood ratio of slide against stick."""
+        ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), POWER * math.log(squeeze_mm)
+        changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
+        rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
+        self._last_f, self._last_s = ln_f, squeeze_mm
+        self._drift(dt_s, changed)
+        self._break_away(ln_f - ln_g, dt_s)
+        self._stop(ln_g, dt_s, stands)
+        hang = _normal(ln_f - self._ln_w, HANG)
+        below = (self._ln_w > ln_f) * 1.0 / _RANGE
+        loading = LOADING[2] if stands else LOADING[0] if rate > RISES else LOADING[1]
+        self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
+        self.slide *= (_normal(ln_f - (self._ln_r + ln_g - math.log(KINETIC)), SLIDE) + _OUTLIER)[None, :]
+        # What slides for long weighs more than friction carries; less, and it is about to stop.
+        self.slide *= (_STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / SLIDE))[:, None]
+        self.slide *= math.exp(min(max(evidence, -_MOST), _MOST))
+        total = self.stick.sum() + self.slide.sum()
+        self.stick /= total
+        self.slide /= total
+
+    def squeeze_mm(self, risk: float, margin: float, ahead_n: float) -> float:
+        """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
+        probability. Of what sticks the load is at most `ahead_n`, of what slides it is all that it may be."""
+        most = math.log(ahead_n)
+        cap = int(np.searchsorted(self._ln_w, most))
+        stick = self.stick
+        if cap < len(self._ln_w) - 1:
+            stick = stick.copy()
+            stick[cap] += stick[cap + 1 :].sum(axis=0)
+            stick[cap + 1 :] = 0.0
+        # What slides has to overcome more than kinetic friction carries.
+        shift = round(math.log(KINETIC) / STEP)
+        mass = np.bincount(self._needs, stick.ravel(), len(self._ln_need))
+        sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
+        mass[shift:] += sliding[: len(mass) - shift]
+        beyond = np.cumsum(mass[::-1])[::-1]
+        at = int(np.searchsorted(-beyond, -risk))
+        at = min(at, len(self._ln_need) - 1)
+        # Between two steps, linear in probability.
+        upper = beyond[at - 1] if at else 1.0
+        part = (upper - risk) / max(upper - beyond[at], 1e-12)
+        ln_need = self._ln_need[at] - STEP * (1 - part) + math.log(margin)
+        return math.exp(ln_need / POWER)
+
+    def _drift(self, dt_s: float, changed: bool) -> None:
+        share = min(0.5 * dt_s * (LOAD_DRIFT / STEP) ** 2, 0.25)
+        self.stick, self.slide = _spread(self.stick, share, 0), _spread(self.slide, share, 0)
+        share = min(0.5 * dt_s * (LIMIT_DRIFT / STEP) ** 2, 0.25)
+        sliding = min(0.5 * dt_s * (2 * LIMIT_DRIFT / STEP) ** 2, 0.25)
+        self.slide = _spread(self.slide, sliding, 1)
+        if changed:
+            self.stick = _spread(self.stick, share, 1)
+        by_w, by_r = self.stick.sum(axis=1), self.stick.sum(axis=0)
+        self.stick *= 1 - (JUMPS[0] + JUMPS[1]) * dt_s
+        self.slide += JUMPS[0] * dt_s * np.outer(self._prior_w, by_r) + JUMPS[1] * dt_s * np.outer(by_w, self._prior_r)
+
+    def _break_away(self, ln_ratio: float, dt_s: float) -> None:
+        """Move what a new greatest ratio has brought to its limit from stick to slide."""
+        before = self._greatest
+        self._greatest = max(ln_ratio, before - dt_s / FORGET_S if math.isfinite(before) else ln_ratio)
+        if ln_ratio <= before:
+            return
+        now = _below((ln_ratio - self._ln_r) / LIMIT_STD)
+        then = _below((before - self._ln_r) / LIMIT_STD) if math.isfinite(before) else np.zeros_like(now)
+        hazard = np.clip((now - then) / np.maximum(1 - then, 1e-9), 0.0, 1.0)
+        moved = self.stick * hazard
+        self.slide += moved
+        self.stick -= moved
+
+    def _stop(self, ln_g: float, dt_s: float, stands: bool) -> None:
+        """Move what friction has stopped from slide to stick."""
+        exceeds = _below((self._ln_r[None, :] + ln_g - math.log(KINETIC) - self._ln_w[:, None]) / LIMIT_STD)
+        if stands:
+            exceeds = np.ones_like(exceeds)
+        moved = self.slide * (exceeds * (1 - math.exp(-dt_s / STOPS_S)))
+        self.stick += moved
+        self.slide -= moved
+
+
+_RANGE = math.log(LOAD_N[1] / LOAD_N[0])
+_OUTLIER = 0.005
+_MOST = 4.0
+_STOPPING = 0.1
+
+
+def _normal(x: Floats, std: float) -> Floats:
+    return np.asarray(np.exp(-0.5 * (x / std) ** 2) / (std * math.sqrt(2 * math.pi)))
+
+
+def _below(z: Floats) -> Floats:
+    """Return the normal distribution's probability below z, by the logistic that is nearest to it."""
+    return np.asarray(1 / (1 + np.exp(np.clip(-1.702 * z, -60.0, 60.0))))
+
+
+def _spread(mass: Floats, share: float, axis: int) -> Floats:
+    """Return the mass after one step of a random walk with a variance of 2 `share` steps^2."""
+    if share <= 0:
+        return mass
+    out = (1 - 2 * share) * mass
+    if axis == 0:
+        out[1:] += share * mass[:-1]
+        out[:-1] += share * mass[1:]
+        out[0] += share * mass[0]
+        out[-1] += share * mass[-1]
+    else:
+        out[:, 1:] += share * mass[:, :-1]
+        out[:, :-1] += share * mass[:, 1:]
+        out[:, 0] += share * mass[:, 0]
+        out[:, -1] += share * mass[:, -1]
+    return np.asarray(out)

@@ -1,0 +1,85 @@
+"""What is known of the grip: the belief, fed once per round of fingers with load, squeeze and evidence of slip."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from lsds.clock import nanoseconds
+from lsds.contracts.grip import GripEstimate
+from lsds.grip.belief import GripBelief
+from lsds.grip.carried import LEAST_N, CarriedLoad
+from lsds.grip.evidence import SlipEvidence
+from lsds.grip.rounds import Rounds
+from lsds.grip.soft_finger import speed_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lsds.contracts import Detection, FingerCycle, SlipEstimate
+
+UNTOLD_M = 1.5e-3
+"""Squeeze that is assumed if the job does not know the aperture at touch."""
+LEAST_M = 3e-4
+"""A smaller squeeze is not known well enough to divide by."""
+STEP_M = 1e-4
+"""The squeeze has changed if it differs by more than this."""
+
+
+class GripObserver:
+    """Estimates the grip of one object."""
+
+    def __init__(self) -> None:
+        self.belief = GripBelief()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the object."""
+        self.belief.reset()
+        self.load, self._evidence = CarriedLoad(), SlipEvidence()
+        self._rounds, self._round_s = Rounds(), 0.0
+        self._touch_m = self._squeeze_m = self._before_n = math.nan
+        self._changed_ns = -nanoseconds(1.0)
+        self._estimate: GripEstimate | None = None
+
+    def update(
+        self,
+        t_ns: int,
+        dt_s: float,
+        aperture_m: float,
+        touch_m: float,
+        fingers: Sequence[FingerCycle],
+        detection: Detection,
+        estimate: SlipEstimate,
+        stands: bool = False,
+    ) -> GripEstimate | None:
+        """Take a frame; return what is known of the grip, None before the aperture is known.
+
+        `aperture_m` is that at the time of the frame, `touch_m` that at touch, NaN if the job does not tell it.
+        """
+        self.load.take(t_ns, fingers)
+        if not math.isfinite(aperture_m):
+            return None
+        if math.isfinite(touch_m):
+            self._touch_m = touch_m
+        elif not math.isfinite(self._touch_m):
+            self._touch_m = aperture_m + UNTOLD_M
+        squeeze_m = max(self._touch_m - aperture_m, LEAST_M)
+        if not abs(squeeze_m - self._squeeze_m) < STEP_M:
+            self._changed_ns, self._squeeze_m = t_ns, squeeze_m
+        self._round_s += dt_s if dt_s > 0 else 0.0
+        if not self._rounds.completes(fingers) and self._estimate is not None:
+            return self._estimate
+        round_s, self._round_s = self._round_s, 0.0
+        load_n, rate = self.load.now_n, 0.0
+        evidence = self._evidence.take(detection, (t_ns - self._changed_ns) * 1e-9)
+        if load_n > LEAST_N:
+            if math.isfinite(self._before_n) and round_s > 0:
+                rate = (load_n - self._before_n) / round_s
+            self._before_n = load_n
+            self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands)
+        speed, _ = speed_of(estimate)
+        self._estimate = GripEstimate(
+            t_ns, self._touch_m, squeeze_m, load_n, rate, self.belief.slips, speed if math.isfinite(speed) else 0.0
+        )
+        return self._estimate
