@@ -23,6 +23,7 @@ from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import OBSERVER, Cycle, Grip, GripInput, Job, Setting, Situation, Twist, Wanted
 from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop, raised_by
 from lsds.fusion import fused_detection, fused_estimate
+from lsds.grip.observer import GripObserver
 from lsds.histogram import LogHistogram
 from lsds.line import FingerLine
 from lsds.observers import Observers
@@ -90,6 +91,7 @@ class Engine:
                 "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "margin"')]
             )
         self._states = States(rig, start)
+        self._grip, self._reads_grip = GripObserver(), bool(getattr(rig.controller, "reads_grip", False))
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None
@@ -245,14 +247,26 @@ class Engine:
         acting = self._wanted.corrects
         state = self._states.gripper
         measured = math.nan if state is None else state.aperture_m
-        command = None
+        command = grip = None
         if acting and detection.slip:
             self._rig.stages.enter(SLIP, now_ns)
         if acting and self._controls and state is not None:
             first = seen[0].observation
+            since_s = self._since_controlled(seen[0])
+            aperture_m = self._states.aperture_at(first.t_ns)
+            if self._reads_grip:
+                grip = self._grip.update(
+                    first.t_ns,
+                    since_s,
+                    aperture_m if math.isfinite(aperture_m) else measured,
+                    self._wanted.touch_m,
+                    known,
+                    detection,
+                    stands=self._wanted.stands,
+                )
             asked = GripInput(
                 first.t_ns,
-                self._since_controlled(seen[0]),
+                since_s,
                 detection,
                 estimate,
                 # Where a job has gripped nothing itself, the fingers are where they are.
@@ -260,12 +274,12 @@ class Engine:
                 measured,
                 known,
                 self._wanted.touch_m,
-                self._states.aperture_at(first.t_ns),
+                aperture_m,
                 self._wanted.probes,
                 self._fragile_n,
                 0.0 if self._rig.gripper is None else self._rig.gripper.spec.resolution_m,
                 self._wanted.slide,
-                self._wanted.stands,
+                grip,
             )
             aperture = self._make(self._update, self._rig.controller.update, asked)
             aperture = sound_aperture(self._controller_name, aperture)
@@ -286,7 +300,7 @@ class Engine:
             self._states.pose,
             self._wanted.twist,
             leads=seeing[0] is self.lines[0],
-            grip=getattr(self._rig.controller, "grip", None),
+            grip=grip,
         )
         self.observers.publish(cycle)
         if self._yielding is not None:
@@ -366,6 +380,7 @@ class Engine:
             self._act.opened = False
         if begins or sent:
             # What a controller remembers is of a grip that is no more.
+            self._grip.reset()
             self._make(self._update._replace(name="reset"), lambda _: self._rig.controller.reset(), None)
             self._controlled_ns = None
         if wanted.twist is not None:

@@ -14,6 +14,7 @@ from lsds.contracts.devices import (
     TactileSensor,
 )
 from lsds.contracts.fault import OBSERVER, Fault
+from lsds.contracts.grip import GripEstimate
 from lsds.contracts.job import Grip, Job, Setting, Situation, Wanted
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, OPTIONAL_KINDS, Kind, KindSpec
 from lsds.contracts.study import Study, StudyResult, StudyTable
@@ -83,6 +84,7 @@ __all__ = [
     "FingerCycle",
     "Frame",
     "Grip",
+    "GripEstimate",
     "GripInput",
     "Gripper",
     "GripperCommand",

@@ -45,7 +45,8 @@ class GripInput:
     fingers touched the object, NaN if the job did not tell. `measured_aperture_m` is the newest; `frame_aperture_m` is
     that at the time of the newest frame, which is older, NaN if not known. `probes`: the job lets it open on purpose,
     to find the least grip; `slide` is a slip that it wants, None if none is. `fragile_n` is the greatest normal force a
-    finger that the object stands, `resolution_m` the gripper's tick.
+    finger that the object stands, `resolution_m` the gripper's tick. `grip` is what is known of the grip, None unless the
+    controller declares `reads_grip`.
     """
 
     t_ns: int
@@ -61,7 +62,7 @@ class GripInput:
     fragile_n: float = math.inf
     resolution_m: float = 0.0
     slide: Slide | None = None
-    stands: bool = False
+    grip: GripEstimate | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +72,7 @@ class Cycle:
     `fingers` are those with a new frame, in the rig's order; `detection` and `estimate` are fused over all fingers, in
     the plane of the first. `command_m` is the aperture sent in this cycle, None if nothing was sent; `held_m` the one
     last sent; `measured_m` the one reported by the gripper. `acting` is true while the controller corrects slip;
+    `grip` is what is known of the grip, as the controller got it.
     `twist` is the TCP velocity that the job wants, None if it does not use the arm. `leads` is true if the first
     finger of `fingers` is the first of the rig.
     """

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class GripEstimate:
     """The grip at the time of a frame.
 
     `touch_m` is the aperture at touch, `squeeze_m` by how much the fingers are closed beyond it. `load_n` is the load a
-    finger, force and torque together, NaN while it is not known, and `load_n_s` its rate. `slips` is the probability
-    that the object slides, `speed_m_s` how fast the estimator says it does.
+    finger, force and torque together, NaN while it is not known; `load_n_s` its rate, `greatest_n` its maximum of late,
+    and `stale` whether a finger does not tell it now. `normal_n` is the normal force by the imprint, NaN if unknown.
+    `slips` is the probability that the object slides. `required_m(risk, margin, load_n)` returns the least squeeze (m)
+    at which `margin` times the load exceeds the friction limit with at most that probability, for an object that
+    sticks at no more than `load_n`, or slides at any load.
     """
 
     t_ns: int
@@ -19,5 +23,8 @@ class GripEstimate:
     squeeze_m: float
     load_n: float
     load_n_s: float
+    greatest_n: float
+    stale: bool
+    normal_n: float
     slips: float
-    speed_m_s: float
+    required_m: Callable[[float, float, float], float]

@@ -36,7 +36,8 @@ class Wanted:
     (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `touch_m` is the
     aperture at which the fingers touched the object, for the controller; NaN if not known. `probes` lets the controller
     open on purpose, to find the least grip: the object falls by little now. `slide` is a slip that is wanted and not to
-    be corrected, None if none is. `done` ends the run.
+    be corrected, None if none is. `stands`: the arm waits, and the object may stand on its support. `done` ends the
+    run.
     """
 
     stage: str

@@ -7,7 +7,8 @@ limit in units of load over squeeze^p, so the limit at a squeeze s is r s^p. The
     slide    F = r s^p / kappa, the kinetic friction; the object stops where that exceeds W
 
 Only a new greatest F / s^p is evidence on r while the object sticks: the same stick in a hundred frames proves no more
-than in one. Detector and estimator enter as a calibrated log-likelihood ratio of slide against stick.
+than in one. The detector enters as a calibrated log-likelihood ratio of slide against stick (`lsds.grip.evidence`).
+Equations and figures: `docs/grip.md`.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ POWER = 1.25
 """Normal force grows with this power of the squeeze (round contacts; 1 for flat ones)."""
 KINETIC = 1.2
 """Static over kinetic friction."""
-PRIOR = (0.35, 1.1)
+PRIOR = (0.5, 1.1)
 """The limit before anything is seen: median (N / mm^p) and standard deviation of its logarithm."""
-HEAVIER = 0.3
+HEAVIER = 0.4
 """The load beyond what is seen has a density that falls with this power of it."""
 HANG, SLIDE = 0.07, 0.12
 """Relative standard deviations of the measured load: of an object that hangs, and that slides."""
@@ -46,9 +47,10 @@ LOAD_DRIFT, LIMIT_DRIFT = 0.10, 0.10
 JUMPS = 0.03, 0.005
 """Jumps of the load and of friction, 1/s: a shove, a wet surface."""
 LOADING = 0.3, 0.02, 0.95
-"""Share of sticking objects whose load is below W: while the load rises, and while it does not."""
+"""Share of sticking objects whose load is below W: while the load rises, while it does not, and while the arm waits and
+the object may stand on its support."""
 RISES = 0.3
-"""The load rises where it grows by more than this share per second."""
+"""A load that grows by more than this share per second rises."""
 FORGET_S = 2.0
 """Time in which the greatest ratio is forgotten."""
 
@@ -83,8 +85,8 @@ class GripBelief:
         return float(self.slide.sum())
 
     def update(self, load_n: float, squeeze_mm: float, dt_s: float, evidence: float, stands: bool = False) -> None:
-        """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the evidence of detector and
-        estimator, a log-likelihood ratio of slide against stick."""
+        """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's log-likelihood ratio
+        of slide against stick. `stands`: the arm waits, and the object may stand on its support."""
         ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), POWER * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
@@ -165,8 +167,11 @@ class GripBelief:
 
 _RANGE = math.log(LOAD_N[1] / LOAD_N[0])
 _OUTLIER = 0.005
+"""Density of a load that no hypothesis explains, so that one wrong frame excludes nothing."""
 _MOST = 4.0
+"""Greatest evidence of one frame."""
 _STOPPING = 0.1
+"""Share of the slides of objects that friction would carry: those that are about to stop."""
 
 
 def _normal(x: Floats, std: float) -> Floats:

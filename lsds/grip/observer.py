@@ -11,12 +11,11 @@ from lsds.grip.belief import GripBelief
 from lsds.grip.carried import LEAST_N, CarriedLoad
 from lsds.grip.evidence import SlipEvidence
 from lsds.grip.rounds import Rounds
-from lsds.grip.soft_finger import speed_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lsds.contracts import Detection, FingerCycle, SlipEstimate
+    from lsds.contracts import Detection, FingerCycle
 
 UNTOLD_M = 1.5e-3
 """Squeeze that is assumed if the job does not know the aperture at touch."""
@@ -50,7 +49,6 @@ class GripObserver:
         touch_m: float,
         fingers: Sequence[FingerCycle],
         detection: Detection,
-        estimate: SlipEstimate,
         stands: bool = False,
     ) -> GripEstimate | None:
         """Take a frame; return what is known of the grip, None before the aperture is known.
@@ -78,8 +76,20 @@ class GripObserver:
                 rate = (load_n - self._before_n) / round_s
             self._before_n = load_n
             self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands)
-        speed, _ = speed_of(estimate)
         self._estimate = GripEstimate(
-            t_ns, self._touch_m, squeeze_m, load_n, rate, self.belief.slips, speed if math.isfinite(speed) else 0.0
+            t_ns,
+            self._touch_m,
+            squeeze_m,
+            load_n,
+            rate,
+            self.load.greatest_n,
+            self.load.stale,
+            self.load.normal_n,
+            self.belief.slips,
+            self._required_m,
         )
         return self._estimate
+
+    def _required_m(self, risk: float, margin: float, load_n: float) -> float:
+        """Return the least squeeze (m) at which `margin` times the load exceeds the friction limit with this risk."""
+        return 1e-3 * self.belief.squeeze_mm(risk, margin, load_n)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 #: Width of the working image, px; images between these widths are used as they are.
 WIDTH_PX = 320
 NARROWEST_PX, WIDEST_PX = 280, 480
+#: A narrower image shows no markers, whatever its size: it is left to the tracker, which refuses it.
+LEAST_PX = 80
 #: Another order of the lamps has to fit the light of the reference better by this. The orders' fits lie 0.4 to 2.7
 #: apart; on 240 recordings of the GelSight Mini no wrong order fitted better by more than 0.12.
 CLEARLY = 0.3
@@ -40,7 +42,8 @@ class WorkingImage:
 
     def __init__(self, reference: Frame) -> None:
         height, width = reference.image.shape[:2]
-        self.scale = 1.0 if NARROWEST_PX <= width <= WIDEST_PX else width / WIDTH_PX
+        usual = NARROWEST_PX <= width <= WIDEST_PX
+        self.scale = 1.0 if usual or width < LEAST_PX else width / WIDTH_PX
         self._size = round(width / self.scale), round(height / self.scale)
         self.order = lamp_order(reference.image)
 

@@ -1,7 +1,8 @@
 """Controller `belief`: the least squeeze at which the load exceeds the friction limit with an accepted risk.
 
-The belief (`lsds.grip.belief`) holds the load, the friction limit, and whether the object sticks or slides. The law
-closes at once, opens slowly and only when certain, and never on an abstention, a failure, or while the load is gone.
+The engine's belief (`lsds.grip.belief`) holds the load, the friction limit, and whether the object sticks or slides.
+The law closes at once and opens slowly, only when the belief is certain. It never opens on an abstention, on a failure,
+or while the load is gone.
 """
 
 from __future__ import annotations
@@ -10,11 +11,28 @@ import math
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lsds.contracts import BuildContext, GripInput
-from lsds.grip.observer import GripObserver
+from lsds.clock import nanoseconds
+from lsds.contracts import BuildContext, GripEstimate, GripInput
+from lsds.grip.carried import LEAST_N
+from lsds.grip.fragile import Bearing
+from lsds.grip.wanted_slip import WantedSlip
 
 LATENCY_S = 0.11
-MOST = 2.5
+"""Time from a change of the load to the fingers' answer: camera, computing, a Hand-E and its way."""
+LIKELY = 0.25
+"""With a greater probability of a slide, the next closing waits until the last one has arrived."""
+CERTAIN = 0.05
+"""Accepted risk of an opening."""
+RELEASED = 0.5
+"""With less than this share of the load that slipped, the object may stand on something: no reason to open."""
+STEADY_1_S = 0.3
+"""A load that changes by less than this share per second is steady."""
+LEAST_TICK_M, LEAST_STEP_M = 1e-4, 3e-4
+"""Resolution that is assumed of a gripper that declares a finer one, and least sum of openings that is waited for."""
+ARRIVES_S = 0.25
+"""A closing that has not arrived after so long does not keep the next one waiting."""
+LEAST_PROBED_M = 4.5e-4
+"""Probing opens to this squeeze at most: a looser grip is not known to touch."""
 
 
 class BeliefOptions(BaseModel):
@@ -22,20 +40,24 @@ class BeliefOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    margin: float = Field(default=1.2, ge=1, le=5, description="load that the grip is to carry over that expected")
+    margin: float = Field(default=1.2, ge=1, le=5, description="load that the grip is to carry, over the expected one")
     risk: float = Field(default=0.25, gt=0, lt=1, description="accepted probability that this load exceeds the limit")
-    growth: float = Field(default=1.55, gt=1, le=3, description="greatest growth of the squeeze over the measured one")
-    accepted_m: float = Field(default=6e-3, gt=0, le=0.1, description="slip after which the growth doubles")
+    growth: float = Field(default=1.5, gt=1, le=3, description="greatest growth of the squeeze in one step")
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time of certainty before the fingers open")
     release_m_s: float = Field(default=0.004, ge=0, le=0.05, description="greatest opening speed; 0: never open")
+    probe_m_s: float = Field(default=0.003, gt=0, le=0.01, description="opening speed while task.probe lets it probe")
 
 
 class BeliefController:
     """A `Controller` that decides by one belief."""
 
+    reads_grip = True
+    """The engine estimates the grip for it (`GripInput.grip`)."""
+    minds_force = True
+    """It squeezes no more than `task.fragile_n` allows."""
+
     def __init__(self, options: BeliefOptions, context: BuildContext) -> None:
         self._options = options
-        self.observer = GripObserver()
         self.reset()
 
     @property
@@ -45,55 +67,72 @@ class BeliefController:
 
     def reset(self) -> None:
         """Forget the object."""
-        self.observer.reset()
-        self._quiet_s, self._opened_to = 0.0, None
-        self._slid_n = self._slid_m = 0.0
-        self._taken_ns = -1
+        self.held_back = False
+        self._quiet_s = self._slid_n = 0.0
+        self._opened_to: float | None = None
+        self._taken_ns: int | None = None
+        self._closed_ns = 0
+        self._bearing, self._wanted_slip = Bearing(), WantedSlip()
 
     def update(self, state: GripInput) -> float | None:
         """Return the new aperture in metres, or None to leave the gripper unchanged."""
-        aperture = state.frame_aperture_m if math.isfinite(state.frame_aperture_m) else state.measured_aperture_m
-        grip = self.observer.update(
-            state.t_ns, state.dt_s, aperture, state.touch_m, state.fingers, state.detection, state.estimate, state.stands
-        )
-        self.grip = grip
+        self.held_back = False
+        grip, options = state.grip, self._options
         if grip is None or grip.t_ns == self._taken_ns or not math.isfinite(state.aperture_m):
             return None
-        dt_s = (grip.t_ns - self._taken_ns) * 1e-9 if self._taken_ns >= 0 else 0.0
+        dt_s = 0.0 if self._taken_ns is None else (grip.t_ns - self._taken_ns) * 1e-9
         self._taken_ns = grip.t_ns
-        if not grip.load_n > 0.03:
+        held_m, tick_m = grip.touch_m - state.aperture_m, max(state.resolution_m, LEAST_TICK_M)
+        if state.slide is not None:
+            falls = self._wanted_slip.falls(state.t_ns, state.estimate, state.slide)
+            return self._closed(state, grip, math.inf, held_m, tick_m) if falls else None
+        if not grip.load_n > LEAST_N:
             return None
-        belief, options = self.observer.belief, self._options
-        self._slid_m += grip.slips * grip.speed_m_s * dt_s
-        if grip.slips < 0.1:
-            self._slid_m *= math.exp(-dt_s / 0.5)
-        if grip.slips > 0.5:
+        if grip.slips > 1 - LIKELY:
             self._slid_n = grip.load_n
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * LATENCY_S, grip.load_n)
-        wanted_m = 1e-3 * belief.squeeze_mm(options.risk, options.margin, ahead_n)
-        held_m = grip.touch_m - state.aperture_m
-        tick_m = max(state.resolution_m, 1e-4)
+        wanted_m = grip.required_m(options.risk, options.margin, ahead_n)
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
-            if held_m - grip.squeeze_m > tick_m:
-                # What has been sent and has not arrived is not added to.
-                return None
-            growth = min(1 + (options.growth - 1) * (1 + self._slid_m / options.accepted_m), MOST)
-            target_m = min(wanted_m, max(grip.squeeze_m * growth, grip.squeeze_m + tick_m))
-            return max(0.0, grip.touch_m - target_m) if target_m > held_m else None
-        return self._opened(state, held_m, tick_m, dt_s)
+            return self._closed(state, grip, wanted_m, held_m, tick_m)
+        return self._opened(state, grip, held_m, tick_m, dt_s)
 
-    def _opened(self, state: GripInput, held_m: float, tick_m: float, dt_s: float) -> float | None:
-        observer, options = self.observer, self._options
-        load = observer.load
-        certain_m = 1e-3 * observer.belief.squeeze_mm(0.05, options.margin, max(load.greatest_n, 1e-3))
-        if not (certain_m < held_m and state.detection.slip is False) or load.stale:
+    def _closed(
+        self, state: GripInput, grip: GripEstimate, wanted_m: float, held_m: float, tick_m: float
+    ) -> float | None:
+        """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
+        slides = grip.slips > LIKELY
+        arrives = held_m - grip.squeeze_m > tick_m and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES_S)
+        if slides and arrives:
+            return None
+        base_m = grip.squeeze_m if slides and not held_m - grip.squeeze_m > tick_m else max(grip.squeeze_m, held_m)
+        target_m = min(wanted_m, max(base_m * self._options.growth, base_m + tick_m))
+        allowed_m = self._bearing.allowed_m(state.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
+        self.held_back = target_m > allowed_m
+        target_m = min(target_m, allowed_m)
+        if not target_m > held_m:
+            return None
+        self._closed_ns = grip.t_ns
+        return max(0.0, grip.touch_m - target_m)
+
+    def _opened(self, state: GripInput, grip: GripEstimate, held_m: float, tick_m: float, dt_s: float) -> float | None:
+        """Open slowly to what is certain to hold; while the job lets it probe, until the object begins to slide."""
+        probes = state.probes and not self._slid_n
+        if probes:
+            least_m, speed_m_s = LEAST_PROBED_M, self._options.probe_m_s
+            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
+        else:
+            least_m = grip.required_m(CERTAIN, self._options.margin, max(grip.greatest_n, LEAST_N))
+            speed_m_s = self._options.release_m_s
+            sure = self._slid_n > 0 and grip.load_n > RELEASED * self._slid_n and not state.probes
+        if not (sure and least_m < held_m and state.detection.slip is False) or grip.stale or not self.may_open:
             self._quiet_s, self._opened_to = 0.0, None
             return None
         self._quiet_s += dt_s
-        if self._quiet_s < options.quiet_s or load.now_n < 0.5 * self._slid_n or not self._slid_n:
+        if self._quiet_s < self._options.quiet_s:
             return None
-        base = state.aperture_m if self._opened_to is None else self._opened_to
-        farthest = state.aperture_m + max(tick_m, 3e-4)
-        self._opened_to = min(base + options.release_m_s * dt_s, state.aperture_m + held_m - certain_m, farthest)
+        # The gripper rounds steps below its tick, so openings are added up; those that it has not carried out are not.
+        base_m = state.aperture_m if self._opened_to is None else self._opened_to
+        farthest_m = state.aperture_m + max(tick_m, LEAST_STEP_M)
+        self._opened_to = min(base_m + speed_m_s * dt_s, grip.touch_m - least_m, farthest_m)
         return self._opened_to if self._opened_to > state.aperture_m else None

@@ -17,6 +17,10 @@ Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
 
 
+PROBABLY = 0.5
+"""Probability of a slide from which on the arm waits, while the object may still stand on its support."""
+
+
 class LiftJob:
     """A `Job` in stages: reference, grasp, settle, lift, hold. Slip is corrected in the last two.
 
@@ -123,5 +127,6 @@ class _Lift:
 
 
 def _slips(now: Situation) -> bool:
+    """Return whether the object probably slides, so that the arm should wait for the fingers."""
     grip = None if now.cycle is None else now.cycle.grip
-    return grip is not None and grip.slips > 0.5
+    return grip is not None and grip.slips > PROBABLY

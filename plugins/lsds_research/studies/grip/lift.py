@@ -48,7 +48,7 @@ half-way up."""
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """A run: nothing of it tells the controller about the object."""
+    """A run: nothing of it tells the controller about the object. `cell` describes one that is not in the catalogue."""
 
     controller: str
     object: str
@@ -61,6 +61,7 @@ class Lift:
     probe: bool = False
     fragile_n: float | None = None
     settings: tuple[str, ...] = ()
+    cell: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -72,7 +73,6 @@ class Lift:
         keys: dict[str, Any] = {
             "seed": self.seed,
             "sensor.mock-gelsight-mini.gel": self.seed,
-            "cell.simulated.object": self.object,
             "cell.simulated.friction_scale": self.friction,
             "task.grasp": "touch",
             "task.first_squeeze_m": self.squeeze_mm * 1e-3,
@@ -82,6 +82,8 @@ class Lift:
             "task.hold_s": 1.5,
             **CHANGES[self.change],
         }
+        if not self.cell:
+            keys["cell.simulated.object"] = self.object
         if self.change == "shove":
             keys["cell.simulated.shove_n"] = 0.5 * self.weight_n
         if self.change == "turn":
@@ -94,7 +96,7 @@ class Lift:
             keys["task.fragile_n"] = self.fragile_n
         if self.probe:
             keys["task.probe"] = True
-        return [*override_texts(keys), *self.settings]
+        return [*override_texts(keys), *self.cell, *self.settings]
 
 
 def lift(what: Lift) -> dict[str, Any] | str:

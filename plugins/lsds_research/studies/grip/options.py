@@ -25,6 +25,7 @@ class GripOptions(BaseModel):
       lsds evaluate grip --controller margin --controller pd --out runs.jsonl --plot grip.png
       lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
       lsds evaluate grip --controller margin --probe --with gripper.mock-hand-e.latency_ms=200
+      lsds evaluate grip --random 60 --controller belief --controller margin --json random.json
       lsds evaluate grip --cluster tcp://10.0.0.5:8786
     """
 
@@ -66,6 +67,14 @@ class GripOptions(BaseModel):
         json_schema_extra={"flag": "--change", "metavar": "NAME"},
     )
     seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    random: int = Field(
+        default=0,
+        ge=0,
+        le=10_000,
+        description="number of objects drawn at random, instead of those of the catalogue; only those count that "
+        "one of three lifts with a firm grip holds",
+    )
+    draw: int = Field(default=1001, ge=0, description="which draw of random objects; 0 is the one for development")
     probe: bool = Field(default=False, description="look for the least grip before the lift (task.probe)")
     fragile: float = Field(
         default=0.0,

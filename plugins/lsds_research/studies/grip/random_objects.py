@@ -1,13 +1,12 @@
 """Random objects for the study `grip`: drawn from wide ranges, not chosen, and whether a firm grip holds them.
 
 Ranges: what a Hand-E can hold between two GelSight Minis. Thickness, mass, friction, and stiffness are log-uniform, so
-that light, slippery, and soft objects are as frequent as heavy ones. A draw is used for development or for evaluation,
-never for both: `DEVELOPMENT` draws are those that the controllers were tuned on.
+that light, slippery, and soft objects are as frequent as heavy ones. A draw serves development or evaluation, never
+both; one that was looked at for a decision is a development draw from then on.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +14,8 @@ import numpy as np
 
 from lsds.config.overrides import override_texts
 
-DEVELOPMENT = range(1000)
-"""Draws that controllers may be tuned on; all others are for evaluation."""
+DEVELOPMENT = frozenset({0})
+"""Draws on which controllers were tuned."""
 SHAPES = ("cylinder", "sphere", "box", "edge")
 TEXTURES = ("smooth", "bumps", "pores", "weave")
 THICKNESS_MM = (8.0, 44.0)
@@ -30,13 +29,11 @@ SPEED_M_S = (0.02, 0.08)
 GRAVITY_M_S2 = 9.81
 FIRM_MM = (3.0, 6.0, 10.0)
 """Squeezes of a firm grip: an object that none of them holds cannot be held."""
-LEAST_TICK = 5.0
-"""An object that needs less than this many grams-force a finger is lighter than the gripper's tick can follow."""
 
 
 @dataclass(frozen=True, slots=True)
 class RandomObject:
-    """One drawn object, how it is first gripped, and how fast it is lifted. `cell` are options of `[cell.simulated]`."""
+    """A drawn object, its first squeeze, and its lifting speed; `cell` are options of `[cell.simulated]`."""
 
     draw: int
     index: int
@@ -68,14 +65,15 @@ def drawn(draw: int, index: int) -> RandomObject:
 
     shape = str(rng.choice(SHAPES))
     thickness_mm = round(log_between(THICKNESS_MM), 2)
-    length_mm = thickness_mm if shape == "sphere" else between((60.0, 220.0))
+    length_mm = round(max(20.0, thickness_mm if shape == "sphere" else between((60.0, 220.0))), 2)
     friction = log_between(FRICTION)
     mass_kg = log_between(MASS_KG)
     texture = str(rng.choice(TEXTURES))
     cell = {
         "shape": shape,
         "diameter_mm": thickness_mm,
-        "length_mm": round(max(length_mm, 20.0), 2),
+        "length_mm": length_mm,
+        "grip_height_mm": min(50.0, length_mm / 2),
         "width_mm": round(between((8.0, 100.0)), 2),
         "edge_mm": round(between((0.3, 4.0)), 2),
         "turned_deg": 0.0 if shape == "sphere" else round(between((-30.0, 30.0)), 1),
@@ -94,8 +92,3 @@ def drawn(draw: int, index: int) -> RandomObject:
     squeeze_mm, speed = log_between(SQUEEZE_MM), log_between(SPEED_M_S)
     weight_n = round(mass_kg * GRAVITY_M_S2, 3)
     return RandomObject(draw, index, gel, round(squeeze_mm, 3), round(speed, 4), weight_n, tuple(cell.items()))
-
-
-def needed_n(what: RandomObject) -> float:
-    """Return the least normal force a finger (N) that carries an object: half the weight over static friction."""
-    return what.weight_n / 2 / dict(what.cell)["static_friction"] if math.isfinite(what.weight_n) else math.nan

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from lsds_research.kept import run_kept
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
+from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_MM, drawn
 
 if TYPE_CHECKING:
     Row = dict[str, Any]
@@ -66,16 +67,16 @@ class GripStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown controller."""
         options = self._options
-        planned = _planned(options, self._seed)
+        planned = _drawn(options) if options.random else _planned(options, self._seed)
         found, failures = run_kept(lift, planned, options.out, options.jobs, options.cluster, tick)
-        rows = [*found.values()]
+        rows = _holdable(found) if options.random else [*found.values()]
         if not rows:
             raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
         rows.sort(key=lambda row: tuple(str(row[name]) for name in ("controller", "change", "object", "squeeze_mm")))
         groups = sorted({(row["controller"], row["change"]) for row in rows})
         table = [_summary(who, change, _of(rows, who, change)) for who, change in groups]
         return StudyResult(
-            f"grip of {len({row['object'] for row in rows})} objects that nobody described (simulated)",
+            _title(options, rows),
             _COLUMNS,
             table,
             partial(plot_grip, rows=rows),
@@ -117,6 +118,43 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
         )
         for who, name, squeeze, speed, friction, change, own in cases
     ]
+
+
+def _drawn(options: GripOptions) -> list[Lift]:
+    """Return the lifts of random objects: with a firm grip, and by each controller. Raises PluginError."""
+    named = [name for name in options.controllers if name != OFF]
+    controllers = chosen(PluginHost(), "controller", named)
+    objects = [drawn(options.draw, index) for index in range(options.random)]
+    return [
+        Lift(
+            who,
+            each.name,
+            squeeze_mm,
+            each.speed_m_s,
+            1.0,
+            "none",
+            each.gel,
+            each.weight_n,
+            settings=tuple(options.settings),
+            cell=each.overrides(),
+        )
+        for each in objects
+        for who, squeeze_mm in (*((OFF, firm) for firm in FIRM_MM), *((who, each.squeeze_mm) for who in controllers))
+    ]
+
+
+def _holdable(found: Mapping[str, Row]) -> list[Row]:
+    """Return the lifts by controllers of those objects that a firm grip has held."""
+    held = {row["object"] for row in found.values() if row["controller"] == OFF and row["held"]}
+    return [row for row in found.values() if row["controller"] != OFF and row["object"] in held]
+
+
+def _title(options: GripOptions, rows: Sequence[Row]) -> str:
+    count = len({row["object"] for row in rows})
+    if not options.random:
+        return f"grip of {count} objects that nobody described (simulated)"
+    use = "development" if options.draw in DEVELOPMENT else "evaluation"
+    return f"grip of {count} random objects that a firm grip holds, draw {options.draw} for {use} (simulated)"
 
 
 def _of(rows: Sequence[Row], controller: str, change: str) -> list[Row]:

@@ -1,0 +1,125 @@
+"""The belief about a grip: it stays a probability, learns the limit from a slide, and asks for what a load needs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lsds.contracts import Detection
+from lsds.grip.belief import KINETIC, POWER, GripBelief
+from lsds.grip.evidence import SHARED, SlipEvidence, probability
+
+FRAME_S = 0.04
+LIMIT = 0.9
+"""Friction limit of these scenes, N / mm^p."""
+
+
+def sliding(belief: GripBelief, squeeze_mm: float, frames: int = 6, evidence: float = 2.0) -> None:
+    for _ in range(frames):
+        belief.update(LIMIT * squeeze_mm**POWER / KINETIC, squeeze_mm, FRAME_S, evidence)
+
+
+def hanging(belief: GripBelief, load_n: float, squeeze_mm: float, frames: int = 25) -> None:
+    for _ in range(frames):
+        belief.update(load_n, squeeze_mm, FRAME_S, -0.3)
+
+
+@settings(max_examples=60)
+@given(
+    frames=st.lists(
+        st.tuples(st.floats(0, 60), st.floats(0.3, 20), st.floats(0, 0.2), st.floats(-9, 9), st.booleans()),
+        min_size=1,
+        max_size=30,
+    )
+)
+def test_it_stays_a_probability(frames):
+    belief = GripBelief()
+    for load_n, squeeze_mm, dt_s, evidence, stands in frames:
+        belief.update(load_n, squeeze_mm, dt_s, evidence, stands)
+        assert belief.stick.min() >= 0
+        assert belief.slide.min() >= 0
+        assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1, abs=1e-9)
+        required = belief.squeeze_mm(0.25, 1.2, max(load_n, 0.03))
+        assert math.isfinite(required)
+        assert required > 0
+
+
+@given(risk=st.floats(0.02, 0.5), more=st.floats(1.01, 3), load_n=st.floats(0.1, 5))
+def test_less_risk_more_margin_and_more_load_need_more_squeeze(risk, more, load_n):
+    belief = GripBelief()
+    sliding(belief, 1.5)
+    hanging(belief, 0.8, 2.5)
+    squeeze = belief.squeeze_mm(risk, 1.2, load_n)
+    assert belief.squeeze_mm(risk / more, 1.2, load_n) >= squeeze - 1e-9
+    assert belief.squeeze_mm(risk, 1.2 * more, load_n) > squeeze
+    assert belief.squeeze_mm(risk, 1.2, load_n * more) >= squeeze - 1e-9
+
+
+def test_a_slide_is_believed_and_its_end_too():
+    belief = GripBelief()
+    sliding(belief, 1.5)
+    assert belief.slips > 0.9
+    hanging(belief, 0.9, 2.5)
+    assert belief.slips < 0.05
+
+
+def test_after_a_slide_the_limit_is_known():
+    belief = GripBelief()
+    sliding(belief, 1.5)
+    hanging(belief, 1.0, 2.5)
+    needed_mm = (1.0 / LIMIT) ** (1 / POWER)
+    assert belief.squeeze_mm(0.5, 1.0, 1.0) == pytest.approx(needed_mm, rel=0.15)
+
+
+def test_a_grip_that_never_slipped_is_left_alone():
+    belief = GripBelief()
+    for load_n in np.linspace(0.05, 0.5, 12):
+        belief.update(float(load_n), 1.4, FRAME_S, -0.5)
+    hanging(belief, 0.5, 1.4, 50)
+    assert belief.squeeze_mm(0.25, 1.2, 0.5) < 1.4
+
+
+def test_holding_for_long_proves_no_more_than_holding_once():
+    short, long = GripBelief(), GripBelief()
+    for belief, frames in ((short, 10), (long, 500)):
+        sliding(belief, 1.5)
+        hanging(belief, 0.9, 2.5, frames)
+    once, again = (belief.squeeze_mm(0.25, 1.2, 0.9) for belief in (short, long))
+    assert again == pytest.approx(once, rel=0.1)
+
+
+def test_a_plateau_that_follows_the_squeeze_slides():
+    belief = GripBelief()
+    for squeeze_mm in (1.4, 1.4, 1.4, 1.6, 1.6, 1.8, 1.8, 2.0, 2.0):
+        belief.update(LIMIT * squeeze_mm**POWER / KINETIC, squeeze_mm, FRAME_S, 0.4)
+    assert belief.slips > 0.5
+
+
+def test_one_that_does_not_follow_it_hangs():
+    belief = GripBelief()
+    for squeeze_mm in (1.4, 1.4, 1.4, 1.6, 1.6, 1.8, 1.8, 2.0, 2.0):
+        belief.update(1.0, squeeze_mm, FRAME_S, 0.4)
+    assert belief.slips < 0.1
+
+
+def detection(score: float, *, threshold: float = 0.75, slip: bool | None = True) -> Detection:
+    return Detection(slip, score, threshold, 0.6)
+
+
+def test_what_a_frame_repeats_counts_less():
+    evidence = SlipEvidence()
+    first, second = evidence.take(detection(0.95), 1.0), evidence.take(detection(0.95), 1.0)
+    assert second == pytest.approx((1 - SHARED) * first)
+
+
+def test_an_abstention_is_no_evidence():
+    assert SlipEvidence().take(detection(math.nan, slip=None), 1.0) == 0.0
+
+
+@pytest.mark.parametrize(("slip", "expected"), [(True, 0.8), (False, 0.2)])
+def test_a_score_that_is_no_probability_counts_by_its_decision(slip, expected):
+    assert probability(detection(7.0, threshold=3.0, slip=slip)) == pytest.approx(expected)
