@@ -13,6 +13,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -130,7 +131,155 @@ def slip_rows(values: dict[str, Any]) -> list[str]:
     return rows
 
 
+# -- random objects -------------------------------------------------------------------------------------------
+
+RANDOM = ("evaluate", "grip", "--random", "40", "--draw", "1001", "--controller", "belief", "--controller", "margin")
+
+
+def random_objects() -> list[dict[str, Any]]:
+    """Return a row a controller."""
+    rows: list[dict[str, Any]] = result_of(*RANDOM, "--no-plot")["rows"]
+    return rows
+
+
+def random_rows(values: list[dict[str, Any]]) -> list[str]:
+    """Return one row a controller; what slipped as median and 95 % quantile."""
+    return [
+        f"| `{row['controller']}` | {round(row['held'] * row['runs'])} of {row['runs']} | {row['met']} | "
+        f"{row['slip_mm']:.1f}, {row['slip_95_mm']:.1f} | {row['peak']:.2f}, {row['peak_95']:.2f} | "
+        f"{row['steady']:.2f}, {row['steady_95']:.2f} | {100 * (row['grew'] or 0):.0f} % |"
+        for row in values
+    ]
+
+
+# -- the frame path -------------------------------------------------------------------------------------------
+
+TRACKERS = {
+    "lk": "`lk`",
+    "centroid": "`centroid`",
+    "dis": "`dis` (for gels without markers)",
+    "blobs, nearest": "peer: OpenCV blobs, nearest match",
+    "pyramidal LK": "peer: pyramidal Lucas-Kanade, frame to frame",
+}
+PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "controller")
+
+
+def frame() -> dict[str, Any]:
+    """Return trackers and times of the parts."""
+    found = result_of("study", "frame", "--repeats", "12", "--no-plot")
+    return {key: found[key] for key in ("trackers", "total", "parts", "peers", "frames")}
+
+
+def frame_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a tracker, and one a part of the frame path."""
+    trackers = {row["name"]: row for row in values["trackers"]}
+    rows = [
+        f"| {label} | {row['p50_us']:.0f} | {row['rms_px']:.3f} | {100 * row['jump_wrong_unflagged']:.0f} % | "
+        f"{100 * row['jump_right']:.0f} % |"
+        for label, row in ((label, trackers[name]) for name, label in TRACKERS.items())
+    ]
+    parts = {row["name"]: row for row in (values["total"], *values["parts"])}
+    rows += [f"| {name} | {parts[name]['p50_us']:.0f} | {parts[name]['p99_us']:.0f} |" for name in PARTS]
+    peers = [f"| peer: {row['name']} | {row['p50_us']:.0f} | {row['p99_us']:.0f} |" for row in values["peers"]]
+    return rows + peers
+
+
+# -- the mocks on the wire ------------------------------------------------------------------------------------
+
+
+def arm() -> dict[str, Any]:
+    """Return what the arm mock's benchmark measures."""
+    values: dict[str, Any] = benchmark("tests.wire.ur.bench", "--seconds", "60")
+    return values
+
+
+def arm_rows(values: dict[str, Any]) -> list[str]:
+    """Return the rows of the arm's table."""
+    stream, commands = values["stream"], values["commands"]
+    gap, blocking, moving = stream["gap_ms"], commands["blocking_ms"], commands["speed_to_motion_ms"]
+    exact = "all exactly" if stream["steps_exact"] else "not all"
+    shares = f"{100 * stream['core_share']:.1f} % / {100 * commands['core_share_with_program']:.1f} %"
+    return [
+        f"| rate, lost packages, steps of the time stamp | {stream['rate_hz']:.3f} Hz, {stream['lost']} in 60 s, "
+        f"{exact} 0.002 s |",
+        f"| gap between packages, p50 / p99 / p99.9 / max | {gap['p50']:.2f} / {gap['p99']:.2f} / {gap['p99.9']:.1f} / "
+        f"{gap['max']:.1f} ms (p99 at most 2.3) |",
+        f"| blocking command, p50 / p95 / max | {blocking['p50']:.1f} / {blocking['p95']:.1f} / {blocking['max']:.1f} "
+        "ms (p95 at most 6) |",
+        f"| speed command to measured motion, p50 / p95 / max | {moving['p50']:.1f} / {moving['p95']:.1f} / "
+        f"{moving['max']:.1f} ms (at most 6) |",
+        f"| share of a core, streaming / with ur_rtde's program | {shares} (at most 15 %) |",
+    ]
+
+
+def cameras() -> dict[str, Any]:
+    """Return what the cameras' benchmark measures."""
+    values: dict[str, Any] = benchmark("tests.wire.cameras.bench")
+    return values
+
+
+def camera_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a size."""
+    return [
+        f"| {size.replace('x', ' x ')} | {row['fps']:.1f} | {row['p50_ms']:.1f} / {row['p95_ms']:.1f} / "
+        f"{row['max_ms']:.0f} ms |"
+        for size, row in values["opencv"].items()
+    ]
+
+
+# -- other costs ----------------------------------------------------------------------------------------------
+
+
+def cost() -> dict[str, Any]:
+    """Return times of imports, of the help, of the scheduler, and the speed of the simulated cell."""
+    import lsds
+
+    def process_s(*words: str) -> float:
+        times = []
+        for _ in range(5):
+            began = time.perf_counter()
+            subprocess.run([sys.executable, "-P", *words], check=True, capture_output=True)
+            times.append(time.perf_counter() - began)
+        return statistics.median(times)
+
+    empty_s = process_s("-c", "pass")
+    found: dict[str, Any] = {"import_s": process_s("-c", "import lsds") - empty_s}
+    found["help_s"] = process_s("-m", "lsds.cli.main", "--help")
+    found["scheduler"] = {row["name"]: row["median_ms"] for row in result_of("study", "scheduler")["rows"]}
+    for name, overrides in {
+        "auto": [],
+        "pad": ["cell.simulated.fidelity=pad", "cell.simulated.grid=1"],
+        "winkler": ["cell.simulated.fidelity=winkler"],
+    }.items():
+        speeds = []
+        for seed in range(3):
+            began = time.perf_counter()
+            truths = lsds.run(overrides=[*overrides, f"seed={seed}"]).truths
+            speeds.append((truths[-1].t_ns - truths[0].t_ns) * 1e-9 / (time.perf_counter() - began))
+        found[name] = statistics.median(speeds)
+    return found
+
+
+def cost_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a figure."""
+    scheduler = values["scheduler"]
+    return [
+        f"| speed of the simulated cell, `auto` (loop included) | {values['auto']:.1f} times real time |",
+        f"| the same, `fidelity=pad`, `grid=1` | {values['pad']:.1f} |",
+        f"| the same, `fidelity=winkler` | {values['winkler']:.1f} |",
+        f"| scheduler, 60 s of four rates (`lsds study scheduler`) | {scheduler['lsds']:.0f} ms; Python's `sched`, "
+        f"without statistics, {scheduler['sched']:.0f} ms |",
+        f"| `import lsds`, beyond an empty Python | {1e3 * values['import_s']:.0f} ms |",
+        f"| `lsds --help`, whole process | {values['help_s']:.2f} s |",
+    ]
+
+
 MEASUREMENTS: dict[str, Measurement] = {
+    "arm": Measurement("python -m tests.wire.ur.bench --seconds 60", "figures.md", arm, arm_rows),
+    "cameras": Measurement("python -m tests.wire.cameras.bench", "figures.md", cameras, camera_rows),
+    "cost": Measurement("python docs/measure.py cost", "figures.md", cost, cost_rows),
+    "random": Measurement("lsds " + " ".join(RANDOM), "grip.md", random_objects, random_rows),
+    "frame": Measurement("lsds study frame --repeats 12", "figures.md", frame, frame_rows),
     "slip": Measurement("lsds evaluate slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),
     "pipe": Measurement("python docs/measure.py pipe", "figures.md", pipe, pipe_rows),
 }
@@ -147,6 +296,15 @@ def result_of(*command: str) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "result.json"
         subprocess.run([sys.executable, "-P", "-m", "lsds.cli.main", *command, "--json", str(file)], check=True)
+        return json.loads(file.read_text(encoding="utf-8"))
+
+
+def benchmark(module: str, *arguments: str) -> Any:
+    """Return the JSON that a benchmark of the test suite writes; it runs from the repository's root."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "result.json"
+        command = [sys.executable, "-m", module, *arguments, "--json", str(file)]
+        subprocess.run(command, check=True, cwd=DOCS.parent)
         return json.loads(file.read_text(encoding="utf-8"))
 
 

@@ -17,6 +17,11 @@ def schema(output: str, example: bool) -> None:
     Examples:
       lsds schema -o rig.schema.json         schema for an editor to check rig.toml with
       lsds schema --example -o rig.toml      a config to start from
+
+    \b
+    Editors that check TOML read the schema's name from the first line of the config:
+      #:schema rig.schema.json
+    or from the key "$schema" = "rig.schema.json"; lsds ignores both.
     """
     # Imported here: building pydantic models would slow down `--help`.
     from lsds.config import json_schema

@@ -13,7 +13,7 @@ from lsds.config.calibrated import with_calibration
 from lsds.config.model import RigConfig
 from lsds.config.overrides import apply_overrides
 from lsds.config.own import with_own_backends
-from lsds.config.reading import read_toml
+from lsds.config.reading import EDITORS_KEY, read_toml
 from lsds.contracts.kinds import CONFIG_KINDS
 from lsds.errors import ConfigError, ConfigIssue
 from lsds.plugins.host import PluginHost
@@ -35,6 +35,9 @@ def load_config(
     """
     source = str(path) if path is not None else "defaults"
     data = read_toml(Path(path)) if path is not None else {}
+    if isinstance(data.get(EDITORS_KEY), str):
+        # It tells editors which schema to check the file with, and lsds nothing.
+        del data[EDITORS_KEY]
     for section in without:
         data.pop(section, None)
     overrides = tuple(overrides)

@@ -8,6 +8,9 @@ from typing import Any
 
 from lsds.errors import ConfigError, ConfigIssue
 
+EDITORS_KEY = "$schema"
+"""Top-level key of a config that names its schema for an editor; lsds ignores it."""
+
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Return a TOML file's tables. Raises ConfigError that says where it cannot be read."""

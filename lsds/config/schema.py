@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from lsds.config.model import RigConfig
+from lsds.config.reading import EDITORS_KEY
 from lsds.contracts.kinds import CONFIG_KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import PluginError
 from lsds.plugins.containment import one_line
@@ -46,6 +47,8 @@ def json_schema(host: PluginHost | None = None) -> dict[str, Any]:
     finger.pop("required", None)
     for unused in ("BackendSection", "ControllerSection"):
         definitions.pop(unused, None)
+    own_name = {"type": "string", "description": "the schema that an editor checks this file with"}
+    schema["properties"][EDITORS_KEY] = own_name
     # One finger or several, never both; and every finger has a name.
     schema["not"] = {"required": ["sensor", "sensors"], "properties": {"sensors": {"minProperties": 1}}}
     schema["properties"]["sensors"]["propertyNames"] = {"minLength": 1}

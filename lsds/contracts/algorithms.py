@@ -74,8 +74,8 @@ class Controller(Protocol):
     with an attribute `may_open`, true if its options ever open the gripper; without it, opening is refused. One that
     keeps the force below `GripInput.fragile_n` declares that with `minds_force`; without it a rig whose task gives
     `fragile_n` does not come up. Its attribute `held_back` is true if `fragile_n` limited the last update, which a run
-    names as the reason of a drop. One with `reads_grip` true gets an estimate of the grip (`GripInput.grip`), which costs
-    0.2 ms a frame.
+    names as the reason of a drop. One with `reads_grip` true gets an estimate of the grip (`GripInput.grip`), which
+    costs 0.2 ms a frame.
     """
 
     def update(self, state: GripInput) -> float | None:

@@ -45,8 +45,8 @@ class GripInput:
     fingers touched the object, NaN if the job did not tell. `measured_aperture_m` is the newest; `frame_aperture_m` is
     that at the time of the newest frame, which is older, NaN if not known. `probes`: the job lets it open on purpose,
     to find the least grip; `slide` is a slip that it wants, None if none is. `fragile_n` is the greatest normal force a
-    finger that the object stands, `resolution_m` the gripper's tick. `grip` is what is known of the grip, None unless the
-    controller declares `reads_grip`.
+    finger that the object stands, `resolution_m` the gripper's tick. `grip` is what is known of the grip, None unless
+    the controller declares `reads_grip`.
     """
 
     t_ns: int

@@ -85,8 +85,8 @@ class GripBelief:
         return float(self.slide.sum())
 
     def update(self, load_n: float, squeeze_mm: float, dt_s: float, evidence: float, stands: bool = False) -> None:
-        """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's log-likelihood ratio
-        of slide against stick. `stands`: the arm waits, and the object may stand on its support."""
+        """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's evidence, a
+        log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support."""
         ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), POWER * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0

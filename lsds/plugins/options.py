@@ -64,12 +64,18 @@ def issues_of(error: ValidationError, model: type[BaseModel], path: str = "") ->
             remedy = "" if isinstance(given, Mapping) else f"{location[-1]} = [{written}]"
             yield ConfigIssue(where, f"should be a list, got {given!r}", remedy)
         elif kind == "missing":
-            yield ConfigIssue(where, "is missing")
+            yield ConfigIssue(where, "is missing", _description(model, location))
         else:
             message = detail["msg"].removeprefix("Value error, ").replace("Input should", "should")
             given = "" if isinstance(detail["input"], Mapping | list) else f", got {detail['input']!r}"
             remedy = f"put it in quotes: '\"{detail['input']}\"'" if kind == "string_type" and given else ""
             yield ConfigIssue(where, message + given, remedy)
+
+
+def _description(model: type[BaseModel], location: tuple[Any, ...]) -> str:
+    """Return what an option of a table's first level is."""
+    field = model.model_fields.get(str(location[0])) if len(location) == 1 else None
+    return (field.description or "") if field is not None else ""
 
 
 def _keys_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:

@@ -314,3 +314,19 @@ def test_every_config_of_the_repository_loads(installed_host, root):
     for path in sorted([*root.glob("examples/**/*.toml"), *root.glob("docs/**/*.toml")]):
         load_config(path, host=installed_host)
         validator.validate(tomllib.loads(path.read_text(encoding="utf-8")))
+
+
+def test_a_config_may_name_its_schema_for_editors(tmp_path):
+    file = tmp_path / "rig.toml"
+    file.write_text('#:schema rig.schema.json\n"$schema" = "rig.schema.json"\nseed = 3\n')
+    assert load_config(file).seed == 3
+
+
+def test_the_schema_allows_its_own_name():
+    jsonschema = pytest.importorskip("jsonschema")
+    jsonschema.validate({"$schema": "rig.schema.json", "seed": 3}, json_schema())
+
+
+def test_a_missing_option_says_what_it_is():
+    with pytest.raises(ConfigError, match=r"robotiq-2f\.port: is missing \(serial port .*lsds devices lists ports"):
+        load_config(None, ["gripper.backend=robotiq-2f"])

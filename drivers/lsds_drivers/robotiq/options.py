@@ -80,7 +80,9 @@ class GripperOptions(BaseModel):
 class HandEOptions(GripperOptions):
     """Options of `[gripper.hand-e]`."""
 
-    port: str = Field(description="serial port such as /dev/ttyUSB0, or tcp://host:port for RTU over TCP")
+    port: str = Field(
+        description="serial port such as /dev/ttyUSB0, or tcp://host:port for RTU over TCP; lsds devices lists ports"
+    )
     slave: int = Field(default=9, ge=1, le=247, description="Modbus address")
     baud: int = Field(default=115200, gt=0, description="baud rate of the serial port")
 

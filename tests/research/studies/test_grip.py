@@ -5,8 +5,14 @@ from __future__ import annotations
 import json
 
 import pytest
+from lsds_research.studies.grip.options import GripOptions
+from lsds_research.studies.grip.random_objects import drawn
+from lsds_research.studies.grip.study import GripStudy
 
 from lsds.cli.main import main
+from lsds.clock import VirtualClock
+from lsds.config import load_config
+from lsds.contracts import BuildContext
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 ONE = ["evaluate", "grip", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--speed", "0.08", "--jobs", "1"]
@@ -29,7 +35,7 @@ def test_margin_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_pa
     code, output = evaluated("--out", str(kept), "--json", str(told), "--plot", str(picture))
     assert code == 0, output
     runs = {run["controller"]: run for run in json.loads(told.read_text())["runs"]}
-    assert set(runs) == {"margin", "pd", "off"}
+    assert set(runs) == {"belief", "margin", "pd", "off"}
     assert runs["margin"]["held"]
     assert not runs["off"]["held"]
     assert 1 < runs["margin"]["steady_over_needed"] < min(2.0, runs["pd"]["steady_over_needed"] or 99)
@@ -63,3 +69,24 @@ def test_a_file_that_is_no_list_of_runs_is_not_touched(evaluated, tmp_path):
     assert code != 0
     assert "line 1" in output
     assert other.read_text() == "hello\nworld\n"
+
+
+def test_random_objects_are_the_same_for_a_draw_and_others_for_another():
+    assert drawn(5, 3) == drawn(5, 3)
+    assert drawn(5, 3) != drawn(6, 3)
+    assert drawn(5, 3) != drawn(5, 4)
+
+
+@pytest.mark.parametrize("index", range(60))
+def test_every_random_object_is_one_that_the_cell_takes(index):
+    config = load_config(None, drawn(7, index).overrides())
+    assert config.cell.backend == "simulated"
+
+
+def test_only_random_objects_that_a_firm_grip_holds_count(tmp_path):
+    options = GripOptions(random=1, draw=0, controllers=["belief"], jobs=1, out=str(tmp_path / "runs.jsonl"))
+    result = GripStudy(options, BuildContext(VirtualClock(), 0)).run(lambda done, whole: None)
+    (row,) = result.rows
+    assert row["controller"] == "belief"
+    assert row["runs"] == 1
+    assert "draw 0 for development" in result.title

@@ -1,0 +1,13 @@
+"""A change of what plugins rely on is never an accident: it shows here, and goes into the changelog."""
+
+from __future__ import annotations
+
+from tests.packaging.surface import STORED, surface
+
+
+def test_the_public_surface_is_the_stored_one():
+    now, before = surface(), STORED.read_text(encoding="utf-8").splitlines()
+    gone = [line for line in before if line not in now]
+    new = [line for line in now if line not in before]
+    remedy = "see docs/compatibility.md, then run `python -m tests.packaging.surface` and add a line to CHANGELOG.md"
+    assert (gone, new) == ([], []), remedy
