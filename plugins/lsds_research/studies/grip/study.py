@@ -70,6 +70,8 @@ class GripStudy:
         planned = _drawn(options) if options.random else _planned(options, self._seed)
         found, failures = run_kept(lift, planned, options.out, options.jobs, options.cluster, tick)
         rows = _holdable(found) if options.random else [*found.values()]
+        if not rows and not failures:
+            raise DataError(f"a firm grip holds none of these {options.random} objects: draw more")
         if not rows:
             raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
         rows.sort(key=lambda row: tuple(str(row[name]) for name in ("controller", "change", "object", "squeeze_mm")))
