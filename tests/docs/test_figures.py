@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 measure = runpy.run_path(str(DOCS / "measure.py"))
 MEASUREMENTS, stored = measure["MEASUREMENTS"], measure["stored"]
-NOT_STORED = {"figures.md": 31, "learning.md": 40}
+NOT_STORED = {"figures.md": 0, "learning.md": 40}
 """Rows with figures of which no output is stored yet. It may only shrink: new figures come with theirs."""
 
 
