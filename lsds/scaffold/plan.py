@@ -40,7 +40,7 @@ class Plan:
     files: dict[str, str] = field(default_factory=lambda: dict(_COMMON))
 
 
-def _device(kind: str, summary: str, *more: str, over_tcp: bool = True) -> Plan:
+def _device(kind: str, summary: str, *more: str, over_tcp: bool = True, try_it: str = "") -> Plan:
     modules = (
         _DEVICE
         | (_MOVES if kind in ("gripper", "arm") else {})
@@ -50,7 +50,7 @@ def _device(kind: str, summary: str, *more: str, over_tcp: bool = True) -> Plan:
     if over_tcp:
         tests["test_{package}_client.py"] = "device/test_client.py.j2"
     tests |= {f"test_{{package}}_{name}.py": f"{kind}/test_{name}.py.j2" for name in more}
-    return Plan(summary, modules, tests, f"lsds run --set {kind}.backend=mock-{{name}}", device=True)
+    return Plan(summary, modules, tests, try_it or f"lsds run --set {kind}.backend=mock-{{name}}", device=True)
 
 
 def _algorithm(kind: str, summary: str, try_it: str, module: str = "", *, kit: bool = True) -> Plan:
@@ -68,7 +68,10 @@ def _chosen(kind: str, summary: str) -> Plan:
 PLANS: dict[str, Plan] = {
     "gripper": _device("gripper", "a parallel gripper", "lift"),
     "arm": _device("arm", "an arm that follows Cartesian velocities"),
-    "sensor": _device("sensor", "a camera-based tactile fingertip", over_tcp=False),
+    # Its drawn image has no imprint to follow, so a lift with it proves nothing.
+    "sensor": _device(
+        "sensor", "a camera-based tactile fingertip", over_tcp=False, try_it="lsds check sensor:mock-{name}"
+    ),
     "pose_source": _device("pose_source", "poses of gripper and object"),
     "tracker": _chosen("tracker", "markers followed by their centroid"),
     "detector": _chosen("detector", "slip if the markers move fast"),
