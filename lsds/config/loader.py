@@ -36,7 +36,7 @@ def load_config(
     source = str(path) if path is not None else "defaults"
     data = read_toml(Path(path)) if path is not None else {}
     if isinstance(data.get(EDITORS_KEY), str):
-        # It tells editors which schema to check the file with, and lsds nothing.
+        # For editors only: the schema that they check the file with.
         del data[EDITORS_KEY]
     for section in without:
         data.pop(section, None)

@@ -1,4 +1,4 @@
-"""What is known of the grip in a cycle."""
+"""The estimate of the grip in a cycle."""
 
 from __future__ import annotations
 

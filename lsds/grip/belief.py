@@ -99,7 +99,7 @@ class GripBelief:
         loading = LOADING[2] if stands else LOADING[0] if rate > RISES else LOADING[1]
         self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
         self.slide *= (_normal(ln_f - (self._ln_r + ln_g - math.log(KINETIC)), SLIDE) + _OUTLIER)[None, :]
-        # What slides for long weighs more than friction carries; less, and it is about to stop.
+        # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         self.slide *= (_STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / SLIDE))[:, None]
         self.slide *= math.exp(min(max(evidence, -_MOST), _MOST))
         total = self.stick.sum() + self.slide.sum()
@@ -116,7 +116,7 @@ class GripBelief:
             stick = stick.copy()
             stick[cap] += stick[cap + 1 :].sum(axis=0)
             stick[cap + 1 :] = 0.0
-        # What slides has to overcome more than kinetic friction carries.
+        # A sliding object has to be stopped by kinetic friction, which carries less.
         shift = round(math.log(KINETIC) / STEP)
         mass = np.bincount(self._needs, stick.ravel(), len(self._ln_need))
         sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))

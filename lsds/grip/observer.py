@@ -1,4 +1,4 @@
-"""What is known of the grip: the belief, fed once per round of fingers with load, squeeze and evidence of slip."""
+"""Estimates the grip: feeds the belief once per round of fingers with load, squeeze and evidence of slip."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class GripObserver:
     ) -> GripEstimate | None:
         """Take a frame; return what is known of the grip, None before the aperture is known.
 
-        `aperture_m` is that at the time of the frame, `touch_m` that at touch, NaN if the job does not tell it.
+        `aperture_m` is that at the time of the frame, `touch_m` that at touch, NaN if unknown.
         """
         self.load.take(t_ns, fingers)
         if not math.isfinite(aperture_m):

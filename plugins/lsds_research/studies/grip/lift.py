@@ -48,7 +48,7 @@ half-way up."""
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """A run: nothing of it tells the controller about the object. `cell` describes one that is not in the catalogue."""
+    """A run; the controller does not know the object. `cell` describes one that is not in the catalogue."""
 
     controller: str
     object: str
