@@ -293,18 +293,19 @@ def stored(name: str) -> dict[str, Any]:
 
 def result_of(*command: str) -> Any:
     """Return the JSON that a command of lsds writes."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "result.json"
-        subprocess.run([sys.executable, "-P", "-m", "lsds.cli.main", *command, "--json", str(file)], check=True)
-        return json.loads(file.read_text(encoding="utf-8"))
+    return _written("-P", "-m", "lsds.cli.main", *command)
 
 
 def benchmark(module: str, *arguments: str) -> Any:
-    """Return the JSON that a benchmark of the test suite writes; it runs from the repository's root."""
+    """Return the JSON that a benchmark of the test suite writes."""
+    return _written("-m", module, *arguments)
+
+
+def _written(*words: str) -> Any:
+    """Return the JSON that Python writes with `--json`, run from the repository's root."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "result.json"
-        command = [sys.executable, "-m", module, *arguments, "--json", str(file)]
-        subprocess.run(command, check=True, cwd=DOCS.parent)
+        subprocess.run([sys.executable, *words, "--json", str(file)], check=True, cwd=DOCS.parent)
         return json.loads(file.read_text(encoding="utf-8"))
 
 

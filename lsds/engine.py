@@ -91,7 +91,7 @@ class Engine:
                 "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "margin"')]
             )
         self._states = States(rig, start)
-        self._grip, self._reads_grip = GripObserver(), bool(getattr(rig.controller, "reads_grip", False))
+        self._grip = GripObserver() if getattr(rig.controller, "reads_grip", False) else None
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None
@@ -254,7 +254,7 @@ class Engine:
             first = seen[0].observation
             since_s = self._since_controlled(seen[0])
             aperture_m = self._states.aperture_at(first.t_ns)
-            if self._reads_grip:
+            if self._grip is not None:
                 grip = self._grip.update(
                     first.t_ns,
                     since_s,
@@ -380,7 +380,8 @@ class Engine:
             self._act.opened = False
         if begins or sent:
             # What a controller remembers is of a grip that is no more.
-            self._grip.reset()
+            if self._grip is not None:
+                self._grip.reset()
             self._make(self._update._replace(name="reset"), lambda _: self._rig.controller.reset(), None)
             self._controlled_ns = None
         if wanted.twist is not None:

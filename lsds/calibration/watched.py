@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from lsds.errors import PluginError
+from lsds.tactile.working_image import WIDTH_PX
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +26,6 @@ Phase = Literal["still", "load", "slide"]
 MOVING_PX = 0.5
 """A frame moves where the fastest tenth of the dots has moved by more than this since the last one, px of an image 320
 px wide."""
-WIDTH_PX = 320
 FIRST_FRAMES = 9
 """Frames at the start of a recording that do not count: they may show an earlier contact."""
 

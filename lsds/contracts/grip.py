@@ -15,7 +15,7 @@ class GripEstimate:
     and `stale` whether a finger does not tell it now. `normal_n` is the normal force by the imprint, NaN if unknown.
     `slips` is the probability that the object slides. `required_m(risk, margin, load_n)` returns the least squeeze (m)
     at which `margin` times the load exceeds the friction limit with at most that probability, for an object that
-    sticks at no more than `load_n`, or slides at any load.
+    sticks at no more than `load_n`, or slides at any load; it answers for the newest grip, not for that of `t_ns`.
     """
 
     t_ns: int

@@ -66,7 +66,7 @@ class Motion(Protocol):
 
 
 Action = Callable[[Motion], None]
-"""What a command does to the plant when it takes effect."""
+"""The effect of a command on the plant, at the instant at which it takes effect."""
 
 
 class Fingers(Protocol):

@@ -8,7 +8,8 @@ limit in units of load over squeeze^p, so the limit at a squeeze s is r s^p. The
 
 Only a new greatest F / s^p is evidence on r while the object sticks: the same stick in a hundred frames proves no more
 than in one. The detector enters as a calibrated log-likelihood ratio of slide against stick (`lsds.grip.evidence`).
-Equations and figures: `docs/grip.md`.
+Equations and figures: `docs/grip.md`. `POWER` and `KINETIC` are those of the simulated cell; the other constants were
+chosen on draw 0 of the random objects, and `PRIOR` on draw 1000 too. There is no procedure yet that identifies them.
 """
 
 from __future__ import annotations
@@ -156,11 +157,12 @@ class GripBelief:
         self.stick -= moved
 
     def _stop(self, ln_g: float, dt_s: float, stands: bool) -> None:
-        """Move what friction has stopped from slide to stick."""
-        exceeds = _below((self._ln_r[None, :] + ln_g - math.log(KINETIC) - self._ln_w[:, None]) / LIMIT_STD)
-        if stands:
-            exceeds = np.ones_like(exceeds)
-        moved = self.slide * (exceeds * (1 - math.exp(-dt_s / STOPS_S)))
+        """Move what friction, or the waiting arm, has stopped from slide to stick."""
+        share: Floats | float = 1 - math.exp(-dt_s / STOPS_S)
+        if not stands:
+            exceeds = self._ln_r[None, :] + ln_g - math.log(KINETIC) - self._ln_w[:, None]
+            share = _below(exceeds / LIMIT_STD) * share
+        moved = self.slide * share
         self.stick += moved
         self.slide -= moved
 

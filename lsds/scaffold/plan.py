@@ -1,4 +1,4 @@
-"""What a scaffold of each kind consists of: templates, the files that they become, and the backends."""
+"""The scaffold of each kind: its templates, the files that they become, and its backends."""
 
 from __future__ import annotations
 

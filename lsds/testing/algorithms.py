@@ -112,7 +112,7 @@ def check_answers_in_time(bench: Bench) -> None:
     course, algorithm = COURSES[bench.kind], build(bench)
     durations = []
     inputs = course.first()
-    # A job is asked more often than there are frames: a sample of its steps tells as much.
+    # A job is asked more often than there are frames: a sample of its steps is enough.
     for item in inputs[:: max(1, len(inputs) // 60)]:
         began = perf_ns()
         course.feed(algorithm, item)

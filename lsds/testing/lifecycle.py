@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 from lsds.contracts.devices import Lifecycle
 from lsds.errors import LifecycleError, StaleData
+from lsds.testing.audit import audited
 from lsds.testing.bench import FIRST_SAMPLE_S, Bench
 from lsds.testing.expect import assert_raises
 
@@ -17,14 +15,13 @@ STOP_BOUND_S = 2.0
 """`stop` has to return within this, in real time."""
 
 _OUTSIDE = ("socket.connect", "socket.bind", "subprocess.Popen", "os.posix_spawn", "pty.spawn", "os.openpty")
-_recording: list[list[str]] = []
 
 
 def check_constructing_does_no_io(bench: Bench) -> None:
     """Constructing opens no device, socket or process and starts no thread; the device is NEW."""
     bench.build().close()  # Build once before, so that lazy imports of the factory are not counted.
     threads = set(threading.enumerate())
-    with _outside_calls() as calls:
+    with audited(_described) as calls:
         device = bench.build()
     try:
         assert not calls, f"the constructor accessed: {calls}; open it in connect()"
@@ -126,27 +123,13 @@ def _stop_in_thread(device: Any) -> None:
     assert not errors, f"stop() raised {errors[0]!r}"
 
 
-@contextmanager
-def _outside_calls() -> Iterator[list[str]]:
-    """Record accesses outside the process. An audit hook cannot be removed, so there is one with a switch."""
-    if not hasattr(_outside_calls, "installed"):
-        sys.addaudithook(_audit)
-        _outside_calls.installed = True  # type: ignore[attr-defined]
-    calls: list[str] = []
-    _recording.append(calls)
-    try:
-        yield calls
-    finally:
-        _recording.remove(calls)
-
-
-def _audit(event: str, arguments: tuple[Any, ...]) -> None:
-    if not _recording:
-        return
+def _described(event: str, arguments: tuple[Any, ...]) -> str:
+    """Return the text of an access outside the process, "" for any other event."""
     if event in _OUTSIDE:
-        _recording[-1].append(f"{event} {arguments[:2]}")
-    elif event == "open" and str(arguments[0]).startswith("/dev/") and arguments[0] != "/dev/urandom":
-        _recording[-1].append(f"open {arguments[0]}")
+        return f"{event} {arguments[:2]}"
+    if event == "open" and str(arguments[0]).startswith("/dev/") and arguments[0] != "/dev/urandom":
+        return f"open {arguments[0]}"
+    return ""
 
 
 LIFECYCLE_CHECKS = (

@@ -11,7 +11,7 @@ NEEDS = {
     "motion": ("allow_motion=True", "--allow-motion", "stay at the emergency stop"),
     "unplug": ("unplug=FUNCTION", "unplug=FUNCTION to lsds.testing.Bench", "let it cut the device's connection"),
 }
-"""What a skipped check needs: name -> (argument in Python, on the command line, what else)."""
+"""Needs of skipped checks: name -> (argument in Python, on the command line, and what else to do)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ SKIPPED = "lsds check needs"
 
 @pytest.fixture
 def virtual_clock() -> VirtualClock:
-    """A clock in simulated time that starts at zero and changes only when it is told to sleep."""
+    """A clock in simulated time that starts at zero and advances only by its sleeps."""
     from lsds.clock import VirtualClock
 
     return VirtualClock()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Real
 from typing import Any
 
@@ -25,16 +25,12 @@ STILL_M_S, STILL_RAD_S = 0.01, 2.0
 
 def check_detections_are_sound(bench: Bench) -> None:
     """Every answer is a Detection: slip True, False or None, confidence in [0, 1], a score where it decides."""
-    for where, detection in _answers(bench):
-        problem = _problem_of_detection(detection)
-        assert not problem, f"{where}: {problem}"
+    _assert_sound(_answers(bench), _problem_of_detection)
 
 
 def check_detector_survives_what_is_lacking(bench: Bench) -> None:
     """NaN and lost markers never raise, and give an abstention or a sound answer, then as before in the next frame."""
-    for where, detection in _degraded(bench):
-        problem = _problem_of_detection(detection)
-        assert not problem, f"{where}: {problem}"
+    _assert_sound(_degraded(bench), _problem_of_detection)
 
 
 def check_detector_claims_no_slip_of_nothing(bench: Bench) -> None:
@@ -53,16 +49,12 @@ def check_detector_claims_no_slip_of_nothing(bench: Bench) -> None:
 
 def check_estimates_are_sound(bench: Bench) -> None:
     """Every answer is a SlipEstimate: it abstains, or is finite, below 1 m/s here, with positive sigmas."""
-    for where, estimate in _answers(bench):
-        problem = _problem_of_estimate(estimate)
-        assert not problem, f"{where}: {problem}"
+    _assert_sound(_answers(bench), _problem_of_estimate)
 
 
 def check_estimator_survives_what_is_lacking(bench: Bench) -> None:
     """NaN and lost markers never raise, and give an abstention or a sound answer, then as before in the next frame."""
-    for where, estimate in _degraded(bench):
-        problem = _problem_of_estimate(estimate)
-        assert not problem, f"{where}: {problem}"
+    _assert_sound(_degraded(bench), _problem_of_estimate)
 
 
 def check_estimator_finds_no_slip_of_nothing(bench: Bench) -> None:
@@ -71,6 +63,12 @@ def check_estimator_finds_no_slip_of_nothing(bench: Bench) -> None:
     _assert_still("no marker is followed", [estimate])
     estimator = build(bench)
     _assert_still("nothing touches the gel", [estimator.update(seen) for seen in observations("untouched")])
+
+
+def _assert_sound(answers: Iterator[tuple[str, Any]], problem_of: Callable[[Any], str]) -> None:
+    for where, answer in answers:
+        problem = problem_of(answer)
+        assert not problem, f"{where}: {problem}"
 
 
 def _assert_still(what: str, estimates: Sequence[SlipEstimate]) -> None:

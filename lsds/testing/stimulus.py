@@ -35,7 +35,7 @@ Name = Literal["slides", "turns", "untouched"]
 
 @dataclass(frozen=True)
 class Scene:
-    """What one frame shows: displaced markers (N, 2) in px, NaN where lost, and the object in contact, if any."""
+    """The content of one frame: displaced markers (N, 2) in px, NaN where lost, and the object in contact, if any."""
 
     markers_px: NDArray[np.float64]
     press: Press | None = None

@@ -1,4 +1,4 @@
-"""What an algorithm leaves behind outside of itself: files, sockets, processes, clocks read, global state."""
+"""Records the traces of an algorithm: files, sockets and processes opened, clocks read, global state changed."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import os
 import random
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 from typing import Any
 
 import numpy as np
+
+from lsds.testing.audit import audited
 
 _OUTSIDE = (
     "open",
@@ -24,27 +26,15 @@ _OUTSIDE = (
 )
 _CLOCKS = ("time", "time_ns", "monotonic", "monotonic_ns", "localtime", "gmtime", "clock_gettime", "clock_gettime_ns")
 _DATES = ("now", "utcnow", "today")
-_recording: list[list[str]] = []
-_installed: list[bool] = []
 
 
-@contextmanager
-def io_calls() -> Iterator[list[str]]:
-    """Record files, sockets and processes that are opened. An audit hook cannot be removed: one hook has a switch."""
-    if not _installed:
-        sys.addaudithook(_audit)
-        _installed.append(True)
-    calls: list[str] = []
-    _recording.append(calls)
-    try:
-        yield calls
-    finally:
-        _recording.remove(calls)
+def io_calls() -> AbstractContextManager[list[str]]:
+    """Record files, sockets and processes that are opened."""
+    return audited(_described)
 
 
-def _audit(event: str, arguments: tuple[Any, ...]) -> None:
-    if _recording and (event in _OUTSIDE or event.startswith("socket.")):
-        _recording[-1].append(f"{event} {arguments[:2]}")
+def _described(event: str, arguments: tuple[Any, ...]) -> str:
+    return f"{event} {arguments[:2]}" if event in _OUTSIDE or event.startswith("socket.") else ""
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from lsds.testing.feeding import build
 from lsds.testing.situations import ARM, GRIPPER, Grasp, World, setting
 
 LONGEST_S = 40.0
-"""Time after which a run is left: a job may go on until somebody ends it."""
+"""Time after which a run is left, because a job may go on until its user ends it."""
 BOUND_S = 2.0
 """The first step has to return within this, in real time."""
 GRASPS: tuple[Grasp, ...] = ("aperture", "touch")

@@ -89,7 +89,7 @@ def test_own_fingers_feel_the_object_and_the_camera_sees_it(context):
     assert plant.moment(0).aperture_m == 0.08
     rest = np.array([[x, y] for x in (-4e-3, 0.0, 4e-3) for y in (-4e-3, 0.0, 4e-3)])
     plant.post(10 * MS, "acme", lambda motion: setattr(fingers, "target_m", 0.0215))
-    # The plant's own drive is replaced: what it is told changes nothing.
+    # The plant's own drive is replaced: commands to it change nothing.
     plant.post(11 * MS, "acme", lambda motion: motion.drive_fingers(0.01, 0.15, 60.0))
     plant.advance(3200 * MS)
     held = plant.moment(3200 * MS)

@@ -1,4 +1,4 @@
-"""`lsds plugins show NAME`: what one backend is, needs, has to do and may be told."""
+"""`lsds plugins show NAME`: the kind, requirements, contract and options of one backend."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What plugins print, and what they change in the process, while they are imported."""
+"""Plugins that print, or change the process, while they are imported."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.fixture
 def program(tmp_path):
-    """Run a command of lsds, with the printing plugin as the only one, in a process of its own."""
+    """Run a command of lsds, with the printing plugin as the only one, in a separate process."""
     (tmp_path / "acme_noisy.py").write_text(NOISY)
     (tmp_path / "acme_driver.py").write_text(DRIVER)
 

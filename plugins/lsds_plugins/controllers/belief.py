@@ -102,10 +102,10 @@ class BeliefController:
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
         slides = grip.slips > LIKELY
-        arrives = held_m - grip.squeeze_m > tick_m and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES_S)
-        if slides and arrives:
+        under_way = held_m - grip.squeeze_m > tick_m
+        if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES_S):
             return None
-        base_m = grip.squeeze_m if slides and not held_m - grip.squeeze_m > tick_m else max(grip.squeeze_m, held_m)
+        base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
         target_m = min(wanted_m, max(base_m * self._options.growth, base_m + tick_m))
         allowed_m = self._bearing.allowed_m(state.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
         self.held_back = target_m > allowed_m

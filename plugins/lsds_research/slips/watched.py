@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lsds_plugins.replay.reader import IMAGE_ENDINGS
 
-from lsds.calibration.watched import WIDTH_PX, fastest_px
+from lsds.calibration.watched import fastest_px
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, LsdsError, naming
 from lsds.models.signals import SIGNALS, signals_of
 from lsds.plugins import PluginHost
 from lsds.tactile.reference import brightness
+from lsds.tactile.working_image import WIDTH_PX
 from lsds_research.perceived import WHOLE_PAD, perceived
 from lsds_research.slips.labels import VIDEO_ENDINGS, name_of
 
