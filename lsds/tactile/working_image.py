@@ -51,13 +51,17 @@ class WorkingImage:
         """Return the frame with the working image: itself if nothing is to be converted."""
         if self.scale == 1.0 and self.order == _AS_THEY_ARE:
             return frame
-        image = frame.image
-        if self.scale != 1.0:
-            area = cv2.INTER_AREA if self.scale > 1 else cv2.INTER_CUBIC
-            image = np.asarray(cv2.resize(image, self._size, interpolation=area), np.uint8)
+        image = self.resized(frame.image)
         if self.order != _AS_THEY_ARE:
             image = np.ascontiguousarray(image[..., self.order])
         return replace(frame, image=image)
+
+    def resized(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return an image of the camera in the size of the working image, its colours as they are."""
+        if self.scale == 1.0:
+            return image
+        interpolation = cv2.INTER_AREA if self.scale > 1 else cv2.INTER_CUBIC
+        return np.asarray(cv2.resize(image, self._size, interpolation=interpolation), np.uint8)
 
 
 def lamp_order(image: NDArray[np.uint8], calibration: PhotometricCalibration | None = None) -> tuple[int, int, int]:

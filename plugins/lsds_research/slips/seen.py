@@ -16,6 +16,7 @@ from lsds.contracts import Frame
 from lsds.errors import DataError, LsdsError, naming
 from lsds.tactile.imprint.motion import carried_gel, moved_dots
 from lsds.tactile.imprint.relief import ReliefMaker
+from lsds.tactile.working_image import WorkingImage
 from lsds_research.perceived import perceived
 from lsds_research.slips.labels import name_of
 
@@ -59,7 +60,12 @@ class SeenRecording:
         """Read it. Raises DataError where it cannot be read, or shows no dots at the start."""
         self.name = name_of(path.absolute())
         reader = open_reader(str(path))
-        self.images = np.array([picture.image for picture in reader.images()])
+        images = [picture.image for picture in reader.images()]
+        if images:
+            # In the size in which the gel is followed, so that its motion fits what is shown.
+            working = WorkingImage(Frame(images[0], 0, 0))
+            images = [working.resized(image) for image in images]
+        self.images = np.array(images)
         count = len(self.images)
         if count < 2:
             raise DataError(f"{path}: {count} frames, in which nothing can be seen to move")

@@ -150,3 +150,12 @@ def test_what_cannot_be_followed_is_one_error_that_names_it(tmp_path):
         cv2.imwrite(str(tmp_path / f"{number}.png"), image)
     with pytest.raises(DataError, match=str(tmp_path)):
         SeenRecording(tmp_path)
+
+
+def test_a_larger_recording_is_shown_in_the_size_in_which_its_gel_is_followed(recordings, seen, tmp_path):
+    for picture in sorted((recordings / STICK).iterdir()):
+        image = cv2.imread(str(picture))
+        cv2.imwrite(str(tmp_path / picture.name), cv2.resize(image, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST))
+    own = SeenRecording(tmp_path)
+    assert np.array_equal(own.images, seen[STICK].images)
+    assert own.moved_px == pytest.approx(seen[STICK].moved_px, abs=1e-6)
