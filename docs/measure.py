@@ -2,7 +2,8 @@
 
 A measurement is a list of runs and the rows that a page quotes of them. `docs/measured/NAME.json` holds the command,
 the commit on which it was run, and the values. Rows are printed for pasting; `tests/docs/test_figures.py` looks for
-each of them in its page. Measurements on recordings find them through `LSDS_DATA`.
+each of them in its page. Measurements on recordings, and on datasets of `lsds collect`, find their folders below
+`LSDS_DATA`.
 """
 
 from __future__ import annotations
@@ -109,8 +110,7 @@ OF_EACH_SETUP = ("fused", "fused, calibrated", "imprint")
 
 def slip() -> dict[str, Any]:
     """Return the rows of `lsds evaluate slip` on the public incipient-slip set."""
-    folder = Path(os.environ["LSDS_DATA"]) / "incipient_slip"
-    found = result_of("evaluate", "slip", str(folder))
+    found = result_of("evaluate", "slip", str(_folder("incipient_slip")))
     return {"rows": [row for row in found["rows"] if row["detector"] in DETECTORS], "title": found["title"]}
 
 
@@ -129,6 +129,159 @@ def slip_rows(values: dict[str, Any]) -> list[str]:
         if name in OF_EACH_SETUP:
             rows += [row(f"{name}: {setup}", each) for setup, each in own.items() if setup != BOTH]
     return rows
+
+
+# -- models on objects that they were not fitted on -----------------------------------------------------------
+
+UNSEEN = ("book", "scissors", "plank", "sponge", "duster")
+CLASSIFIERS = ("field-mlp", "logistic", "fused", "monotone", "gradient-boosting", "random-forest", "one-parameter rule")
+SPEEDS = ("field-gru", "imprint-gru", "lstm", "mlp", "linear-window", "always zero", "constant in contact")
+Row = Mapping[str, Any]
+
+
+def _scored(dataset: str, *words: str) -> dict[str, Any]:
+    """Return the rows, and how many recordings they are of."""
+    found = result_of("evaluate", "models", str(_folder(dataset)), *words)
+    return {"of": found["notes"][0].split(";")[0], "rows": found["rows"]}
+
+
+def _of(rows: list[Row], model: str) -> dict[str, Row]:
+    return {row["object"]: row for row in rows if row["model"] == model}
+
+
+def _code(model: str) -> str:
+    return model if " " in model else f"`{model}`"
+
+
+def detection() -> dict[str, Any]:
+    """Return the scores of detectors on five held-out objects, and the accuracy that the paper prints."""
+    from lsds_research.reproduce.printed import UNSEEN_ACCURACY
+
+    printed = {name: UNSEEN_ACCURACY["random-forest", name] for name in (*UNSEEN, "all")}
+    return {**_scored("detection"), "printed": printed}
+
+
+def detection_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a detector, and what the paper prints."""
+
+    def row(model: str) -> str:
+        own = _of(values["rows"], model)
+        every = own["all"]
+        cells = [f"{100 * own[name]['accuracy']:.1f}" for name in UNSEEN]
+        cells += [
+            f"{100 * every['accuracy']:.1f} [{100 * every['accuracy_low']:.1f}, {100 * every['accuracy_high']:.1f}]"
+        ]
+        cells += [f"{100 * every['accuracy_all']:.1f}", f"{own['sponge']['false_positive_rate']:.3f}"]
+        cells += [f"{100 * every['onsets_missed']:.1f} %", f"{every['false_alarms_per_min']:.0f}"]
+        return " | ".join([f"| {_code(model)}", *cells, f"{100 * every['answered']:.0f} % |"])
+
+    printed = " | ".join(f"*{values['printed'][name]:.1f}*" for name in (*UNSEEN, "all"))
+    return [*(row(model) for model in CLASSIFIERS), f"| *printed, random forest* | {printed} | | | | | |"]
+
+
+def severity() -> dict[str, Any]:
+    """Return the scores of estimators over all objects of a dataset, for three datasets."""
+    asked = {"severity": (), "detection": ("--job", "estimate"), "pipe": ()}
+    found = {name: _scored(name, *words) for name, words in asked.items()}
+    return {
+        name: {"of": own["of"], "rows": [_of(own["rows"], model)["all"] for model in SPEEDS]}
+        for name, own in found.items()
+    }
+
+
+def severity_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row an estimator."""
+
+    def three(own: Row) -> str:
+        return f"{own['mae_cm_s']:.2f}, {own['moving_mae_cm_s']:.2f}, {own['r2']:.2f}"
+
+    def covered(own: Row, first: str, second: str) -> str:
+        return f"{100 * own[first]:.0f} % ({100 * own[second]:.0f})" if own[first] is not None else ""
+
+    rows = []
+    datasets = (values[name]["rows"] for name in ("severity", "detection", "pipe"))
+    for still, held, pipe_ in zip(*datasets, strict=True):
+        cells = [_code(still["model"]), three(still), covered(still, "coverage", "moving_coverage")]
+        cells += [three(held), three(pipe_), _percent(still["angular_relative_error"])]
+        cells += [covered(still, "angular_coverage", "turning_coverage"), _percent(still["answered"])]
+        rows.append(f"| {' | '.join(cells)} |")
+    return rows
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.0f} %"
+
+
+# -- asked in every frame -------------------------------------------------------------------------------------
+
+ASKED = {
+    "--detector": ("fused", "imprint", "field-mlp", "monotone"),
+    "--estimator": ("fused", "imprint", "imprint-gru", "field-gru"),
+}
+ASK = ("study", "asked", *(word for flag, names in ASKED.items() for name in names for word in (flag, name)))
+
+
+def asked_study() -> dict[str, Any]:
+    """Return the scores of estimators and detectors over slides, turns and changing loads."""
+    found = result_of(*ASK, "--no-plot")
+    return {key: found[key] for key in ("title", "failures", "seed", "rows", "detectors")}
+
+
+def asked_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a detector, then one row an estimator."""
+    detectors = [
+        f"| `{row['detector']}` | {row['found']:.2f} | {row['per_100_sliding']:.1f} | {row['per_100_loads']:.1f} |"
+        for row in values["detectors"]
+        if row["object"] == "all"
+    ]
+    estimators = [
+        f"| `{row['estimator']}` | {row['mae_cm_s']:.2f} | {row['moving_mae_cm_s']:.2f} | {row['load_mae_cm_s']:.2f} | "
+        f"{row['angular_error']:.0f} % | {row['coverage']:.2f}, {row['moving_coverage']:.2f} |"
+        for row in values["rows"]
+        if row["object"] == "all"
+    ]
+    return detectors + estimators
+
+
+# -- whole real recordings ------------------------------------------------------------------------------------
+
+WHOLE = {
+    "whole recording": "clip model, both cameras",
+    "across setups, whole recording: whole": "clip model of the zoomed pad, on the whole pad",
+    "across setups, whole recording: zoomed": "clip model of the whole pad, on the zoomed pad",
+    "online: running mean": "online, running mean of windows, at the end",
+    "online: one window": "online, one window",
+    "one number: mean speed": "threshold on the mean speed while moving",
+    "one number: two-frame": "threshold on the two-frame maximum of v_net",
+    "length alone": "length of the recording, which no model gets",
+    "file alone": "number of frames, bytes and place in the set, which no model gets",
+    "first frame": "first frame alone",
+    "last frame": "last frame alone",
+    "nuisances": "nuisance controls",
+    "labels shuffled": "shuffled labels",
+    "majority": "majority",
+}
+AS_IT_IS = ("monotone", "field-mlp", "logistic", "random-forest", "gradient-boosting")
+
+
+def incipient() -> dict[str, Any]:
+    """Return the rows of `lsds evaluate incipient-slip` on the public set."""
+    found = result_of("evaluate", "incipient-slip", str(_folder("incipient_slip")), "--cache", "none")
+    return {key: found[key] for key in ("title", "notes", "rows", "online", "clip_frames", "folds", "prevalence")}
+
+
+def incipient_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a model or control: the first that the command prints under a name."""
+
+    def row(begins: str, label: str) -> str:
+        own = next(each for each in values["rows"] if f"{each['model']}: {each['tested']}".startswith(begins))
+        return " | ".join([f"| {label}", *(interval(own, name) for name in ("auc", "accuracy"))]) + " |"
+
+    def interval(own: Row, name: str) -> str:
+        return f"{own[name]:.3f} [{own[f'{name}_low']:.3f}, {own[f'{name}_high']:.3f}]"
+
+    simulated = [row(f"{name}, trained on simulated", f"`{name}`, simulated frames, as it is") for name in AS_IT_IS]
+    return [*(row(begins, label) for begins, label in WHOLE.items()), *simulated]
 
 
 # -- random objects -------------------------------------------------------------------------------------------
@@ -281,6 +434,12 @@ MEASUREMENTS: dict[str, Measurement] = {
     "random": Measurement("lsds " + " ".join(RANDOM), "grip.md", random_objects, random_rows),
     "frame": Measurement("lsds study frame --repeats 12", "figures.md", frame, frame_rows),
     "slip": Measurement("lsds evaluate slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),
+    "detection": Measurement("lsds evaluate models $LSDS_DATA/detection", "learning.md", detection, detection_rows),
+    "severity": Measurement("python docs/measure.py severity", "learning.md", severity, severity_rows),
+    "asked": Measurement("lsds " + " ".join(ASK), "learning.md", asked_study, asked_rows),
+    "incipient": Measurement(
+        "lsds evaluate incipient-slip $LSDS_DATA/incipient_slip --cache none", "learning.md", incipient, incipient_rows
+    ),
     "pipe": Measurement("python docs/measure.py pipe", "figures.md", pipe, pipe_rows),
 }
 
@@ -294,6 +453,10 @@ def stored(name: str) -> dict[str, Any]:
 def result_of(*command: str) -> Any:
     """Return the JSON that a command of lsds writes."""
     return _written("-P", "-m", "lsds.cli.main", *command)
+
+
+def _folder(dataset: str) -> Path:
+    return Path(os.environ["LSDS_DATA"]) / dataset
 
 
 def benchmark(module: str, *arguments: str) -> Any:
@@ -313,7 +476,9 @@ def _commit() -> str:
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], cwd=DOCS, capture_output=True, text=True, check=True).stdout.strip()
 
-    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no") else ""
+    # Nothing in docs/ changes what a command prints, and the command is stored as well.
+    besides = (":/", ":(top,exclude)docs")
+    changed = " with changes" if git("status", "--porcelain", "--untracked-files=no", "--", *besides) else ""
     return git("rev-parse", "--short", "HEAD") + changed
 
 
