@@ -262,7 +262,9 @@ class Engine:
                     self._wanted.touch_m,
                     known,
                     detection,
-                    stands=self._wanted.stands,
+                    estimate,
+                    supported=self._wanted.supported,
+                    speed_m_s=_speed_m_s(self._wanted.twist),
                 )
             asked = GripInput(
                 first.t_ns,
@@ -557,6 +559,11 @@ class _Consent:
 
 def _moves(twist: Twist | None) -> bool:
     return twist is not None and (any(twist.linear_m_s) or any(twist.angular_rad_s))
+
+
+def _speed_m_s(twist: Twist | None) -> float:
+    """Return how fast a job moves the arm; infinite if it leaves the arm alone."""
+    return math.inf if twist is None else math.hypot(*twist.linear_m_s)
 
 
 def _require_rate(line: FingerLine, stale_after_s: float) -> None:

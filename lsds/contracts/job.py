@@ -36,8 +36,7 @@ class Wanted:
     (m/s^2) for as long as it is wanted; None leaves the arm alone, which another program may control. `touch_m` is the
     aperture at which the fingers touched the object, for the controller; NaN if not known. `probes` lets the controller
     open on purpose, to find the least grip: the object falls by little now. `slide` is a slip that is wanted and not to
-    be corrected, None if none is. `stands`: the arm waits, and the object may stand on its support. `done` ends the
-    run.
+    be corrected, None if none is. `supported`: the object may still stand on its support. `done` ends the run.
     """
 
     stage: str
@@ -49,7 +48,7 @@ class Wanted:
     touch_m: float = math.nan
     probes: bool = False
     slide: Slide | None = None
-    stands: bool = False
+    supported: bool = False
 
 
 @dataclass(frozen=True, slots=True)

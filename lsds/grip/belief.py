@@ -9,7 +9,7 @@ limit in units of load over squeeze^p, so the limit at a squeeze s is r s^p. The
 Only a new greatest F / s^p is evidence on r while the object sticks: the same stick in a hundred frames proves no more
 than in one. The detector enters as a calibrated log-likelihood ratio of slide against stick (`lsds.grip.evidence`).
 Equations and figures: `docs/grip.md`. `POWER` and `KINETIC` are those of the simulated cell; the other constants were
-chosen on draw 0 of the random objects, and `PRIOR` on draw 1000 too. There is no procedure yet that identifies them.
+chosen on draws 0 and 1000 of the random objects. There is no procedure yet that identifies them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PRIOR = (0.5, 1.1)
 """The limit before anything is seen: median (N / mm^p) and standard deviation of its logarithm."""
 HEAVIER = 0.4
 """The load beyond what is seen has a density that falls with this power of it."""
-HANG, SLIDE = 0.07, 0.12
+HANG, SLIDE = 0.1, 0.1
 """Relative standard deviations of the measured load: of an object that hangs, and that slides."""
 LIMIT_STD = 0.08
 """Relative standard deviation of what a new greatest ratio says about the limit."""
@@ -45,11 +45,13 @@ STOPS_S = 0.06
 """Time in which two thirds of the slides end whose friction exceeds the load."""
 LOAD_DRIFT, LIMIT_DRIFT = 0.10, 0.10
 """Standard deviation of the change of load and limit, natural logarithm per square root of a second."""
-JUMPS = 0.03, 0.005
+JUMPS = 0.03, 0.03
 """Jumps of the load and of friction, 1/s: a shove, a wet surface."""
 LOADING = 0.3, 0.02, 0.95
 """Share of sticking objects whose load is below W: while the load rises, while it does not, and while the arm waits and
 the object may stand on its support."""
+STIFFNESS_N_MM = 4.0
+"""Greatest rise of the load (N a finger) of an object that sticks and stands, over the way of the arm."""
 RISES = 0.3
 """A load that grows by more than this share per second rises."""
 FORGET_S = 2.0
@@ -85,18 +87,28 @@ class GripBelief:
         """Probability that the object slides."""
         return float(self.slide.sum())
 
-    def update(self, load_n: float, squeeze_mm: float, dt_s: float, evidence: float, stands: bool = False) -> None:
+    def update(
+        self,
+        load_n: float,
+        squeeze_mm: float,
+        dt_s: float,
+        evidence: float,
+        stands: bool = False,
+        moved_mm: float = math.inf,
+    ) -> None:
         """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's evidence, a
-        log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support."""
+        log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
+        `moved_mm`: by how much the arm has moved at most since the last round."""
         ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), POWER * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
+        before_n = math.exp(self._last_f) if math.isfinite(self._last_f) else math.nan
         self._last_f, self._last_s = ln_f, squeeze_mm
         self._drift(dt_s, changed)
         self._break_away(ln_f - ln_g, dt_s)
         self._stop(ln_g, dt_s, stands)
         hang = _normal(ln_f - self._ln_w, HANG)
-        below = (self._ln_w > ln_f) * 1.0 / _RANGE
+        below = (self._ln_w > ln_f) * max(1.0 / _RANGE, _loading(load_n, before_n, moved_mm))
         loading = LOADING[2] if stands else LOADING[0] if rate > RISES else LOADING[1]
         self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
         self.slide *= (_normal(ln_f - (self._ln_r + ln_g - math.log(KINETIC)), SLIDE) + _OUTLIER)[None, :]
@@ -174,6 +186,18 @@ _MOST = 4.0
 """Greatest evidence of one frame."""
 _STOPPING = 0.1
 """Share of the slides of objects that friction would carry: those that are about to stop."""
+
+
+def _loading(load_n: float, before_n: float, moved_mm: float) -> float:
+    """Return the density, over ln F, of the load of an object that stands and sticks: it rises only as the arm moves.
+
+    Evenly between the load before and the most that the arm's way adds, both give or take twice the noise.
+    """
+    noise_n = HANG * max(load_n, before_n)
+    most_n = STIFFNESS_N_MM * moved_mm
+    if not -2 * noise_n < load_n - before_n < most_n + 2 * noise_n:
+        return 0.0
+    return load_n / (most_n + 4 * noise_n)
 
 
 def _normal(x: Floats, std: float) -> Floats:

@@ -106,6 +106,30 @@ def test_one_that_does_not_follow_it_hangs():
     assert belief.slips < 0.1
 
 
+def test_what_stands_while_the_arm_waits_keeps_its_load_and_does_not_slide():
+    told, untold = GripBelief(), GripBelief()
+    for belief, moved_mm in ((told, 0.0), (untold, math.inf)):
+        sliding(belief, 1.9)
+        load_n = LIMIT * 1.9**POWER / KINETIC
+        # The squeeze has grown by half, and the detector takes the motion of the gel for slip.
+        belief.update(load_n, 2.8, FRAME_S, 1.0, True, moved_mm)
+    assert told.slips < 0.1
+    assert told.slips < untold.slips
+
+
+@pytest.mark.parametrize(("moved_mm", "explained"), [(0.4, True), (0.01, False)])
+def test_a_load_rises_with_the_way_of_the_arm_or_something_else_happens(moved_mm, explained):
+    belief = GripBelief()
+    belief.update(0.5, 4.0, FRAME_S, 0.0, False, 0.4)
+    before = belief.slips
+    belief.update(1.2, 4.0, FRAME_S, 0.0, False, moved_mm)
+    usual = GripBelief()
+    usual.update(0.5, 4.0, FRAME_S, 0.0, False, 0.4)
+    usual.update(1.2, 4.0, FRAME_S, 0.0)
+    assert (belief.slips < usual.slips) is explained
+    assert before < 0.1
+
+
 def detection(score: float, *, threshold: float = 0.75, slip: bool | None = True) -> Detection:
     return Detection(slip, score, threshold, 0.6)
 

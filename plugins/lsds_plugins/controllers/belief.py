@@ -21,8 +21,10 @@ LATENCY_S = 0.11
 """Time from a change of the load to the fingers' answer: camera, computing, a Hand-E and its way."""
 LIKELY = 0.25
 """With a greater probability of a slide, the next closing waits until the last one has arrived."""
-CERTAIN = 0.05
-"""Accepted risk of an opening."""
+MOST_RISK = 0.35
+"""Greatest accepted risk, however slow a slide would be."""
+REACTION_S = 0.12
+"""Time between two steps of a closing."""
 RELEASED = 0.5
 """With less than this share of the load that slipped, the object may stand on something: no reason to open."""
 STEADY_1_S = 0.3
@@ -41,8 +43,15 @@ class BeliefOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     margin: float = Field(default=1.2, ge=1, le=5, description="load that the grip is to carry, over the expected one")
-    risk: float = Field(default=0.25, gt=0, lt=1, description="accepted probability that this load exceeds the limit")
+    slip_m_s: float = Field(
+        default=0.01,
+        gt=0,
+        le=0.1,
+        description="accepted slip speed; over the speed of a slide, the accepted probability of one",
+    )
+    certain: float = Field(default=0.05, gt=0, lt=1, description="accepted probability of a slide after an opening")
     growth: float = Field(default=1.5, gt=1, le=3, description="greatest growth of the squeeze in one step")
+    slip_m: float = Field(default=0.0035, gt=0, le=0.1, description="accepted slip while the squeeze grows e-fold")
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time of certainty before the fingers open")
     release_m_s: float = Field(default=0.004, ge=0, le=0.05, description="greatest opening speed; 0: never open")
     probe_m_s: float = Field(default=0.003, gt=0, le=0.01, description="opening speed while task.probe lets it probe")
@@ -91,7 +100,8 @@ class BeliefController:
         if grip.slips > 1 - LIKELY:
             self._slid_n = grip.load_n
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * LATENCY_S, grip.load_n)
-        wanted_m = grip.required_m(options.risk, options.margin, ahead_n)
+        risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
+        wanted_m = grip.required_m(risk, options.margin, ahead_n)
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
             return self._closed(state, grip, wanted_m, held_m, tick_m)
@@ -102,11 +112,12 @@ class BeliefController:
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
         slides = grip.slips > LIKELY
-        under_way = held_m - grip.squeeze_m > tick_m
+        under_way = held_m - grip.squeeze_m > tick_m / 2
         if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES_S):
             return None
         base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
-        target_m = min(wanted_m, max(base_m * self._options.growth, base_m + tick_m))
+        grows = min(grip.slip_m_s * REACTION_S / self._options.slip_m, math.log(self._options.growth))
+        target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
         allowed_m = self._bearing.allowed_m(state.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
         self.held_back = target_m > allowed_m
         target_m = min(target_m, allowed_m)
@@ -117,19 +128,20 @@ class BeliefController:
 
     def _opened(self, state: GripInput, grip: GripEstimate, held_m: float, tick_m: float, dt_s: float) -> float | None:
         """Open slowly to what is certain to hold; while the job lets it probe, until the object begins to slide."""
+        options = self._options
         probes = state.probes and not self._slid_n
         if probes:
-            least_m, speed_m_s = LEAST_PROBED_M, self._options.probe_m_s
+            least_m, speed_m_s = LEAST_PROBED_M, options.probe_m_s
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
         else:
-            least_m = grip.required_m(CERTAIN, self._options.margin, max(grip.greatest_n, LEAST_N))
-            speed_m_s = self._options.release_m_s
+            least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N))
+            speed_m_s = options.release_m_s
             sure = self._slid_n > 0 and grip.load_n > RELEASED * self._slid_n and not state.probes
         if not (sure and least_m < held_m and state.detection.slip is False) or grip.stale or not self.may_open:
             self._quiet_s, self._opened_to = 0.0, None
             return None
         self._quiet_s += dt_s
-        if self._quiet_s < self._options.quiet_s:
+        if self._quiet_s < options.quiet_s:
             return None
         # The gripper rounds steps below its tick, so openings are added up; those that it has not carried out are not.
         base_m = state.aperture_m if self._opened_to is None else self._opened_to

@@ -102,7 +102,7 @@ class _Lift:
         while True:
             waits = _slips(now)
             before_ns = now.t_ns
-            now = yield replace(self._rising("take up", 0.0 if waits else speed_m_s), stands=waits)
+            now = yield replace(self._rising("take up", 0.0 if waits else speed_m_s), supported=True)
             if waits:
                 began_ns += now.t_ns - before_ns
             self._left_s = max(0.0, left_s - share * (now.t_ns - began_ns) * 1e-9)

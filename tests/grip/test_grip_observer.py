@@ -1,0 +1,66 @@
+"""What the observer tells of a slide: how fast it would be, by the arm, the support and the estimator."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
+
+from lsds.clock import VirtualClock
+from lsds.contracts import ABSTAINED, BuildContext, Detection, GripEstimate, GripInput, SlipEstimate
+from lsds.grip.observer import FALLS_M_S, GripObserver
+
+STILL = Detection(False, 0.1, 0.75, 0.9)
+FRAME_NS = 40_000_000
+
+
+def slide_m_s(speeds_m_s, estimate_m_s: float, *, supported: bool) -> float:
+    observer = GripObserver()
+    estimate = SlipEstimate((estimate_m_s, 0.0), (0.001, 0.001), 0.0, 0.1, estimate_m_s, 0.001)
+    grip = None
+    for frame, speed_m_s in enumerate(speeds_m_s):
+        grip = observer.update(
+            frame * FRAME_NS, 0.04, 0.03, 0.031, (), STILL, estimate, supported=supported, speed_m_s=speed_m_s
+        )
+    assert grip is not None
+    return grip.slip_m_s
+
+
+def test_what_stands_is_passed_at_the_arm_s_speed_whatever_the_estimator_says():
+    assert slide_m_s([0.01], 0.2, supported=True) == 0.01
+
+
+def test_the_arm_goes_on_for_a_while_after_it_was_told_to_wait():
+    assert slide_m_s([0.01, 0.0], 0.0, supported=True) == 0.01
+    assert slide_m_s([0.01, *[0.0] * 5], 0.0, supported=True) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("arm_m_s", "estimate_m_s", "expected"), [(0.0, 0.0, FALLS_M_S), (0.08, 0.0, 0.08), (0.0, 0.3, 0.3)]
+)
+def test_what_hangs_falls(arm_m_s, estimate_m_s, expected):
+    assert slide_m_s([arm_m_s], estimate_m_s, supported=False) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("supported", [True, False])
+def test_an_arm_of_which_nothing_is_known_is_no_infinite_speed(supported):
+    assert math.isfinite(slide_m_s([math.inf], 0.0, supported=supported))
+
+
+def controlled_m(slip_m_s: float) -> float | None:
+    """Return what the controller commands of a squeeze of 2 mm in which an object slides."""
+    controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock()))
+    grip = GripEstimate(
+        0, 0.032, 0.002, 0.5, 0.0, 0.5, False, math.nan, 0.9, slip_m_s, lambda risk, margin, load_n: 0.02
+    )
+    return controller.update(
+        GripInput(0, 0.04, STILL, ABSTAINED, 0.030, 0.030, touch_m=0.032, resolution_m=1e-4, grip=grip)
+    )
+
+
+def test_a_slow_slide_is_answered_by_a_small_step_and_no_slide_by_more_than_half_of_the_squeeze():
+    squeezes_m = [0.032 - controlled_m(speed_m_s) for speed_m_s in (0.0, 0.005, 0.02, 1e9)]
+    assert squeezes_m == sorted(squeezes_m)
+    assert squeezes_m[0] == pytest.approx(0.0021)
+    assert squeezes_m[-1] == pytest.approx(0.003)
