@@ -26,7 +26,7 @@ LEAST_M = 3e-4
 STEP_M = 1e-4
 """The squeeze has changed if it differs by more than this."""
 FALLS_M_S = 0.04
-"""Least speed of an object that slides and nothing supports: what friction carries to nine tenths, it gains in 40 ms."""
+"""Least speed of a slide in the air: an object of which friction carries nine tenths gains it in 40 ms."""
 ARM_LAG_S = 0.12
 """The arm may still move as fast as was wanted so long ago."""
 
