@@ -62,7 +62,8 @@ def check_same_seed_gives_same_frames(bench: Bench) -> None:
         with bench.device() as device:
             runs.append([(f.t_ns, f.seq, f.image.tobytes()) for f in bench.samples(device, 0.1, 0.02)])
     differing = [one[1] for one, other in zip(*runs, strict=False) if one != other]
-    assert runs[0] == runs[1], (
+    same = runs[0] == runs[1]  # compared outside of the assertion: pytest would look for the differences of all pixels
+    assert same, (
         f"two builds with the same seed give other frames (first at seq {next(iter(differing), 'the end')}); "
         "take random numbers from numpy.random.default_rng(context.rng_seed(...))"
     )
