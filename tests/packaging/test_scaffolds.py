@@ -71,7 +71,7 @@ def test_it_passes_the_kit(importable, kind):
         check()
 
 
-@pytest.mark.parametrize("kind", ["gripper", "arm", "controller", "job", "tracker"])
+@pytest.mark.parametrize("kind", ["gripper", "arm", "sensor", "controller", "job", "tracker"])
 def test_a_simulated_lift_holds(importable, kind):
     host = importable.host(kind)
     own = {kind: {"backend": backend_of(kind)}}
