@@ -17,7 +17,7 @@ from lsds.testing import Bench, run_checks
 
 PAGES = Path(__file__).parents[2] / "docs" / "plugins"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
-MISSING = {"sensor", "arm", "pose_source", "tracker", "estimator", "job", "fault", "wire_mock"}
+MISSING = {"arm", "pose_source", "tracker", "estimator", "job", "fault", "wire_mock"}
 """Kinds whose page is still to be written."""
 ELSEWHERE = {"cell", "study", "learner", "command"}
 """Kinds that docs/plugins.md explains, or that plugins do not add."""
