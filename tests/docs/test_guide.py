@@ -24,7 +24,7 @@ from lsds.testing.tables import CHECKED_KINDS
 
 PAGES = Path(__file__).parents[2] / "docs" / "plugins"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
-MISSING = {"pose_source", "tracker", "estimator", "job", "fault"}
+MISSING = {"tracker", "estimator", "job", "fault"}
 """Kinds whose page is still to be written."""
 ELSEWHERE = {"cell", "study", "learner", "command"}
 """Kinds that docs/plugins.md explains, or that plugins do not add."""
