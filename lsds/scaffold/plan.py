@@ -84,9 +84,7 @@ PLANS: dict[str, Plan] = {
     "controller": _chosen("controller", "closes by a step that grows with the slip speed"),
     "job": _chosen("job", "grasp, lift, hold"),
     "fault": _algorithm("fault", "the gripper reports an aperture that is off", "lsds run --fault {name}"),
-    "wire_mock": _algorithm(
-        "wire_mock", "a gripper that answers lines of text", "lsds mock {name}", "server", kit=False
-    ),
+    "wire_mock": _algorithm("wire_mock", "a gripper that answers lines of text", "lsds mock {name}", "server"),
     "study": _algorithm("study", "how far an object falls", "lsds study {name}", kit=False),
     "command": _algorithm("command", "counts the installed backends", "lsds {name}", kit=False),
 }

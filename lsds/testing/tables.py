@@ -25,6 +25,7 @@ from lsds.testing.specs import SPEC_CHECKS
 from lsds.testing.stamps import STAMP_CHECKS
 from lsds.testing.tracks import TRACKER_CHECKS
 from lsds.testing.unplugged import UNPLUGGED_CHECKS, UNPLUGGED_GRIPPER_CHECKS
+from lsds.testing.wire_mocks import WIRE_MOCK_CHECKS
 from lsds.testing.wishes import JOB_CHECKS
 
 Check = Callable[[Bench], None]
@@ -45,7 +46,10 @@ _DEVICE_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "arm": (*SPEC_CHECKS, *CONNECTING_CHECKS, *ARM_STATE_CHECKS, *ARM_CHECKS),
     "pose_source": POSE_CHECKS,
 }
-_OTHER_CHECKS: dict[Kind, tuple[Check, ...]] = {"fault": (*FAULT_CHECKS, *FAULT_TRACE_CHECKS)}
+_OTHER_CHECKS: dict[Kind, tuple[Check, ...]] = {
+    "fault": (*FAULT_CHECKS, *FAULT_TRACE_CHECKS),
+    "wire_mock": WIRE_MOCK_CHECKS,
+}
 _ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "tracker": TRACKER_CHECKS,
     "detector": DETECTOR_CHECKS,

@@ -21,9 +21,21 @@ from lsds.scaffold.write import write
 from lsds.testing import Bench, cases
 
 pytest.importorskip("jinja2")
-WITH_KIT = ("gripper", "arm", "sensor", "pose_source", "tracker", "detector", "estimator", "controller", "job", "fault")
+WITH_KIT = (
+    "gripper",
+    "arm",
+    "sensor",
+    "pose_source",
+    "tracker",
+    "detector",
+    "estimator",
+    "controller",
+    "job",
+    "fault",
+    "wire_mock",
+)
 DEVICES = ("gripper", "arm", "sensor", "pose_source")
-OWN_TESTS = (*DEVICES, "fault")
+OWN_TESTS = (*DEVICES, "fault", "wire_mock")
 
 
 @pytest.fixture(scope="module")
