@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from lsds.clock import VirtualClock, seconds
 from lsds.contracts import BuildContext
 from lsds.contracts.fault import OBSERVER
 from lsds.stages import START, shared_stages
+from lsds.testing.algorithms import writable
 from lsds.testing.bench import Bench
 from lsds.testing.exact import exact, shown
 from lsds.testing.fault_courses import STAGE, course
@@ -99,14 +101,21 @@ class Afflicted:
         self.begin()
         self.clock.sleep_until(t_ns)
 
-    def outcomes(self, *, begins: bool = True) -> Iterator[Outcome]:
-        """Yield what each call gives in a course; the fault begins after `BEGINS_NS`, if it is to."""
+    def outcomes(self, *, begins: bool = True, noted: Callable[[Any], object] | None = None) -> Iterator[Outcome]:
+        """Yield what each call gives in a course; the fault begins after `BEGINS_NS`, if it is to.
+
+        With `noted`, calls get copies of the inputs that can be written to; it is called with each one before.
+        """
         since_ns = self.clock.now()
         self.enter_others()
         for t_ns, name, step in course(self.target):
             self.clock.sleep_until(since_ns + t_ns)
             if begins and t_ns >= BEGINS_NS:
                 self.begin()
+            if noted is not None and isinstance(step, partial):
+                copied = writable(step.args[0])
+                noted(copied)
+                step = partial(step.func, copied)
             where = f"{name} at {seconds(t_ns):.3f} s"
             try:
                 value = step(self.whole)

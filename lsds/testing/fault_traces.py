@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
+from functools import partial
 from typing import Any
 
 from lsds.testing.afflicting import ALGORITHMS, Afflicted, first_difference, log_difference
@@ -40,28 +42,20 @@ def check_builds_share_nothing(bench: Bench) -> None:
         )
 
 
-def check_leaves_the_values_of_its_part(bench: Bench) -> None:
+def check_leaves_the_values_of_others(bench: Bench) -> None:
     """No array that the part has returned, or that the caller has passed, is modified."""
     afflicted = Afflicted(bench)
-    part, name = afflicted.part, "read" if hasattr(afflicted.part, "read") else "update"
-    if not hasattr(part, name):
-        raise NotApplicable(f"a part of the kind {afflicted.target} returns no arrays")
-    original = getattr(part, name)
-    given: list[tuple[str, Any, bytes]] = []
-
-    def noted(*arguments: Any) -> Any:
-        value = original(*arguments)
-        given.extend((label, array, array.tobytes()) for label, array in arrays_of(value).items())
-        return value
-
-    setattr(part, name, noted)
-    for outcome in afflicted.outcomes():
+    kept = _Kept()
+    name = "read" if hasattr(afflicted.part, "read") else "update"
+    if hasattr(afflicted.part, name):
+        original = getattr(afflicted.part, name)
+        setattr(afflicted.part, name, lambda *given: kept.note("the part's answer", original(*given)))
+    for outcome in afflicted.outcomes(noted=partial(kept.note, "its input")):
         if isinstance(outcome.value, ValueError) and "read-only" in str(outcome.value):
             raise AssertionError(f"{outcome.where}: {outcome.value}; work on a copy of the array")
-        changed = [label for label, array, was in given[-4:] if array.tobytes() != was]
+        changed = kept.changed()
         assert not changed, (
-            f"{outcome.where}: the fault modified {', '.join(changed)} of the part's answer; work on a copy, others "
-            "hold the same arrays"
+            f"{outcome.where}: the fault modified {changed}; work on a copy, others hold the same arrays"
         )
 
 
@@ -96,10 +90,26 @@ def check_reset_forgets(bench: Bench) -> None:
     )
 
 
+class _Kept:
+    """Arrays with their content when they were noted. It forgets all but the last ones, which a fault may hold."""
+
+    def __init__(self) -> None:
+        self._noted: deque[tuple[str, Any, bytes]] = deque(maxlen=40)
+
+    def note(self, whose: str, value: Any) -> Any:
+        """Note the arrays of a value, and return it."""
+        self._noted.extend((f"{name} of {whose}", array, array.tobytes()) for name, array in arrays_of(value).items())
+        return value
+
+    def changed(self) -> str:
+        """Return which arrays have changed, "" if none has."""
+        return ", ".join(dict.fromkeys(name for name, array, was in self._noted if array.tobytes() != was))
+
+
 FAULT_TRACE_CHECKS = (
     check_fault_is_deterministic,
     check_builds_share_nothing,
-    check_leaves_the_values_of_its_part,
+    check_leaves_the_values_of_others,
     check_fault_leaves_global_state,
     check_reset_forgets,
 )

@@ -171,7 +171,7 @@ def _kept_process() -> Iterator[None]:
 def _allows(field: Any, value: Any) -> bool:
     """Return whether a field of an options model takes a value."""
     try:
-        TypeAdapter(field.annotation, config=None).validate_python(value)
+        TypeAdapter(field.annotation).validate_python(value)
         for constraint in field.metadata:
             if getattr(constraint, "ge", value) > value:
                 return False

@@ -214,9 +214,21 @@ class InPlace(DimFault.wrapper):
         return frame
 
 
-@caught_fault(fault_traces.check_leaves_the_values_of_its_part, "the fault modified image")
+@caught_fault(fault_traces.check_leaves_the_values_of_others, "the fault modified image of the part's answer")
 class DarkensInPlace(DimFault):
     wrapper = InPlace
+
+
+class InputInPlace(Late):
+    def update(self, observation):
+        if self.fault.on:
+            observation.field.velocity_m_s[:] = 0.0
+        return self.part.update(observation)
+
+
+@caught_fault(fault_traces.check_leaves_the_values_of_others, "modified field.velocity_m_s of its input")
+class StillsTheFieldInPlace(LateFault):
+    wrapper = InputInPlace
 
 
 @caught_fault(fault_traces.check_fault_leaves_global_state, "numpy's global random state")
