@@ -29,7 +29,8 @@ from lsds.testing.stimulus import rest_frame
 
 BEGINS_NS = 480_000_000
 """Time in a course at which the fault begins."""
-WORST, SEED = 5, 7
+WORST, MIDDLE, SEED = 5, 3, 7
+"""At the worst severity a random event may happen every time; at the middle one it shows how numbers are drawn."""
 DEVICES = ("sensor", "gripper", "arm", "pose_source")
 ALGORITHMS = ("tracker", "detector", "estimator", "controller", "job")
 PARTS: dict[str, Callable[[VirtualClock], Any]] = {
@@ -59,10 +60,14 @@ class Outcome:
 class Afflicted:
     """A fault around a new part, with its own clock and stages, ready to be run."""
 
-    def __init__(self, bench: Bench, options: Mapping[str, Any] | None = None, *, bare: bool = False) -> None:
+    def __init__(
+        self, bench: Bench, options: Mapping[str, Any] | None = None, *, bare: bool = False, middle: bool = False
+    ) -> None:
         self.clock = VirtualClock()
         self.context = BuildContext(self.clock, SEED)
-        self.fault = bench.host.build("fault", bench.name, options_of(bench, options), self.context)
+        self.fault = bench.host.build(
+            "fault", bench.name, options_of(bench, options, MIDDLE if middle else WORST), self.context
+        )
         self.target: str = self.fault.target
         require_target(self.target)
         self.part: Any = None if self.target == OBSERVER else PARTS[self.target](self.clock)
@@ -124,10 +129,10 @@ class Afflicted:
             yield Outcome(where, value, exact(value))
 
 
-def options_of(bench: Bench, more: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the options of a fault: it is to begin with `STAGE` and be at its worst, where it has such options."""
+def options_of(bench: Bench, more: Mapping[str, Any] | None = None, severity: int = WORST) -> dict[str, Any]:
+    """Return the options of a fault: it is to begin with `STAGE` at a severity, where it has such options."""
     fields = fields_of(bench)
-    kit = {name: value for name, value in (("at", STAGE), ("severity", WORST)) if name in fields}
+    kit = {name: value for name, value in (("at", STAGE), ("severity", severity)) if name in fields}
     return {**kit, **bench.options, **(more or {})}
 
 

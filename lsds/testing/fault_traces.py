@@ -19,7 +19,7 @@ def check_fault_is_deterministic(bench: Bench) -> None:
     runs, parts = [], []
     for seed in (1, 2):
         with global_seed(seed):
-            afflicted = Afflicted(bench)
+            afflicted = Afflicted(bench, middle=True)
             runs.append(list(afflicted.outcomes()))
         parts.append(afflicted.part)
     difference = first_difference(*runs) or log_difference(*parts)
@@ -31,8 +31,8 @@ def check_fault_is_deterministic(bench: Bench) -> None:
 
 def check_builds_share_nothing(bench: Bench) -> None:
     """Two builds that run in turn answer as one does alone."""
-    alone = list(Afflicted(bench).outcomes())
-    pair = (Afflicted(bench), Afflicted(bench))
+    alone = list(Afflicted(bench, middle=True).outcomes())
+    pair = (Afflicted(bench, middle=True), Afflicted(bench, middle=True))
     together = list(zip(*(afflicted.outcomes() for afflicted in pair), strict=True))
     for one in zip(*together, strict=True):
         difference = first_difference(list(one), alone)
@@ -77,7 +77,7 @@ def check_fault_leaves_global_state(bench: Bench) -> None:
 
 def check_reset_forgets(bench: Bench) -> None:
     """After `reset` (`begin` of a job) an algorithm with the fault answers as one that was built anew."""
-    used, fresh = Afflicted(bench), Afflicted(bench)
+    used, fresh = Afflicted(bench, middle=True), Afflicted(bench, middle=True)
     if used.target not in ALGORITHMS:
         raise NotApplicable(f"a part of the kind {used.target} has no reset")
     list(used.outcomes())

@@ -267,3 +267,18 @@ class GoesOnDrawing(Late):
 @caught_fault(fault_traces.check_reset_forgets, r"after a reset the detector .* update\(\)")
 class ContinuesItsStream(LateFault):
     wrapper = GoesOnDrawing
+
+
+class Alarms(Late):
+    def reset(self):
+        self.part.reset()
+
+    def update(self, observation):
+        answer = self.part.update(observation)
+        happens = self.fault.on and self.fault.rng.random() < self.fault.options.severity / 5
+        return replace(answer, slip=True, confidence=1.0) if happens else answer
+
+
+@caught_fault(fault_traces.check_reset_forgets, r"after a reset the detector .* update\(\)")
+class ContinuesAStreamThatTheWorstSeverityHides(LateFault):
+    wrapper = Alarms
