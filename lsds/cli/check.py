@@ -33,9 +33,9 @@ def check(
     only_list: bool,
     json_file: str | None,
 ) -> int:
-    """Check that a device or an algorithm keeps the contract of its kind.
+    """Check that a device, an algorithm, a fault or a wire mock keeps the contract of its kind.
 
-    A simulated device or an algorithm takes 5 to 60 s; a real one takes one to three minutes. Without --allow-motion no
+    All but real devices take 1 to 60 s; a real device takes one to three minutes. Without --allow-motion no
     real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use. docs/plugins.md
     explains the checks.
 
@@ -44,6 +44,8 @@ def check(
       lsds check gripper:mock-hand-e                       all checks of a simulated gripper, 5 s
       lsds check sensor:mock-gelsight-mini --only frame_rate
       lsds check detector:fused --json checks.json         all checks of a detector, 10 s
+      lsds check fault:camera-noise
+      lsds check wire_mock:hand-e                          on free ports, 5 s
       lsds check gripper:hand-e --set port=/dev/ttyUSB0    a real gripper that must not move, 20 s
       lsds check arm:ur5e --set host=192.168.1.2 --allow-motion
       lsds check arm:mock-ur5e --list

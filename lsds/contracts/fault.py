@@ -10,7 +10,12 @@ OBSERVER = "observer"
 
 @runtime_checkable
 class Fault(Protocol):
-    """A fault of a rig's part, named by `[[faults]]` in a config. Deterministic by the run's seed."""
+    """A fault of a rig's part, named by `[[faults]]` in a config. Deterministic by the run's seed.
+
+    A fault with an option `severity` takes 1 (hardly noticed) to 5 (the worst). Answers keep their type, and arrays
+    their shape and type; errors are LsdsErrors. A fault that breaks this on purpose declares it with an attribute
+    `malformed`, true. `lsds.stages.shared_stages(context)` holds the stages that have begun.
+    """
 
     @property
     def target(self) -> str:

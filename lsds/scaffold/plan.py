@@ -11,6 +11,8 @@ _DEVICE = {
 }
 _OVER_TCP = {"client.py": "device/client.py.j2", "options.py": "device/options.py.j2"}
 _MOVES = {"interface.py": "{kind}/interface.py.j2"}
+_ALSO_TESTED = ("fault", "wire_mock")
+"""Kinds whose scaffold has a test of its own besides the kit."""
 _COMMON = {
     "pyproject.toml": "common/pyproject.toml.j2",
     "README.md": "common/readme.md.j2",
@@ -55,10 +57,13 @@ def _device(kind: str, summary: str, *more: str, over_tcp: bool = True, try_it: 
 
 def _algorithm(kind: str, summary: str, try_it: str, module: str = "", *, kit: bool = True) -> Plan:
     module = module or kind
-    test = "common/test_kit.py.j2" if kit else f"{kind}/test_{module}.py.j2"
+    own = f"{kind}/test_{module}.py.j2"
+    tests = {"test_{package}.py": "common/test_kit.py.j2" if kit else own}
+    if kit and kind in _ALSO_TESTED:
+        tests[f"test_{{package}}_{module}.py"] = own
     modules = {f"{module}.py": f"{kind}/{module}.py.j2"}
     member = module.capitalize()
-    return Plan(summary, modules, {"test_{package}.py": test}, try_it, module, member, options=kind != "command")
+    return Plan(summary, modules, tests, try_it, module, member, options=kind != "command")
 
 
 def _chosen(kind: str, summary: str) -> Plan:
@@ -78,10 +83,8 @@ PLANS: dict[str, Plan] = {
     "estimator": _chosen("estimator", "slip velocity from the mean marker velocity"),
     "controller": _chosen("controller", "closes by a step that grows with the slip speed"),
     "job": _chosen("job", "grasp, lift, hold"),
-    "fault": _algorithm("fault", "the gripper reports an aperture that is off", "lsds run --fault {name}", kit=False),
-    "wire_mock": _algorithm(
-        "wire_mock", "a gripper that answers lines of text", "lsds mock {name}", "server", kit=False
-    ),
+    "fault": _algorithm("fault", "the gripper reports an aperture that is off", "lsds run --fault {name}"),
+    "wire_mock": _algorithm("wire_mock", "a gripper that answers lines of text", "lsds mock {name}", "server"),
     "study": _algorithm("study", "how far an object falls", "lsds study {name}", kit=False),
     "command": _algorithm("command", "counts the installed backends", "lsds {name}", kit=False),
 }

@@ -1,4 +1,4 @@
-"""The conformance kit: checks of a plugin's device or algorithm, added to a test suite in three lines.
+"""The conformance kit: checks of a plugin's backend, added to a test suite in three lines.
 
     from lsds.testing import conformance
 
@@ -6,7 +6,8 @@
     def test_conformance(check):
         check()
 
-Devices, trackers, detectors, estimators, controllers and jobs have checks. Algorithms get frames that the kit draws.
+Devices, trackers, detectors, estimators, controllers, jobs, faults and wire mocks have checks. Algorithms get frames
+that the kit draws.
 `run_checks(Bench(...))` returns the results as data; `lsds check KIND:NAME` prints them.
 
 Needs pytest and hypothesis (`pip install 'lsds[testing]'`). The rest of lsds does not import this package. Its

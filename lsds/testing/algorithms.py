@@ -99,7 +99,7 @@ def check_leaves_global_state(bench: Bench) -> None:
 
 def check_leaves_its_inputs(bench: Bench) -> None:
     """No array of an input is modified."""
-    inputs = [_writable(item) for item in COURSES[bench.kind].first()]
+    inputs = [writable(item) for item in COURSES[bench.kind].first()]
     algorithm, before = build(bench), [_bytes(item) for item in inputs]
     answers(bench, algorithm, inputs)
     for i, (item, was) in enumerate(zip(inputs, before, strict=True)):
@@ -150,15 +150,15 @@ def _next(run: Iterator[Any]) -> Sequence[Any]:
         return []
 
 
-def _writable(item: Any) -> Any:
+def writable(item: Any) -> Any:
     """Return a copy of an input whose arrays are its own and may be written to."""
     if isinstance(item, np.ndarray):
         return item.copy()
     if isinstance(item, tuple) and type(item) is tuple:
-        return tuple(map(_writable, item))
+        return tuple(map(writable, item))
     if not dataclasses.is_dataclass(item) or isinstance(item, type):
         return item
-    fields = {field.name: _writable(getattr(item, field.name)) for field in dataclasses.fields(item)}
+    fields = {field.name: writable(getattr(item, field.name)) for field in dataclasses.fields(item)}
     return dataclasses.replace(item, **fields) if type(item).__module__.startswith("lsds.contracts") else item
 
 

@@ -20,12 +20,9 @@ _DESCRIPTORS = Path("/proc/self/fd") if Path("/proc/self/fd").is_dir() else Path
 def check_close_releases_everything(bench: Bench) -> None:
     """After `close` no file descriptor, socket, thread or child process of the device is left."""
     _live(bench)  # Once before, so that what libraries open at their first use is not counted.
-    before = _held()
+    before = held()
     device = _live(bench)  # The name keeps the device: what only the garbage collector releases is not released.
-    wall = WallClock()
-    deadline = wall.now() + nanoseconds(RELEASED_S)
-    while (left := _left(before, _held())) and wall.now() < deadline:
-        wall.sleep_until(wall.now() + nanoseconds(0.02))
+    left = remaining(before)
     assert not left, (
         f"{RELEASED_S} s after close() the {device.lifecycle.value} device still holds {', '.join(left)}; "
         "release everything in close()"
@@ -38,7 +35,16 @@ def _live(bench: Bench) -> Any:
     return device
 
 
-def _held() -> dict[str, dict[object, str]]:
+def remaining(before: dict[str, dict[object, str]]) -> list[str]:
+    """Return what the process holds and did not before, once `RELEASED_S` have passed or nothing is left."""
+    wall = WallClock()
+    deadline = wall.now() + nanoseconds(RELEASED_S)
+    while (left := _left(before, held())) and wall.now() < deadline:
+        wall.sleep_until(wall.now() + nanoseconds(0.02))
+    return left
+
+
+def held() -> dict[str, dict[object, str]]:
     """Return what the process holds, by kind and identity, each with a text."""
     descriptors: dict[object, str] = {}
     for number in os.listdir(_DESCRIPTORS):

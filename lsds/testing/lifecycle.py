@@ -21,7 +21,7 @@ def check_constructing_does_no_io(bench: Bench) -> None:
     """Constructing opens no device, socket or process and starts no thread; the device is NEW."""
     bench.build().close()  # Build once before, so that lazy imports of the factory are not counted.
     threads = set(threading.enumerate())
-    with audited(_described) as calls:
+    with audited(described) as calls:
         device = bench.build()
     try:
         assert not calls, f"the constructor accessed: {calls}; open it in connect()"
@@ -123,7 +123,7 @@ def _stop_in_thread(device: Any) -> None:
     assert not errors, f"stop() raised {errors[0]!r}"
 
 
-def _described(event: str, arguments: tuple[Any, ...]) -> str:
+def described(event: str, arguments: tuple[Any, ...]) -> str:
     """Return the text of an access outside the process, "" for any other event."""
     if event in _OUTSIDE:
         return f"{event} {arguments[:2]}"

@@ -10,6 +10,8 @@ from lsds.testing.arm_state import ARM_STATE_CHECKS, POSE_CHECKS
 from lsds.testing.bench import Bench
 from lsds.testing.connecting import CONNECTING_CHECKS
 from lsds.testing.corrections import CONTROLLER_CHECKS
+from lsds.testing.fault_traces import FAULT_TRACE_CHECKS
+from lsds.testing.faults import FAULT_CHECKS
 from lsds.testing.gripper_state import GRIPPER_STATE_CHECKS
 from lsds.testing.latency import LATENCY_CHECKS
 from lsds.testing.leaks import LEAK_CHECKS
@@ -23,6 +25,7 @@ from lsds.testing.specs import SPEC_CHECKS
 from lsds.testing.stamps import STAMP_CHECKS
 from lsds.testing.tracks import TRACKER_CHECKS
 from lsds.testing.unplugged import UNPLUGGED_CHECKS, UNPLUGGED_GRIPPER_CHECKS
+from lsds.testing.wire_mocks import WIRE_MOCK_CHECKS
 from lsds.testing.wishes import JOB_CHECKS
 
 Check = Callable[[Bench], None]
@@ -43,6 +46,10 @@ _DEVICE_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "arm": (*SPEC_CHECKS, *CONNECTING_CHECKS, *ARM_STATE_CHECKS, *ARM_CHECKS),
     "pose_source": POSE_CHECKS,
 }
+_OTHER_CHECKS: dict[Kind, tuple[Check, ...]] = {
+    "fault": (*FAULT_CHECKS, *FAULT_TRACE_CHECKS),
+    "wire_mock": WIRE_MOCK_CHECKS,
+}
 _ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "tracker": TRACKER_CHECKS,
     "detector": DETECTOR_CHECKS,
@@ -50,7 +57,7 @@ _ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "controller": CONTROLLER_CHECKS,
     "job": JOB_CHECKS,
 }
-CHECKED_KINDS: tuple[Kind, ...] = (*_DEVICE_CHECKS, *_ALGORITHM_CHECKS)
+CHECKED_KINDS: tuple[Kind, ...] = (*_DEVICE_CHECKS, *_ALGORITHM_CHECKS, *_OTHER_CHECKS)
 """Kinds that have checks."""
 _SECTIONS: dict[tuple[Check, ...], str] = {
     (*LIFECYCLE_CHECKS, *LEAK_CHECKS, *LATENCY_CHECKS, *UNPLUGGED_CHECKS, check_any_order_of_calls): "life-cycle",
@@ -63,6 +70,8 @@ def checks_of(kind: Kind) -> tuple[Check, ...]:
     """Return the checks of a kind. Raises ValueError for a kind without checks."""
     if kind in _ALGORITHM_CHECKS:
         return (*ALGORITHM_CHECKS, *_ALGORITHM_CHECKS[kind])
+    if kind in _OTHER_CHECKS:
+        return _OTHER_CHECKS[kind]
     if kind not in _DEVICE_CHECKS:
         raise ValueError(f"there are no conformance checks for a {kind}; kinds with checks: {', '.join(CHECKED_KINDS)}")
     return (*_EVERY_DEVICE, *_DEVICE_CHECKS[kind], check_any_order_of_calls)

@@ -28,3 +28,27 @@ def caught_device(kind, check, match):
         return mutant
 
     return register
+
+
+CAUGHT_FAULTS = {}
+CAUGHT_WIRE_MOCKS = {}
+
+
+def caught_fault(check, match):
+    """Register a fault with one mistake."""
+
+    def register(mutant):
+        CAUGHT_FAULTS[mutant] = (check, match)
+        return mutant
+
+    return register
+
+
+def caught_wire_mock(check, match):
+    """Register a wire mock with one mistake."""
+
+    def register(mutant):
+        CAUGHT_WIRE_MOCKS[mutant] = (check, match)
+        return mutant
+
+    return register

@@ -21,8 +21,21 @@ from lsds.scaffold.write import write
 from lsds.testing import Bench, cases
 
 pytest.importorskip("jinja2")
-WITH_KIT = ("gripper", "arm", "sensor", "pose_source", "tracker", "detector", "estimator", "controller", "job")
+WITH_KIT = (
+    "gripper",
+    "arm",
+    "sensor",
+    "pose_source",
+    "tracker",
+    "detector",
+    "estimator",
+    "controller",
+    "job",
+    "fault",
+    "wire_mock",
+)
 DEVICES = ("gripper", "arm", "sensor", "pose_source")
+OWN_TESTS = (*DEVICES, "fault", "wire_mock")
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +98,7 @@ def test_a_simulated_lift_holds(importable, kind):
 
 
 def test_their_own_tests_pass(scaffolds):
-    tests = [str(scaffolds.folder / kind / "tests") for kind in PLANS if kind not in WITH_KIT or kind in DEVICES]
+    tests = [str(scaffolds.folder / kind / "tests") for kind in PLANS if kind not in WITH_KIT or kind in OWN_TESTS]
     # The kit has run in this process already.
     chosen = ["-k", "not keeps_its_contract", "-p", "no:cacheprovider", "-c", os.devnull]
     out = run("pytest", "-q", f"--rootdir={scaffolds.folder}", *chosen, *tests, path=scaffolds.path)

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from fake_cell import FakeGripper, fake_host
+from installed import installed_host
 
 from lsds.cli import check as module
 from lsds.cli.main import main
@@ -103,3 +104,10 @@ def test_a_missing_extra_is_named(capsys, monkeypatch):
     assert main(["check", "gripper:fake-gripper"]) == 3
     assert "lsds check needs hypothesis" in (err := capsys.readouterr().err)
     assert "pip install 'lsds[testing]'" in err
+
+
+@pytest.mark.parametrize("backend", ["fault:gripper-offset", "wire_mock:hand-e"])
+def test_faults_and_wire_mocks_are_checked(capsys, monkeypatch, backend):
+    monkeypatch.setattr(module, "host_of", lambda ctx: installed_host())
+    assert main(["check", backend]) == 0
+    assert " passed" in capsys.readouterr().out

@@ -37,6 +37,7 @@ class Told(Around):
         """Forget the past."""
         self._part.reset()
         self.earlier.clear()
+        self.plan.restart()
 
 
 def _raises(answer: Any, told: Told) -> Any:

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 @dataclass(frozen=True, slots=True)
 class Entry:
     """A fault: its name, its factory within `lsds_mocks.faults`, what it does, and what its five severities are: values
-    with their unit, or none where it has no scale."""
+    with their unit, or none where it has no scale. A `malformed` one changes the type or the shape of what it
+    returns, or raises what is no `LsdsError`."""
 
     name: str
     factory: str
     summary: str
     levels: tuple[float, ...] = ()
     unit: str = ""
+    malformed: bool = False
 
     @property
     def target(self) -> str:
@@ -46,8 +48,8 @@ CATALOGUE = (
         "camera-torn", "images:torn", "the lower rows are grey: a torn JPEG", (0.05, 0.15, 0.3, 0.5, 0.9), "of the rows"
     ),
     Entry("camera-bgr", "images:bgr", "red and blue are exchanged"),
-    Entry("camera-small", "images:small", "the image has half the size"),
-    Entry("camera-float", "images:as_float", "the image is of floats"),
+    Entry("camera-small", "images:small", "the image has half the size", malformed=True),
+    Entry("camera-float", "images:as_float", "the image is of floats", malformed=True),
     Entry("camera-scar", "images:scar", "a scar runs over the gel", (1, 2, 4, 8, 16), "px wide"),
     Entry(
         "camera-stuck-dots",
@@ -102,23 +104,23 @@ CATALOGUE = (
     Entry("arm-slow", "arm:slow", "it moves more slowly than told", (0.9, 0.7, 0.5, 0.2, 0.0), "of the speed"),
     Entry("arm-gone", "arm:gone", "it is disconnected"),
     # -- brains
-    Entry("tracker-raises", "brains:tracker_raises", "it raises an exception"),
+    Entry("tracker-raises", "brains:tracker_raises", "it raises an exception", malformed=True),
     Entry("tracker-nan", "brains:tracker_nan", "its positions are NaN"),
     Entry("tracker-loses", "brains:tracker_loses", "it loses dots", (0.1, 0.2, 0.5, 0.8, 1.0), "of them"),
-    Entry("tracker-wrong", "brains:tracker_wrong", "it returns half of the dots"),
-    Entry("detector-raises", "brains:detector_raises", "it raises an exception"),
-    Entry("detector-none", "brains:detector_none", "it returns nothing"),
+    Entry("tracker-wrong", "brains:tracker_wrong", "it returns half of the dots", malformed=True),
+    Entry("detector-raises", "brains:detector_raises", "it raises an exception", malformed=True),
+    Entry("detector-none", "brains:detector_none", "it returns nothing", malformed=True),
     Entry("detector-nan", "brains:detector_nan", "its score is NaN"),
     Entry("detector-late", "brains:detector_late", "its answers are of earlier frames", FRAMES, "frames"),
     Entry("detector-silent", "brains:detector_silent", "it never detects a slip"),
     Entry("detector-alarms", "brains:detector_alarms", "it calls frames slip", SHARES, "of them"),
-    Entry("estimator-raises", "brains:estimator_raises", "it raises an exception"),
-    Entry("estimator-wrong", "brains:estimator_wrong", "it returns a list"),
+    Entry("estimator-raises", "brains:estimator_raises", "it raises an exception", malformed=True),
+    Entry("estimator-wrong", "brains:estimator_wrong", "it returns a list", malformed=True),
     Entry("estimator-nan", "brains:estimator_nan", "its numbers are NaN"),
     Entry("estimator-late", "brains:estimator_late", "its answers are of earlier frames", FRAMES, "frames"),
     Entry("estimator-scale", "brains:estimator_scale", "its speeds are too great", (1.5, 3, 10, 30, 100), "times"),
-    Entry("controller-raises", "brains:controller_raises", "it raises an exception"),
-    Entry("controller-wrong", "brains:controller_wrong", "it returns a text"),
+    Entry("controller-raises", "brains:controller_raises", "it raises an exception", malformed=True),
+    Entry("controller-wrong", "brains:controller_wrong", "it returns a text", malformed=True),
     Entry("controller-nan", "brains:controller_nan", "it commands NaN"),
     Entry("controller-late", "brains:controller_late", "its commands are of earlier frames", FRAMES, "frames"),
     # -- who looks on

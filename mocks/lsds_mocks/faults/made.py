@@ -24,6 +24,7 @@ class Made:
     target: str
     plan: Plan
     wrapper: Callable[[Any, Plan], Any]
+    malformed: bool = False
 
     @property
     def moment(self) -> str:
@@ -40,6 +41,7 @@ def fault(wrapper: Callable[[Any, Plan], Any], factory: str) -> Callable[[FaultO
     entry = _ENTRIES[factory]
 
     def make(options: FaultOptions, context: BuildContext) -> Made:
-        return Made(_KINDS.get(entry.target, entry.target), Plan(entry.name, entry.levels, options, context), wrapper)
+        target = _KINDS.get(entry.target, entry.target)
+        return Made(target, Plan(entry.name, entry.levels, options, context), wrapper, entry.malformed)
 
     return make

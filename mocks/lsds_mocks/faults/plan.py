@@ -59,6 +59,10 @@ class Plan:
             self._rng = np.random.default_rng(self._entropy)
         return self._rng
 
+    def restart(self) -> None:
+        """Begin the stream of random numbers anew."""
+        self._rng = None
+
     @property
     def since_s(self) -> float:
         """How long the fault has been on (s), NaN while it is not."""

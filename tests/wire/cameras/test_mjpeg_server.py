@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import socket
+import threading
 import urllib.request
 from urllib.parse import urlsplit
 
@@ -238,3 +239,19 @@ def test_a_process_serves_it_and_takes_faults():
         assert any(capture.read()[1].max() < 30 for _ in itertools.repeat(0, 20))
         capture.release()
         assert not mock.complaints
+
+
+def test_it_can_be_closed_while_a_client_is_being_accepted(monkeypatch):
+    camera = time_camera()
+    address = urlsplit(camera.start()["http"])
+    starts, entered = threading.Thread.start, threading.Event()
+
+    def late(thread):
+        entered.set()
+        CLOCK.sleep_until(CLOCK.now() + 200_000_000)
+        starts(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", late)
+    with socket.create_connection((address.hostname, address.port), 2.0):
+        assert entered.wait(2.0)
+        camera.close()

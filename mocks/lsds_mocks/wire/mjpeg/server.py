@@ -108,7 +108,9 @@ class MjpegServer:
         if self._listener is not None:
             self._listener.close()
         self._cut()
-        for thread in list(self._threads):
+        with self._lock:
+            threads = list(self._threads)
+        for thread in threads:
             thread.join(_POLL_S * 5)
 
     # -- inside -------------------------------------------------------------------------------------------
@@ -122,9 +124,10 @@ class MjpegServer:
                     self._threads.discard(threading.current_thread())
 
         thread = threading.Thread(target=run, name=f"{self._name}-{self._face}", daemon=True)
+        # Started under the lock: `close` must not find a thread that has not started, which cannot be joined.
         with self._lock:
             self._threads.add(thread)
-        thread.start()
+            thread.start()
 
     def _accept(self, listener: socket.socket) -> None:
         while not self._closed:
@@ -140,7 +143,7 @@ class MjpegServer:
                 full = len(self._clients) >= MOST_CLIENTS
                 if not full:
                     self._clients[connection] = None
-            if full or self._clock.now() < self._refusing_until_ns:
+            if full or self._closed or self._clock.now() < self._refusing_until_ns:
                 self._drop(connection)
             else:
                 self._start_thread(self._serve, connection)

@@ -1,0 +1,115 @@
+"""Checks of the traces of a fault: it is seeded, keeps its state to itself, and modifies nothing."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from functools import partial
+from typing import Any
+
+from lsds.testing.afflicting import ALGORITHMS, Afflicted, first_difference, log_difference
+from lsds.testing.bench import Bench
+from lsds.testing.exact import arrays_of
+from lsds.testing.outcomes import NotApplicable
+from lsds.testing.traces import global_seed, global_state, kept_state
+
+
+def check_fault_is_deterministic(bench: Bench) -> None:
+    """Two builds with one seed give the same answers to the same calls, whatever the global random state is."""
+    runs, parts = [], []
+    for seed in (1, 2):
+        with global_seed(seed):
+            afflicted = Afflicted(bench, middle=True)
+            runs.append(list(afflicted.outcomes()))
+        parts.append(afflicted.part)
+    difference = first_difference(*runs) or log_difference(*parts)
+    assert not difference, (
+        f"two builds with the same seed differ: {difference}; use numpy.random.default_rng with "
+        "context.rng_seed(...), and context.clock for times"
+    )
+
+
+def check_builds_share_nothing(bench: Bench) -> None:
+    """Two builds that run in turn answer as one does alone."""
+    alone = list(Afflicted(bench, middle=True).outcomes())
+    pair = (Afflicted(bench, middle=True), Afflicted(bench, middle=True))
+    together = list(zip(*(afflicted.outcomes() for afflicted in pair), strict=True))
+    for one in zip(*together, strict=True):
+        difference = first_difference(list(one), alone)
+        assert not difference, (
+            f"a build answers differently next to another one: {difference}; keep state in what around() returns, not "
+            "in the class or the module"
+        )
+
+
+def check_leaves_the_values_of_others(bench: Bench) -> None:
+    """No array that the part has returned, or that the caller has passed, is modified."""
+    afflicted = Afflicted(bench)
+    kept = _Kept()
+    name = "read" if hasattr(afflicted.part, "read") else "update"
+    if hasattr(afflicted.part, name):
+        original = getattr(afflicted.part, name)
+        setattr(afflicted.part, name, lambda *given: kept.note("the part's answer", original(*given)))
+    for outcome in afflicted.outcomes(noted=partial(kept.note, "its input")):
+        if isinstance(outcome.value, ValueError) and "read-only" in str(outcome.value):
+            raise AssertionError(f"{outcome.where}: {outcome.value}; work on a copy of the array")
+        changed = kept.changed()
+        assert not changed, (
+            f"{outcome.where}: the fault modified {changed}; work on a copy, others hold the same arrays"
+        )
+
+
+def check_fault_leaves_global_state(bench: Bench) -> None:
+    """Random state (numpy's, too), error state, working folder, environment and threads stay as they are."""
+    with kept_state():
+        list(Afflicted(bench).outcomes())  # Imports at the first use are not counted.
+    with kept_state():
+        before, threads = global_state(), set(threading.enumerate())
+        list(Afflicted(bench).outcomes())
+        after, started = global_state(), set(threading.enumerate()) - threads
+    changed = [what for what in before if before[what] != after[what]]
+    assert not changed, (
+        f"the fault changed {', '.join(changed)}; draw from numpy.random.default_rng(context.rng_seed(...)), and leave "
+        "the process as it is"
+    )
+    assert not started, f"the fault started {', '.join(map(str, started))}; answer in the caller's thread"
+
+
+def check_reset_forgets(bench: Bench) -> None:
+    """After `reset` (`begin` of a job) an algorithm with the fault answers as one that was built anew."""
+    used, fresh = Afflicted(bench, middle=True), Afflicted(bench, middle=True)
+    if used.target not in ALGORITHMS:
+        raise NotApplicable(f"a part of the kind {used.target} has no reset")
+    list(used.outcomes())
+    used.clear()
+    fresh.age(used.clock.now())
+    difference = first_difference(list(used.outcomes()), list(fresh.outcomes()))
+    assert not difference, (
+        f"after a reset the {used.target} with the fault, against a new one, gives {difference}; clear in reset() what "
+        "update() has kept, seed random numbers again, and pass the call on"
+    )
+
+
+class _Kept:
+    """Arrays with their content when they were noted. It forgets all but the last ones, which a fault may hold."""
+
+    def __init__(self) -> None:
+        self._noted: deque[tuple[str, Any, bytes]] = deque(maxlen=40)
+
+    def note(self, whose: str, value: Any) -> Any:
+        """Note the arrays of a value, and return it."""
+        self._noted.extend((f"{name} of {whose}", array, array.tobytes()) for name, array in arrays_of(value).items())
+        return value
+
+    def changed(self) -> str:
+        """Return which arrays have changed, "" if none has."""
+        return ", ".join(dict.fromkeys(name for name, array, was in self._noted if array.tobytes() != was))
+
+
+FAULT_TRACE_CHECKS = (
+    check_fault_is_deterministic,
+    check_builds_share_nothing,
+    check_leaves_the_values_of_others,
+    check_fault_leaves_global_state,
+    check_reset_forgets,
+)

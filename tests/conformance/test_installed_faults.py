@@ -1,0 +1,23 @@
+"""Every installed fault keeps the contract."""
+
+from __future__ import annotations
+
+import pytest
+from installed import has_manifest, installed_host
+
+from lsds.testing import Bench, cases
+
+HOST = installed_host()
+FOUND = [backend.spec.name for backend in HOST.backends if backend.spec.kind == "fault"]
+CASES = [case for name in FOUND for case in cases(Bench("fault", name, host=HOST))]
+
+
+def test_faults_are_found():
+    if not has_manifest("lsds_mocks"):
+        pytest.skip("lsds_mocks has no manifest in this checkout")
+    assert len(FOUND) > 60
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
+def test_conformance(case):
+    case()
