@@ -88,7 +88,7 @@ class Engine:
         if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "minds_force", False):
             problem = f"{self._controller_name} does not heed it: what is fragile would be crushed"
             raise ConfigError(
-                "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "margin"')]
+                "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "belief"')]
             )
         self._states = States(rig, start)
         self._grip = GripObserver() if getattr(rig.controller, "reads_grip", False) else None

@@ -51,7 +51,7 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
         "tracker": KindSpec(Tracker, "Tracks the markers of the gel from frame to frame", default="lk"),
         "detector": KindSpec(Detector, "Decides whether the object slips", default="fused"),
         "estimator": KindSpec(Estimator, "Estimates the slip velocity", default="fused"),
-        "controller": KindSpec(Controller, "Computes an aperture from slip", default="margin"),
+        "controller": KindSpec(Controller, "Computes an aperture from slip", default="belief"),
         "job": KindSpec(Job, "The task of a run: commands wanted of arm and gripper", default="lift", late=True),
         "fault": KindSpec(Fault, "What goes wrong with a part, on purpose; [[faults]] of a config names it"),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),

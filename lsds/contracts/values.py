@@ -333,13 +333,14 @@ class Detection:
     """The result of a detector. `slip` None means that it abstains.
 
     `score` is the detector's statistic and `threshold` the value above which it reports slip; `confidence` in [0, 1] is
-    the confidence in `slip`, a calibrated probability only if the detector documents it.
+    the confidence in `slip`. `probability` is the calibrated probability of slip, NaN from a detector that knows none.
     """
 
     slip: bool | None
     score: float
     threshold: float
     confidence: float
+    probability: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ PRIOR = (0.5, 1.1)
 """The limit before anything is seen: median (N / mm^p) and standard deviation of its logarithm."""
 HEAVIER = 0.4
 """The load beyond what is seen has a density that falls with this power of it."""
-HANG, SLIDE = 0.1, 0.1
+HANG, SLIDE = 0.1, 0.15
 """Relative standard deviations of the measured load: of an object that hangs, and that slides."""
 LIMIT_STD = 0.08
 """Relative standard deviation of what a new greatest ratio says about the limit."""
@@ -54,6 +54,8 @@ STIFFNESS_N_MM = 4.0
 """Greatest rise of the load (N a finger) of an object that sticks and stands, over the way of the arm."""
 RISES = 0.3
 """A load that grows by more than this share per second rises."""
+UNSEEN = 0.05
+"""Share of the slides of which the detector sees nothing: that it is silent says no more than this against a slide."""
 FORGET_S = 2.0
 """Time in which the greatest ratio is forgotten."""
 
@@ -79,6 +81,7 @@ class GripBelief:
         joint /= joint.sum()
         self.stick, self.slide = 0.98 * joint, 0.02 * joint
         self._prior_r, self._prior_w = prior_r / prior_r.sum(), prior_w / prior_w.sum()
+        self._unseen = UNSEEN
         self._greatest = -math.inf
         self._last_f = self._last_s = math.nan
 
@@ -86,6 +89,14 @@ class GripBelief:
     def slips(self) -> float:
         """Probability that the object slides."""
         return float(self.slide.sum())
+
+    def limit_n(self, squeeze_mm: float) -> tuple[float, float]:
+        """Return the friction limit of a finger at a squeeze (N), and one standard deviation of it."""
+        by_r = self.stick.sum(axis=0) + self.slide.sum(axis=0)
+        mean = float(by_r @ self._ln_r)
+        spread = math.sqrt(max(float(by_r @ (self._ln_r - mean) ** 2), 0.0))
+        limit_n = math.exp(mean) * squeeze_mm**POWER
+        return limit_n, limit_n * spread
 
     def update(
         self,
@@ -104,8 +115,11 @@ class GripBelief:
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
         before_n = math.exp(self._last_f) if math.isfinite(self._last_f) else math.nan
         self._last_f, self._last_s = ln_f, squeeze_mm
+        slid = self.slips
         self._drift(dt_s, changed)
         self._break_away(ln_f - ln_g, dt_s)
+        begun = max(self.slips - slid, 0.0)
+        self._unseen = (self._unseen * slid + UNSEEN * begun) / (slid + begun)
         self._stop(ln_g, dt_s, stands)
         hang = _normal(ln_f - self._ln_w, HANG)
         below = (self._ln_w > ln_f) * max(1.0 / _RANGE, _loading(load_n, before_n, moved_mm))
@@ -114,14 +128,17 @@ class GripBelief:
         self.slide *= (_normal(ln_f - (self._ln_r + ln_g - math.log(KINETIC)), SLIDE) + _OUTLIER)[None, :]
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         self.slide *= (_STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / SLIDE))[:, None]
-        self.slide *= math.exp(min(max(evidence, -_MOST), _MOST))
+        ratio = self._unseen + (1 - self._unseen) * math.exp(min(max(evidence, -_MOST), _MOST))
+        self.slide *= ratio
+        self._unseen /= ratio
         total = self.stick.sum() + self.slide.sum()
         self.stick /= total
         self.slide /= total
 
-    def squeeze_mm(self, risk: float, margin: float, ahead_n: float) -> float:
+    def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
         """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
-        probability. Of what sticks the load is at most `ahead_n`, of what slides it is all that it may be."""
+        probability. Of what sticks the load is at most `ahead_n`, of what slides it is all that it may be, times
+        `braking`."""
         most = math.log(ahead_n)
         cap = int(np.searchsorted(self._ln_w, most))
         stick = self.stick
@@ -130,7 +147,7 @@ class GripBelief:
             stick[cap] += stick[cap + 1 :].sum(axis=0)
             stick[cap + 1 :] = 0.0
         # A sliding object has to be stopped by kinetic friction, which carries less.
-        shift = round(math.log(KINETIC) / STEP)
+        shift = round(math.log(KINETIC * braking) / STEP)
         mass = np.bincount(self._needs, stick.ravel(), len(self._ln_need))
         sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
         mass[shift:] += sliding[: len(mass) - shift]
@@ -180,7 +197,7 @@ class GripBelief:
 
 
 _RANGE = math.log(LOAD_N[1] / LOAD_N[0])
-_OUTLIER = 0.005
+_OUTLIER = 0.002
 """Density of a load that no hypothesis explains, so that one wrong frame excludes nothing."""
 _MOST = 4.0
 """Greatest evidence of one frame."""

@@ -5,41 +5,50 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from lsds.grip.soft_finger import speed_of
+
 if TYPE_CHECKING:
-    from lsds.contracts import Detection
+    from lsds.contracts import Detection, SlipEstimate
 
 CLOSING_S = 0.13
 """For this time after a change of the squeeze the gel moves by itself, and evidence of slip is weaker."""
-STILL, CLOSING = (-1.5, 7.9), (-1.45, 3.5)
-"""Log-likelihood ratio of slide against stick at a score of zero, and its slope over the score."""
-SHARED = 0.75
-"""Correlation of the ratios of successive frames: what one frame gets wrong, the next does, too."""
+STILL, CLOSING = (-2.94, 8.54, 1.13), (-2.99, 5.25, 0.27)
+"""Log-likelihood ratio of slide against stick: constant, slope over the score, and over ln(speed in mm/s + 0.3)."""
+SHARED, FRESH = 0.69, 0.85
+"""Correlation of the ratios of successive frames, and the weight of what a frame adds to the one before."""
+REST = 0.0, math.log(0.4)
+"""Score and logarithm of the speed while nothing slips."""
 
 
 class SlipEvidence:
-    """Turns the detections of one grip into independent log-likelihood ratios of slide against stick."""
+    """Turns the answers of detector and estimator on one grip into log-likelihood ratios of slide against stick."""
 
     def __init__(self) -> None:
-        self._last = 0.0
+        self._before = REST
 
-    def take(self, detection: Detection, since_change_s: float) -> float:
-        """Return the ratio of a frame, less what the frame before has said already; 0 if the detector abstains.
+    def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> float:
+        """Return the ratio of a frame, given the frame before; 0 if the detector abstains.
 
-        The errors of successive frames are taken as an autoregressive process of first order, so only a frame's
-        innovation is evidence. `since_change_s` is the time since the squeeze has changed.
+        `since_change_s` is the time since the squeeze has changed. The frame before counts by the present weights, or
+        a change of the squeeze would turn a lasting alarm into evidence against a slide.
         """
         if detection.slip is None:
-            self._last *= SHARED
+            self._before = REST
             return 0.0
-        constant, slope = CLOSING if since_change_s < CLOSING_S else STILL
-        ratio = constant + slope * probability(detection)
-        last, self._last = self._last, ratio
-        return (ratio - SHARED * last) / (1 + SHARED)
+        weights = CLOSING if since_change_s < CLOSING_S else STILL
+        speed_m_s = 0.0 if estimate.abstained else speed_of(estimate)[0]
+        now = probability(detection), math.log(1e3 * speed_m_s + 0.3) if math.isfinite(speed_m_s) else REST[1]
+        before, self._before = self._before, now
+        return FRESH * (_ratio(weights, now) - SHARED * _ratio(weights, before))
+
+
+def _ratio(weights: tuple[float, float, float], seen: tuple[float, float]) -> float:
+    return weights[0] + weights[1] * seen[0] + weights[2] * seen[1]
 
 
 def probability(detection: Detection) -> float:
-    """Return the score of a detector whose scores are probabilities; else its decision, weighted by its confidence."""
-    if 0 <= detection.score <= 1 and 0 <= detection.threshold <= 1:
-        return detection.score
+    """Return a detector's probability of slip; of one that knows none its decision, weighted by its confidence."""
+    if math.isfinite(detection.probability):
+        return detection.probability
     certain = 0.5 * detection.confidence if math.isfinite(detection.confidence) else 0.0
     return 0.5 + certain if detection.slip else 0.5 - certain

@@ -27,6 +27,9 @@ STEP_M = 1e-4
 """The squeeze has changed if it differs by more than this."""
 FALLS_M_S = 0.04
 """Least speed of a slide in the air: an object of which friction carries nine tenths gains it in 40 ms."""
+GRAVITY_M_S2 = 9.81
+LATENCY_S = 0.11
+"""Time from a change of the load to the fingers' answer: camera, computing, a Hand-E and its way."""
 ARM_LAG_S = 0.12
 """The arm may still move as fast as was wanted so long ago."""
 
@@ -84,7 +87,7 @@ class GripObserver:
         round_s, self._round_s = self._round_s, 0.0
         load_n, rate = self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
-        evidence = self._evidence.take(detection, (t_ns - self._changed_ns) * 1e-9)
+        evidence = self._evidence.take(detection, estimate, (t_ns - self._changed_ns) * 1e-9)
         if load_n > LEAST_N:
             if math.isfinite(self._before_n) and round_s > 0:
                 rate = (load_n - self._before_n) / round_s
@@ -102,19 +105,26 @@ class GripObserver:
             self.load.stale,
             self.load.normal_n,
             self.belief.slips,
-            _slide_m_s(arm_m_s, estimate, supported),
+            _slide_m_s(arm_m_s, estimate, supported, load_n, self.load.greatest_n),
             self._required_m,
+            *(self.belief.limit_n(1e3 * squeeze_m) if load_n > LEAST_N else (math.nan, math.nan)),
         )
         return self._estimate
 
-    def _required_m(self, risk: float, margin: float, load_n: float) -> float:
+    def _required_m(self, risk: float, margin: float, load_n: float, braking: float) -> float:
         """Return the least squeeze (m) at which `margin` times the load exceeds the friction limit with this risk."""
-        return 1e-3 * self.belief.squeeze_mm(risk, margin, load_n)
+        return 1e-3 * self.belief.squeeze_mm(risk, margin, load_n, braking)
 
 
-def _slide_m_s(arm_m_s: float, estimate: SlipEstimate, supported: bool) -> float:
-    """Return how fast an object slides if it does: the arm draws the fingers along what stands; what hangs falls."""
+def _slide_m_s(arm_m_s: float, estimate: SlipEstimate, supported: bool, load_n: float, carried_n: float) -> float:
+    """Return how fast an object slides if it does: the arm draws the fingers along what stands; what hangs falls.
+
+    Of what hangs, friction that carries only `load_n` of the `carried_n` leaves the rest to gravity until the fingers
+    answer.
+    """
     arm_m_s = arm_m_s if math.isfinite(arm_m_s) else FALLS_M_S
     if supported:
         return arm_m_s
-    return max(FALLS_M_S, arm_m_s, 0.0 if estimate.abstained else speed_of(estimate)[0])
+    missing = 1 - load_n / carried_n if carried_n > LEAST_N else 0.0
+    falls_m_s = GRAVITY_M_S2 * LATENCY_S * max(missing, 0.0) if math.isfinite(missing) else 0.0
+    return max(FALLS_M_S, arm_m_s, falls_m_s, 0.0 if estimate.abstained else speed_of(estimate)[0])

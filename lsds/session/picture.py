@@ -42,16 +42,17 @@ def plot_run(
     reference: MarkerReference,
     summary: dict[str, Any],
 ) -> None:
-    """Write the picture: aperture, slip speed, normal force over time, and the first and the worst tactile frame."""
-    figure = new_figure(11, 8.5)
-    grid = figure.add_gridspec(3, 3, width_ratios=[2.2, 2.2, 1.6])
-    aperture = figure.add_subplot(grid[0, :2])
-    speed = figure.add_subplot(grid[1, :2], sharex=aperture)
-    force = figure.add_subplot(grid[2, :2], sharex=aperture)
+    """Write the picture: aperture, slip speed, forces and belief over time, the first and the worst tactile frame."""
     samples = record.samples
+    believes = any(math.isfinite(s.slip_probability) for s in samples)
+    rows = 4 if believes else 3
+    figure = new_figure(11, 8.5 * rows / 3)
+    grid = figure.add_gridspec(rows, 3, width_ratios=[2.2, 2.2, 1.6])
+    aperture = figure.add_subplot(grid[0, :2])
+    speed, force, *belief = (figure.add_subplot(grid[row, :2], sharex=aperture) for row in range(1, rows))
     start = samples[0].t_ns
     t = np.array([seconds(s.t_ns - start) for s in samples])
-    for axes in (aperture, speed, force):
+    for axes in (aperture, speed, force, *belief):
         _shade_stages(axes, samples, t)
         axes.grid(alpha=0.25)
 
@@ -84,7 +85,9 @@ def plot_run(
         area = [s.contact_fraction for s in samples]
         force.plot(t, area, color="tab:green")
         force.set_ylabel("contact area (fraction)")
-    force.set_xlabel("time (s)")
+    for axes in belief:
+        _draw_belief(axes, samples, t)
+    (belief or [force])[0].set_xlabel("time (s)")
 
     draw_frame(figure.add_subplot(grid[0, 2]), reference_frame, reference, None, "reference")
     for row, cycle, name in ((1, record.first, "start of the lift"), (2, record.worst, "worst slip")):
@@ -93,6 +96,26 @@ def plot_run(
             draw_frame(figure.add_subplot(grid[row, 2]), cycle.frame, reference, cycle.tracks, title)
     figure.suptitle(_headline(summary), fontsize=11)
     figure.savefig(path, dpi=110)
+
+
+def _draw_belief(axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any]) -> None:
+    """Draw the load of a finger, its friction limit with one sigma, and the probability that the object slides."""
+    load, limit, std, slips = (
+        np.array(numbers)
+        for numbers in zip(*((s.load_n, s.limit_n, s.limit_std_n, s.slip_probability) for s in samples), strict=True)
+    )
+    lifted = np.isfinite(limit)
+    axes.fill_between(t, np.maximum(limit - std, 0), limit + std, color="tab:green", alpha=0.25, lw=0)
+    axes.plot(t, limit, color="tab:green", label="friction limit ± 1 sigma")
+    axes.plot(t[lifted], load[lifted], color="tab:purple", label="load")
+    axes.set_ylim(0, 1.25 * max(float(np.max(load[lifted], initial=0.1)), float(np.median(limit[lifted]))))
+    axes.set_ylabel("load of a finger (N)")
+    probability = axes.twinx()
+    probability.plot(t, slips, color="tab:red", lw=0.9, label="P(slip)")
+    probability.set_ylim(0, 1.05)
+    probability.set_ylabel("P(slip)")
+    lines = [*axes.get_lines(), *probability.get_lines()]
+    axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper left", fontsize=8)
 
 
 def _headline(summary: dict[str, Any]) -> str:

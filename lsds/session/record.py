@@ -20,7 +20,8 @@ class Sample:
     """One frame in numbers: SI units, NaN where unknown. `slip` is the detector's result, None if it abstained.
 
     `acting`: slip was corrected; `rising`: the arm was commanded upward. `seen_slip_m` is the height of the body
-    "gripper" above the body "object", measured by a pose source.
+    "gripper" above the body "object", measured by a pose source. `load_n`, `limit_n` and its standard deviation are
+    of a finger, `slip_probability` is that of the grip's belief.
     """
 
     t_ns: int
@@ -37,6 +38,10 @@ class Sample:
     held_m: float
     measured_m: float
     seen_slip_m: float = math.nan
+    load_n: float = math.nan
+    limit_n: float = math.nan
+    limit_std_n: float = math.nan
+    slip_probability: float = math.nan
 
 
 class RunRecord:
@@ -58,7 +63,7 @@ class RunRecord:
         truth = None if self._truths is None else self._truths.at(cycle.frame.t_ns)
         estimate = cycle.estimate
         true_speed = math.nan if truth is None else math.hypot(*truth.slip_velocity_m_s)
-        contact = cycle.observation.contact
+        contact, grip, nan = cycle.observation.contact, cycle.grip, math.nan
         sample = Sample(
             cycle.t_ns,
             cycle.stage,
@@ -74,6 +79,7 @@ class RunRecord:
             cycle.held_m,
             cycle.measured_m,
             _seen_slip_m(cycle),
+            *((nan,) * 4 if grip is None else (grip.load_n, grip.limit_n, grip.limit_std_n, grip.slips)),
         )
         self.samples.append(sample)
         # Pictures are of the first finger, and so are contact areas that are compared.

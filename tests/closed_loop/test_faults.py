@@ -46,7 +46,7 @@ def with_fault(name, moment="take up", **keys):
         ("gripper-coarse", {"severity": 5, "moment": "lift"}, "wider than its resolution explains"),
         ("detector-none", {}, r"detector 'fused', frame \d+: update\(\) returned NoneType, not Detection"),
         ("tracker-nan", {}, r"tracker 'lk', frame \d+: a marker that is valid has no position"),
-        ("controller-wrong", {}, r"controller 'margin': update\(\) returned str"),
+        ("controller-wrong", {}, r"controller 'belief': update\(\) returned str"),
         ("camera-frozen", {}, r"sensor: nothing usable for 0\.2"),
         ("arm-protective-stop", {}, "protective stop"),
         ("observer-disk-full", {}, "an observer of the run failed: OSError"),

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lsds.contracts import Detection
-from lsds.grip.belief import KINETIC, POWER, GripBelief
-from lsds.grip.evidence import SHARED, SlipEvidence, probability
+from lsds.contracts import Detection, SlipEstimate
+from lsds.grip.belief import KINETIC, POWER, UNSEEN, GripBelief
+from lsds.grip.evidence import SlipEvidence, probability
 
 FRAME_S = 0.04
+TICK_MM = 0.22
 LIMIT = 0.9
 """Friction limit of these scenes, N / mm^p."""
 
@@ -75,12 +76,22 @@ def test_after_a_slide_the_limit_is_known():
     assert belief.squeeze_mm(0.5, 1.0, 1.0) == pytest.approx(needed_mm, rel=0.15)
 
 
+def test_the_published_limit_is_that_of_the_object_within_its_spread():
+    belief = GripBelief()
+    _, before_n = belief.limit_n(2.5)
+    sliding(belief, 1.5)
+    hanging(belief, 1.0, 2.5)
+    limit_n, std_n = belief.limit_n(2.5)
+    assert limit_n == pytest.approx(LIMIT * 2.5**POWER, abs=2 * std_n)
+    assert std_n < 0.5 * before_n
+
+
 def test_a_grip_that_never_slipped_is_left_alone():
     belief = GripBelief()
     for load_n in np.linspace(0.05, 0.5, 12):
         belief.update(float(load_n), 1.4, FRAME_S, -0.5)
     hanging(belief, 0.5, 1.4, 50)
-    assert belief.squeeze_mm(0.25, 1.2, 0.5) < 1.4
+    assert belief.squeeze_mm(0.25, 1.2, 0.5) < 1.4 + TICK_MM / 2
 
 
 def test_holding_for_long_proves_no_more_than_holding_once():
@@ -130,18 +141,49 @@ def test_a_load_rises_with_the_way_of_the_arm_or_something_else_happens(moved_mm
     assert before < 0.1
 
 
+SLOW = SlipEstimate((0.008, 0.0), (0.001, 0.001), 0.0, 0.1, 0.008, 0.001)
+REST = SlipEstimate((0.0, 0.0), (0.001, 0.001), 0.0, 0.1, 0.0, 0.001)
+
+
 def detection(score: float, *, threshold: float = 0.75, slip: bool | None = True) -> Detection:
-    return Detection(slip, score, threshold, 0.6)
+    return Detection(slip, score, threshold, 0.6, score if score <= 1 else math.nan)
 
 
 def test_what_a_frame_repeats_counts_less():
     evidence = SlipEvidence()
-    first, second = evidence.take(detection(0.95), 1.0), evidence.take(detection(0.95), 1.0)
-    assert second == pytest.approx((1 - SHARED) * first)
+    first, second = (evidence.take(detection(0.95), SLOW, 1.0) for _ in range(2))
+    assert 0 < second < first / 2
+
+
+def test_an_alarm_that_lasts_is_no_evidence_against_a_slide_when_the_squeeze_changes():
+    evidence = SlipEvidence()
+    evidence.take(detection(0.95), SLOW, 1.0)
+    assert evidence.take(detection(0.95), SLOW, 0.0) > 0
+
+
+def test_a_speed_speaks_for_a_slide_that_the_detector_does_not_see():
+    silent = detection(0.05, slip=False)
+    at_rest, moves = (SlipEvidence().take(silent, estimate, 1.0) for estimate in (REST, SLOW))
+    assert at_rest < moves
 
 
 def test_an_abstention_is_no_evidence():
-    assert SlipEvidence().take(detection(math.nan, slip=None), 1.0) == 0.0
+    assert SlipEvidence().take(detection(math.nan, slip=None), SLOW, 1.0) == 0.0
+
+
+def test_a_silent_detector_speaks_against_a_slide_only_as_far_as_it_sees_slides():
+    silent, blind = GripBelief(), GripBelief()
+    for _ in range(30):
+        silent.update(1.0, 1.5, FRAME_S, -4.0)
+        blind.update(1.0, 1.5, FRAME_S, 0.0)
+    assert blind.slips > silent.slips > 0.5 * UNSEEN * blind.slips
+
+
+def test_what_slides_fast_needs_more_to_be_stopped():
+    belief = GripBelief()
+    sliding(belief, 1.5)
+    resting, braking = (belief.squeeze_mm(0.25, 1.2, 1.0, factor) for factor in (1.0, 2.0))
+    assert braking > 1.3 * resting
 
 
 @pytest.mark.parametrize(("slip", "expected"), [(True, 0.8), (False, 0.2)])

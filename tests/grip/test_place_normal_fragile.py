@@ -103,5 +103,5 @@ def test_a_guess_takes_no_squeeze_back():
 def test_what_is_fragile_needs_touch_and_a_controller_that_heeds_it():
     with pytest.raises(ConfigError, match="fragile_n"):
         load_config(None, ["task.fragile_n=2.0", 'task.grasp="aperture"'])
-    with pytest.raises(ConfigError, match="margin"):
+    with pytest.raises(ConfigError, match="belief"):
         run(None, ["task.fragile_n=2.0", "controller.backend=pd"])

@@ -15,10 +15,9 @@ from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, GripEstimate, GripInput
 from lsds.grip.carried import LEAST_N
 from lsds.grip.fragile import Bearing
+from lsds.grip.observer import GRAVITY_M_S2, LATENCY_S
 from lsds.grip.wanted_slip import WantedSlip
 
-LATENCY_S = 0.11
-"""Time from a change of the load to the fingers' answer: camera, computing, a Hand-E and its way."""
 LIKELY = 0.25
 """With a greater probability of a slide, the next closing waits until the last one has arrived."""
 MOST_RISK = 0.35
@@ -49,9 +48,9 @@ class BeliefOptions(BaseModel):
         le=0.1,
         description="accepted slip speed; over the speed of a slide, the accepted probability of one",
     )
-    certain: float = Field(default=0.05, gt=0, lt=1, description="accepted probability of a slide after an opening")
-    growth: float = Field(default=1.5, gt=1, le=3, description="greatest growth of the squeeze in one step")
-    slip_m: float = Field(default=0.0035, gt=0, le=0.1, description="accepted slip while the squeeze grows e-fold")
+    certain: float = Field(default=0.07, gt=0, lt=1, description="accepted probability of a slide after an opening")
+    growth: float = Field(default=2.0, gt=1, le=3, description="greatest growth of the squeeze in one step")
+    slip_m: float = Field(default=0.006, gt=0, le=0.1, description="accepted slip while the squeeze grows e-fold")
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time of certainty before the fingers open")
     release_m_s: float = Field(default=0.004, ge=0, le=0.05, description="greatest opening speed; 0: never open")
     probe_m_s: float = Field(default=0.003, gt=0, le=0.01, description="opening speed while task.probe lets it probe")
@@ -78,6 +77,7 @@ class BeliefController:
         """Forget the object."""
         self.held_back = False
         self._quiet_s = self._slid_n = 0.0
+        self._found = False
         self._opened_to: float | None = None
         self._taken_ns: int | None = None
         self._closed_ns = 0
@@ -99,9 +99,12 @@ class BeliefController:
             return None
         if grip.slips > 1 - LIKELY:
             self._slid_n = grip.load_n
+            self._found |= state.probes
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * LATENCY_S, grip.load_n)
         risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
-        wanted_m = grip.required_m(risk, options.margin, ahead_n)
+        # What moves has to be braked within the accepted slip, too: energy over weight and way.
+        braking = 1 + grip.slip_m_s**2 / (2 * GRAVITY_M_S2 * options.slip_m) if math.isfinite(grip.slip_m_s) else 1.0
+        wanted_m = grip.required_m(risk, options.margin, ahead_n, braking)
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
             return self._closed(state, grip, wanted_m, held_m, tick_m)
@@ -129,12 +132,12 @@ class BeliefController:
     def _opened(self, state: GripInput, grip: GripEstimate, held_m: float, tick_m: float, dt_s: float) -> float | None:
         """Open slowly to what is certain to hold; while the job lets it probe, until the object begins to slide."""
         options = self._options
-        probes = state.probes and not self._slid_n
+        probes = state.probes and not self._found
         if probes:
             least_m, speed_m_s = LEAST_PROBED_M, options.probe_m_s
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
         else:
-            least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N))
+            least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N), 1.0)
             speed_m_s = options.release_m_s
             sure = self._slid_n > 0 and grip.load_n > RELEASED * self._slid_n and not state.probes
         if not (sure and least_m < held_m and state.detection.slip is False) or grip.stale or not self.may_open:

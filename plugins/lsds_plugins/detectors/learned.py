@@ -56,7 +56,7 @@ class LearnedDetector:
             slip, confidence = False, (threshold - score) / threshold if threshold > 0 else 0.0
         else:
             return Detection(None, math.nan, threshold, 0.0)
-        return Detection(slip if confidence >= self._abstain_below else None, score, threshold, confidence)
+        return Detection(slip if confidence >= self._abstain_below else None, score, threshold, confidence, score)
 
 
 random_forest = partial(LearnedDetector, name="random-forest")

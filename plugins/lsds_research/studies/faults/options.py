@@ -24,7 +24,7 @@ class FaultsOptions(BaseModel):
       lsds evaluate faults --fault gripper-stuck --fault camera-frozen --moment lift --seeds 5
       lsds evaluate faults --out faults.jsonl --plot faults.png --json faults.json
       lsds evaluate faults --rig examples/rigs/wire.toml --jobs 1 --fault gripper-crc --moment lift
-      lsds evaluate faults --controller margin --controller pd --fault camera-late --fault camera-drops
+      lsds evaluate faults --controller belief --controller pd --fault camera-late --fault camera-drops
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -48,7 +48,7 @@ class FaultsOptions(BaseModel):
     )
     seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
     controllers: list[str] = Field(
-        default=["margin"],
+        default=["belief"],
         min_length=1,
         description="controller",
         json_schema_extra={"flag": "--controller", "metavar": "NAME"},

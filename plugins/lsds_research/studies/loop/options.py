@@ -28,7 +28,7 @@ class LoopOptions(BaseModel):
     \b
     Examples:
       lsds chart loop --quick
-      lsds chart loop --tracker lk --controller margin --out loop.jsonl
+      lsds chart loop --tracker lk --controller belief --out loop.jsonl
       lsds choose --max-slip 5mm --max-grip 1.5 --budget 1ms --runs loop.jsonl
     """
 
@@ -47,7 +47,7 @@ class LoopOptions(BaseModel):
         json_schema_extra={"flag": "--brains", "metavar": "DETECTOR+ESTIMATOR"},
     )
     controllers: list[str] = Field(
-        default=["margin", "pd"],
+        default=["belief", "pd"],
         min_length=1,
         description="controller",
         json_schema_extra={"flag": "--controller", "metavar": "NAME"},
