@@ -80,7 +80,7 @@ def test_the_published_limit_is_that_of_the_object_within_its_spread():
     belief = GripBelief()
     _, before_n = belief.limit_n(2.5)
     sliding(belief, 1.5)
-    hanging(belief, 1.0, 2.5)
+    hanging(belief, 1.4, 2.5)
     limit_n, std_n = belief.limit_n(2.5)
     assert limit_n == pytest.approx(LIMIT * 2.5**POWER, abs=2 * std_n)
     assert std_n < 0.5 * before_n
