@@ -286,7 +286,7 @@ def incipient_rows(values: dict[str, Any]) -> list[str]:
 
 # -- random objects -------------------------------------------------------------------------------------------
 
-RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1002", "--controller", "belief", "--controller", "margin")
+RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1004", "--controller", "belief", "--controller", "pd")
 
 
 def random_objects() -> list[dict[str, Any]]:

@@ -128,12 +128,13 @@ class GripBelief:
         self.slide *= (_normal(ln_f - (self._ln_r + ln_g - math.log(KINETIC)), SLIDE) + _OUTLIER)[None, :]
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         self.slide *= (_STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / SLIDE))[:, None]
-        ratio = self._unseen + (1 - self._unseen) * math.exp(min(max(evidence, -_MOST), _MOST))
-        self.slide *= ratio
-        self._unseen /= ratio
-        total = self.stick.sum() + self.slide.sum()
-        self.stick /= total
-        self.slide /= total
+        self._weigh(evidence)
+        self._normalise()
+
+    def weigh(self, evidence: float) -> None:
+        """Take the detector's evidence of a round in which no load is known."""
+        self._weigh(evidence)
+        self._normalise()
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
         """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
@@ -159,6 +160,16 @@ class GripBelief:
         part = (upper - risk) / max(upper - beyond[at], 1e-12)
         ln_need = self._ln_need[at] - STEP * (1 - part) + math.log(margin)
         return math.exp(ln_need / POWER)
+
+    def _weigh(self, evidence: float) -> None:
+        ratio = self._unseen + (1 - self._unseen) * math.exp(min(max(evidence, -_MOST), _MOST))
+        self.slide *= ratio
+        self._unseen /= ratio
+
+    def _normalise(self) -> None:
+        total = self.stick.sum() + self.slide.sum()
+        self.stick /= total
+        self.slide /= total
 
     def _drift(self, dt_s: float, changed: bool) -> None:
         share = min(0.5 * dt_s * (LOAD_DRIFT / STEP) ** 2, 0.25)

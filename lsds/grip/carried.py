@@ -10,7 +10,6 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
-from lsds.grip.jump import LoadJump
 from lsds.grip.soft_finger import pull_of
 
 if TYPE_CHECKING:
@@ -20,8 +19,6 @@ REMEMBERED_S = 1.0
 """The load to be carried is the greatest of this time: an arm that brakes lightens it for a moment only."""
 ZERO_S = 0.3
 """A finger that is first seen later than this after the first has no zero: it may be under load already."""
-STEADY_S, STEADY, NOISE_N = 0.5, 0.06, 0.01
-"""A load that has changed by less than this share and the noise for this time is steady."""
 LEAST_N = 0.03
 """A smaller load tells nothing of friction: noise and creep of the gel are as large."""
 MEDIAN = 3
@@ -30,20 +27,16 @@ MEDIAN = 3
 
 class CarriedLoad:
     """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's is an earlier one,
-    because it tells none now. `jumped_n` is where a load that has just jumped will be when the fingers answer, 0 for
-    one that has not; `fell` whether it has just fallen. `normal_n` is the greatest normal force of a finger, NaN where
-    none is told."""
+    because it tells none now. `normal_n` is the greatest normal force of a finger, NaN where none is told."""
 
     def __init__(self) -> None:
         self.now_n = self.normal_n = math.nan
-        self.jumped_n = 0.0
-        self.stale = self.fell = False
+        self.stale = False
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
         self._last: dict[str, deque[float]] = {}
         self._seen_ns: dict[str, int] = {}
         self._loads: deque[tuple[int, float]] = deque()
-        self._jump = LoadJump()
 
     def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
         """Take what the fingers see at a time. A frame that was taken before is not taken again."""
@@ -63,8 +56,6 @@ class CarriedLoad:
         if not self._last:
             return
         self.now_n = fmean(loads[-1] for loads in self._last.values())
-        self.jumped_n = self._jump.see(t_ns, self.now_n)
-        self.fell = self._jump.fell
         self._loads.append((t_ns, fmean(median(loads) for loads in self._last.values())))
         while t_ns - self._loads[0][0] > nanoseconds(REMEMBERED_S):
             self._loads.popleft()
@@ -73,16 +64,6 @@ class CarriedLoad:
     def greatest_n(self) -> float:
         """The greatest load of late; one frame alone does not count."""
         return max((load for _, load in self._loads), default=math.nan)
-
-    @property
-    def steady(self) -> bool:
-        """Whether the load has not changed for a time: the object hangs, or nothing pulls."""
-        if not self._loads:
-            return False
-        last_ns = self._loads[-1][0]
-        late = [load for at, load in self._loads if last_ns - at <= nanoseconds(STEADY_S)]
-        spans = last_ns - self._loads[0][0] >= nanoseconds(STEADY_S)
-        return spans and max(late) - min(late) < STEADY * max(late) + NOISE_N
 
     def _take(self, name: str, load: ContactLoad, t_ns: int) -> None:
         self._began_ns = t_ns if self._began_ns is None else self._began_ns

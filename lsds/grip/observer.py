@@ -95,6 +95,8 @@ class GripObserver:
             moved_mm = 1e3 * round_s * arm_m_s if round_s > 0 else 0.0
             stands = supported and not speed_m_s > 0
             self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm)
+        elif not math.isfinite(load_n):
+            self.belief.weigh(evidence)
         self._estimate = GripEstimate(
             t_ns,
             self._touch_m,

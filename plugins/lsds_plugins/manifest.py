@@ -101,13 +101,6 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "controller",
-            "margin",
-            "lsds_plugins.controllers.margin:MarginController",
-            "lsds_plugins.controllers.margin:MarginOptions",
-            summary="grip follows load over friction, with a margin; closes on slip, then opens to the margin",
-        ),
-        BackendSpec(
-            "controller",
             "pd",
             "lsds_plugins.controllers.pd:PdController",
             "lsds_plugins.controllers.pd:PdOptions",

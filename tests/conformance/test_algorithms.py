@@ -19,7 +19,7 @@ FOUND = [
 ]
 VARIANTS = [
     ("controller", "pd", {"release_m_s": 0.005, "release_after_s": 0.2}),
-    ("controller", "margin", {"release_m_s": 0.0}),
+    ("controller", "belief", {"release_m_s": 0.0}),
     ("job", "hold", {"duration_s": 1.0}),
     ("job", "shake", {"corrects": True, "closer_mm": 0.0}),
     ("job", "slide", {"turn_rad_s": 0.5}),

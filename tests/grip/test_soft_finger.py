@@ -53,7 +53,7 @@ def test_what_is_gripped_beside_its_middle_does_not_turn_far(squeeze_mm, install
         "cell.simulated.fidelity=winkler",
         "cell.simulated.centre_x_mm=10.0",
         "cell.simulated.grip_height_mm=75.0",
-        "controller.backend=margin",
+        "controller.backend=belief",
         f"task.first_squeeze_m={squeeze_mm * 1e-3}",
     ]
     session = run(None, config)

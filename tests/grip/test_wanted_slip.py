@@ -15,7 +15,7 @@ from lsds.errors import ConfigError
 from lsds.grip.wanted_slip import WantedSlip
 from lsds.session.run import run
 from lsds.task import TaskOptions
-from tests.grip.test_margin import Grip
+from tests.grip.test_belief_control import Grip
 
 SLOWLY = Slide(0.01)
 SEEN = replace(
@@ -53,7 +53,7 @@ def test_the_controller_neither_closes_nor_opens_while_it_slides_as_wanted():
     assert [grip.frame(0.8, slip=True, speed=0.08, slide=SLOWLY) for _ in range(3)][-1] > 1.2
 
 
-@pytest.mark.parametrize("backend", ["margin", "pd"])
+@pytest.mark.parametrize("backend", ["belief", "pd"])
 @pytest.mark.parametrize(("speed_m_s", "rate_rad_s"), [(-0.01, 0.0), (0.0, 0.5)])
 def test_a_pipe_slides_and_turns_at_the_wanted_rate(backend, speed_m_s, rate_rad_s, installed_host):
     config = [

@@ -20,6 +20,8 @@ from lsds.grip.wanted_slip import WantedSlip
 
 LIKELY = 0.25
 """With a greater probability of a slide, the next closing waits until the last one has arrived."""
+SURELY = 0.75
+"""With a greater probability, the object has slid; where no load is known, the fingers close on it."""
 MOST_RISK = 0.35
 """Greatest accepted risk, however slow a slide would be."""
 REACTION_S = 0.12
@@ -32,6 +34,10 @@ LEAST_TICK_M, LEAST_STEP_M = 1e-4, 3e-4
 """Resolution that is assumed of a gripper that declares a finer one, and least sum of openings that is waited for."""
 ARRIVES_S = 0.25
 """A closing that has not arrived after so long does not keep the next one waiting."""
+LOST_M = 4e-4
+"""Fingers that rest wider than this and two ticks beyond a command did not receive it: it is sent again."""
+GIVES_WAY = 0.9
+"""While probing, the arm rests: a load below this share of the greatest of late has slipped."""
 LEAST_PROBED_M = 4.5e-4
 """Probing opens to this squeeze at most: a looser grip is not known to touch."""
 
@@ -78,6 +84,7 @@ class BeliefController:
         self.held_back = False
         self._quiet_s = self._slid_n = 0.0
         self._found = False
+        self._closed_n = self._began_m = 0.0
         self._opened_to: float | None = None
         self._taken_ns: int | None = None
         self._closed_ns = 0
@@ -95,11 +102,16 @@ class BeliefController:
         if state.slide is not None:
             falls = self._wanted_slip.falls(state.t_ns, state.estimate, state.slide)
             return self._closed(state, grip, math.inf, held_m, tick_m) if falls else None
+        if not math.isfinite(grip.load_n) and grip.slips > SURELY:
+            return self._closed(state, grip, math.inf, held_m, tick_m)
         if not grip.load_n > LEAST_N:
             return None
-        if grip.slips > 1 - LIKELY:
+        if grip.slips > SURELY:
             self._slid_n = grip.load_n
             self._found |= state.probes
+        if state.probes and not self._found and grip.load_n < GIVES_WAY * grip.greatest_n:
+            self._found = True
+            return self._closed(state, grip, options.margin * grip.squeeze_m, held_m, tick_m)
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * LATENCY_S, grip.load_n)
         risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
         # What moves has to be braked within the accepted slip, too: energy over weight and way.
@@ -108,6 +120,9 @@ class BeliefController:
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
             return self._closed(state, grip, wanted_m, held_m, tick_m)
+        if held_m - grip.squeeze_m > LOST_M + 2 * tick_m and grip.t_ns - self._closed_ns > nanoseconds(ARRIVES_S):
+            self._closed_ns = grip.t_ns
+            return state.aperture_m
         return self._opened(state, grip, held_m, tick_m, dt_s)
 
     def _closed(
@@ -127,6 +142,9 @@ class BeliefController:
         if not target_m > held_m:
             return None
         self._closed_ns = grip.t_ns
+        if not self._closed_n:
+            self._began_m = held_m
+        self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_N else self._closed_n
         return max(0.0, grip.touch_m - target_m)
 
     def _opened(self, state: GripInput, grip: GripEstimate, held_m: float, tick_m: float, dt_s: float) -> float | None:
@@ -138,8 +156,10 @@ class BeliefController:
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N), 1.0)
+            # What has not slid is given back what it was closed by, and no more.
+            least_m = least_m if self._slid_n else max(least_m, self._began_m)
             speed_m_s = options.release_m_s
-            sure = self._slid_n > 0 and grip.load_n > RELEASED * self._slid_n and not state.probes
+            sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not state.probes
         if not (sure and least_m < held_m and state.detection.slip is False) or grip.stale or not self.may_open:
             self._quiet_s, self._opened_to = 0.0, None
             return None

@@ -67,7 +67,7 @@ class SlideOptions(BaseModel):
         json_schema_extra={"flag": "--rate", "metavar": "RAD/S"},
     )
     controllers: list[str] = Field(
-        default=["margin"], description="controller", json_schema_extra={"flag": "--controller", "metavar": "NAME"}
+        default=["belief"], description="controller", json_schema_extra={"flag": "--controller", "metavar": "NAME"}
     )
     squeeze_mm: float = Field(default=1.4, gt=0, le=10, description="first squeeze beyond the touch, mm")
     seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")

@@ -30,21 +30,21 @@ def evaluated(capsys):
     return call
 
 
-def test_margin_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_path):
+def test_belief_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_path):
     kept, told, picture = tmp_path / "runs.jsonl", tmp_path / "grip.json", tmp_path / "grip.png"
     code, output = evaluated("--out", str(kept), "--json", str(told), "--plot", str(picture))
     assert code == 0, output
     runs = {run["controller"]: run for run in json.loads(told.read_text())["runs"]}
-    assert set(runs) == {"belief", "margin", "pd", "off"}
-    assert runs["margin"]["held"]
+    assert set(runs) == {"belief", "pd", "off"}
+    assert runs["belief"]["held"]
     assert not runs["off"]["held"]
-    assert 1 < runs["margin"]["steady_over_needed"] < min(2.0, runs["pd"]["steady_over_needed"] or 99)
+    assert 1 < runs["belief"]["steady_over_needed"] < min(2.0, runs["pd"]["steady_over_needed"] or 99)
     assert runs["off"]["closings"] == 0
-    assert runs["off"]["first_over_needed"] < 1 < runs["margin"]["peak_over_needed"]
+    assert runs["off"]["first_over_needed"] < 1 < runs["belief"]["peak_over_needed"]
     assert picture.stat().st_size > 5000
     # What is kept is not run again; a run that was cut off is.
     lines = kept.read_text().splitlines()
-    assert len(lines) == 4
+    assert len(lines) == 3
     known = [json.loads(line) for line in lines[:2]]
     known[0]["run"]["slip_mm"] = 123.0
     kept.write_text("\n".join(json.dumps(line) for line in known) + "\n" + lines[2][:40])
@@ -52,7 +52,7 @@ def test_margin_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_pa
     assert code == 0, output
     again = json.loads(told.read_text())["runs"]
     assert max(run["slip_mm"] for run in again) == 123.0
-    assert len(again) == 4
+    assert len(again) == 3
 
 
 def test_an_unknown_object_is_one_line(evaluated):

@@ -38,9 +38,9 @@ def lifts(*cases):
 
 def test_a_row_is_of_the_lifts_that_slipped():
     rows = lifts((True, 900.0, 0.1, 0.0, 5.0), (True, 1100.0, 0.1, 2.0, 1.4), (True, 1000.0, 0.1, 4.0, 1.6))
-    row = summarized(Configuration("lk", "a", "b", "margin"), rows)
+    row = summarized(Configuration("lk", "a", "b", "belief"), rows)
     assert (row["frame_us"], row["slip_mm"], row["steady"], row["steady_all"]) == (1000.0, 3.0, 1.5, 1.6)
-    assert row["configuration"] == "lk a+b margin"
+    assert row["configuration"] == "lk a+b belief"
 
 
 @given(st.lists(st.tuples(st.booleans(), *[st.integers(1, 4)] * 3), min_size=1, max_size=12))
@@ -62,7 +62,7 @@ def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(told, tmp_path, mo
     code, out, err = told("chart", "loop", *FEW, "--out", str(runs), "--plot", str(picture), "--json", "-")
     assert code == 0, err
     rows = json.loads(out[out.index("{") :])["configurations"]
-    assert {row["controller"] for row in rows} == {"margin", "pd"}
+    assert {row["controller"] for row in rows} == {"belief", "pd"}
     assert any(row["front"] for row in rows)
     assert picture.stat().st_size > 5000
 

@@ -22,10 +22,10 @@ class GripOptions(BaseModel):
     \b
     Examples:
       lsds evaluate grip --quick
-      lsds evaluate grip --controller margin --controller pd --out runs.jsonl --plot grip.png
+      lsds evaluate grip --controller belief --controller pd --out runs.jsonl --plot grip.png
       lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
-      lsds evaluate grip --controller margin --probe --with gripper.mock-hand-e.latency_ms=200
-      lsds evaluate grip --random 60 --controller belief --controller margin --json random.json
+      lsds evaluate grip --controller belief --probe --with gripper.mock-hand-e.latency_ms=200
+      lsds evaluate grip --random 60 --controller belief --json random.json
       lsds evaluate grip --cluster tcp://10.0.0.5:8786
     """
 

@@ -1,0 +1,149 @@
+"""Controller `belief` with the engine's observer: it closes on slip, and never opens on a doubt."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lsds_plugins.controllers.belief import ARRIVES_S, BeliefController, BeliefOptions
+
+from lsds.clock import VirtualClock
+from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripInput, SlipEstimate
+from lsds.grip.observer import GripObserver
+
+TOUCH_M = 0.025
+FRAME_NS = 40_000_000
+TICK_M = 50e-3 / 225
+
+
+class Grip:
+    """A grip whose frames are written by a test; commands are carried out at once, unless `deaf`."""
+
+    def __init__(self, squeeze_mm, **options):
+        self.controller = BeliefController(BeliefOptions(**options), BuildContext(VirtualClock(), 0))
+        self.observer = GripObserver()
+        self.squeeze_mm = self.sent_mm = self.seized_mm = squeeze_mm
+        self.t_ns, self.deaf = 0, False
+
+    def frame(self, load_n, slip, speed=0.0, *, std=0.001, touch_m=TOUCH_M, load_missing=False, **wanted):
+        """Show a frame; return the squeeze (mm) that is commanded then. `slip` None is an abstention."""
+        self.t_ns += FRAME_NS
+        pulls = None if load_missing else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001, wanted.pop("normal_n", math.nan))
+        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=self.t_ns, load=pulls))
+        estimate = ABSTAINED if slip is None else SlipEstimate((0.0, speed), (std, std), 0.0, 0.0, speed, std)
+        score = math.nan if slip is None else 0.95 if slip else 0.02
+        detection = Detection(slip, score, 0.5, 0.9, score)
+        aperture, sent = TOUCH_M - self.squeeze_mm * 1e-3, TOUCH_M - self.sent_mm * 1e-3
+        grip = self.observer.update(self.t_ns, 0.04, aperture, touch_m, (finger,), detection, estimate, speed_m_s=0.0)
+        asked = self.controller.update(
+            GripInput(
+                self.t_ns, 0.04, detection, estimate, sent, aperture, (finger,), touch_m, aperture,
+                **{"resolution_m": TICK_M, "grip": grip, **wanted},
+            )
+        )  # fmt: skip
+        if asked is not None:
+            self.sent_mm = (TOUCH_M - asked) * 1e3
+            self.repeated = asked == sent
+            if not self.deaf:
+                self.squeeze_mm = self.sent_mm
+        return self.sent_mm
+
+    def quiet(self, load_n, seconds, **more):
+        return [self.frame(load_n, slip=False, **more) for _ in range(round(seconds / 0.04))][-1]
+
+
+def hanging(squeeze_mm=1.5, load_n=0.5, **options):
+    grip = Grip(squeeze_mm, **options)
+    grip.frame(0.0, slip=False)
+    grip.quiet(load_n, 0.4)
+    return grip
+
+
+def slipped(**options):
+    """A grip that has slipped, was closed, and holds."""
+    grip = hanging(**options)
+    while grip.sent_mm < 1.1 * grip.seized_mm:
+        grip.frame(0.5, slip=True, speed=0.05)
+    grip.quiet(0.6, 0.2)
+    return grip
+
+
+def test_a_grip_that_holds_is_left_alone():
+    assert hanging(3.0).quiet(0.5, 4.0) == pytest.approx(3.0)
+
+
+def test_it_closes_on_slip_and_then_opens_to_what_holds():
+    grip = slipped()
+    closed_mm = grip.sent_mm
+    assert closed_mm > 1.9
+    opened_mm = grip.quiet(0.6, 4.0)
+    assert 1.5 < opened_mm < closed_mm - 0.2
+
+
+def test_it_follows_a_load_that_grows_before_anything_slips():
+    grip = hanging(1.5)
+    for load_n in (0.7, 1.0, 1.3, 1.6, 1.9, 2.2, 2.5, 2.8):
+        grip.frame(load_n, slip=False)
+    assert grip.sent_mm > 1.5
+
+
+def test_a_load_that_falls_at_once_is_answered_before_a_detector_tells():
+    grip = hanging(1.5, 1.0)
+    grip.frame(0.45, slip=False)
+    assert grip.frame(0.45, slip=False, speed=0.01) > 1.7
+
+
+def test_a_slip_is_caught_without_a_load_too():
+    grip = Grip(1.0)
+    for _ in range(6):
+        grip.frame(0.0, slip=True, speed=0.05, load_missing=True)
+    assert grip.sent_mm > 1.2
+
+
+def test_nothing_opens_because_the_load_is_gone():
+    grip = slipped()
+    held_mm = grip.sent_mm
+    assert grip.quiet(0.1, 4.0) == pytest.approx(held_mm)
+    assert grip.quiet(0.0, 4.0) == pytest.approx(held_mm)
+
+
+def test_nothing_opens_while_the_load_is_stale():
+    grip = slipped()
+    held_mm = grip.sent_mm
+    assert grip.quiet(0.6, 4.0, load_missing=True) >= held_mm - 1e-9
+
+
+def test_without_release_it_never_opens():
+    grip = slipped(release_m_s=0.0)
+    held_mm = grip.sent_mm
+    assert grip.quiet(0.6, 4.0) == pytest.approx(held_mm)
+
+
+def test_a_closing_that_was_lost_is_sent_again():
+    grip = slipped()
+    grip.deaf, grip.squeeze_mm = True, grip.sent_mm - 1.5
+    grip.repeated = False
+    grip.quiet(0.2, 2 * ARRIVES_S + 0.1)
+    assert grip.repeated
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.floats(0.0, 3.0), st.sampled_from([True, None]), st.floats(0.0, 0.2), st.booleans()),
+        min_size=1,
+        max_size=25,
+    ),
+    st.one_of(st.just(TOUCH_M), st.just(math.nan)),
+)
+def test_it_never_opens_on_an_alarm_or_an_abstention(frames, touch_m):
+    grip = Grip(1.5)
+    grip.frame(0.0, slip=False, touch_m=touch_m)
+    before_mm = grip.sent_mm
+    for load_n, slip, speed, missing in frames:
+        now_mm = grip.frame(load_n, slip, speed, touch_m=touch_m, load_missing=missing)
+        assert before_mm - 1e-9 <= now_mm <= 25.0
+        before_mm = now_mm
