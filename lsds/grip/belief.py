@@ -7,9 +7,9 @@ limit in units of load over squeeze^p, so the limit at a squeeze s is r s^p. The
     slide    F = r s^p / kappa, the kinetic friction; the object stops where that exceeds W
 
 Only a new greatest F / s^p is evidence on r while the object sticks: the same stick in a hundred frames proves no more
-than in one. The detector enters as a calibrated log-likelihood ratio of slide against stick (`lsds.grip.evidence`).
+than in one. Detector and estimator enter as a log-likelihood ratio of slide against stick (`lsds.grip.evidence`).
 Equations and figures: `docs/grip.md`. `POWER` and `KINETIC` are those of the simulated cell; the other constants were
-chosen on draws 0 and 1000 of the random objects. There is no procedure yet that identifies them.
+chosen on draws 0, 1000 and 1001 of the random objects. There is no procedure yet that identifies them.
 """
 
 from __future__ import annotations

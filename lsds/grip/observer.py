@@ -28,6 +28,7 @@ STEP_M = 1e-4
 FALLS_M_S = 0.04
 """Least speed of a slide in the air: an object of which friction carries nine tenths gains it in 40 ms."""
 GRAVITY_M_S2 = 9.81
+"""Acceleration of a falling object."""
 LATENCY_S = 0.11
 """Time from a change of the load to the fingers' answer: camera, computing, a Hand-E and its way."""
 ARM_LAG_S = 0.12

@@ -6,7 +6,7 @@ import mutants_lives
 import mutants_movers
 import mutants_sensors
 import pytest
-from catching import CAUGHT_DEVICES, LEFT
+from catching import CAUGHT_DEVICES
 from fake_cell import plugin
 from honest_devices import HonestArm, HonestGripper, HonestPoses, HonestSensor
 
@@ -32,13 +32,6 @@ def bench(kind, device):
 
 
 HONEST_CASES = [case for kind, device in HONEST.items() for case in cases(bench(kind, device))]
-
-
-@pytest.fixture(autouse=True)
-def _nothing_is_left():
-    yield
-    while LEFT:
-        LEFT.pop(0)()
 
 
 @pytest.mark.parametrize("case", HONEST_CASES, ids=lambda case: case.id)

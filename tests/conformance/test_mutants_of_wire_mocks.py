@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mutants_wire_mocks
 import pytest
-from catching import CAUGHT_WIRE_MOCKS, LEFT
+from catching import CAUGHT_WIRE_MOCKS, require_caught
 from fake_cell import plugin
 from honest_wire_mock import HonestWireMock
 
@@ -25,13 +25,6 @@ def bench(mock):
 HONEST_CASES = cases(bench(HonestWireMock))
 
 
-@pytest.fixture(autouse=True)
-def _nothing_is_left():
-    yield
-    while LEFT:
-        LEFT.pop(0)()
-
-
 @pytest.mark.parametrize("case", HONEST_CASES, ids=lambda case: case.id)
 def test_an_honest_wire_mock_passes(case):
     result = case.run()
@@ -41,12 +34,7 @@ def test_an_honest_wire_mock_passes(case):
 @pytest.mark.parametrize("mutant", CAUGHT_WIRE_MOCKS, ids=lambda mutant: mutant.__name__)
 def test_a_mutant_is_caught_by_the_check_of_its_mistake(mutant):
     check, match = CAUGHT_WIRE_MOCKS[mutant]
-    (case,) = [case for case in cases(bench(mutant)) if case.check is check]
-    with pytest.raises(AssertionError, match=match) as caught:
-        case()
-    message = str(caught.value)
-    assert "; " in message.split("\nrule: ")[0], f"no remedy in: {message}"
-    assert "\nguide: docs/plugins.md#wire-mocks" in message
+    require_caught(bench(mutant), check, match, "docs/plugins.md#wire-mocks")
 
 
 def test_mutants_are_registered():
