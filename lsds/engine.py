@@ -12,6 +12,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -20,7 +21,7 @@ from lsds.answers import sound_aperture
 from lsds.background import Background
 from lsds.calls import SETTLE_S
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
-from lsds.contracts import OBSERVER, Cycle, Grip, GripInput, Job, Setting, Situation, Twist, Wanted
+from lsds.contracts import OBSERVER, Cycle, Grip, GripEstimate, GripTask, Job, Setting, Situation, Twist, Wanted
 from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop, raised_by
 from lsds.fusion import fused_detection, fused_estimate
 from lsds.grip.observer import GripObserver
@@ -41,12 +42,13 @@ if TYPE_CHECKING:
     from lsds.contracts import FingerCycle, Frame
     from lsds.rig import Rig
 
-A = TypeVar("A")
 B = TypeVar("B")
 
 #: The newest frame is asked for this many times per nominal frame interval: a camera's phase is its own, and a frame
 #: that waits for a poll is delay in the loop, which costs more slip than any gain.
 POLLS_PER_FRAME = 8
+LIKELY = 0.5
+"""Probability of a slide from which on the object is said to slip."""
 _FOREVER_NS = 2**62
 
 
@@ -85,13 +87,18 @@ class Engine:
         self._act = Actuation(rig.gripper, rig.arm, config, rig.clock, self._consent.ask, self._calls)
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
-        if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "minds_force", False):
+        if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "limits_force", False):
             problem = f"{self._controller_name} does not heed it: what is fragile would be crushed"
             raise ConfigError(
                 "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "belief"')]
             )
         self._states = States(rig, start)
-        self._grip = GripObserver() if getattr(rig.controller, "reads_grip", False) else None
+        self._asked = GripTask(
+            fragile_n=self._fragile_n,
+            resolution_m=0.0 if rig.gripper is None else rig.gripper.spec.resolution_m,
+            answer_s=_answer_s(rig),
+        )
+        self._grip = GripObserver(self._asked.answer_s)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None
@@ -247,47 +254,26 @@ class Engine:
         acting = self._wanted.corrects
         state = self._states.gripper
         measured = math.nan if state is None else state.aperture_m
-        command = grip = None
-        if acting and detection.slip:
+        first = seen[0].observation
+        grip = GripEstimate(
+            t_ns=first.t_ns,
+            dt_s=self._since_controlled(seen[0]) if acting else first.dt_s,
+            detection=detection,
+            estimate=estimate,
+            fingers=known,
+            # Where a job has gripped nothing itself, the fingers are where they are.
+            commanded_m=self._act.held_m if math.isfinite(self._act.held_m) else measured,
+            measured_m=measured,
+            aperture_m=self._aperture_at(first.t_ns),
+            touch_m=self._wanted.touch_m,
+        )
+        if acting or self._rig.gripper is None:
+            grip = self._grip.update(grip, supported=self._wanted.supported, speed_m_s=_speed_m_s(self._wanted.twist))
+        if acting and grip.slips > LIKELY:
             self._rig.stages.enter(SLIP, now_ns)
+        command = None
         if acting and self._controls and state is not None:
-            first = seen[0].observation
-            since_s = self._since_controlled(seen[0])
-            aperture_m = self._states.aperture_at(first.t_ns)
-            if self._grip is not None:
-                grip = self._grip.update(
-                    first.t_ns,
-                    since_s,
-                    aperture_m if math.isfinite(aperture_m) else measured,
-                    self._wanted.touch_m,
-                    known,
-                    detection,
-                    estimate,
-                    supported=self._wanted.supported,
-                    speed_m_s=_speed_m_s(self._wanted.twist),
-                )
-            asked = GripInput(
-                first.t_ns,
-                since_s,
-                detection,
-                estimate,
-                # Where a job has gripped nothing itself, the fingers are where they are.
-                self._act.held_m if math.isfinite(self._act.held_m) else measured,
-                measured,
-                known,
-                self._wanted.touch_m,
-                aperture_m,
-                self._wanted.probes,
-                self._fragile_n,
-                0.0 if self._rig.gripper is None else self._rig.gripper.spec.resolution_m,
-                self._wanted.slide,
-                grip,
-            )
-            aperture = self._make(self._update, self._rig.controller.update, asked)
-            aperture = sound_aperture(self._controller_name, aperture)
-            self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
-            if aperture is not None:
-                command = self._act.correct(aperture, may_open=self._may_open)
+            command = self._correct(grip)
         self.frame_to_command.add((perf_ns() - started,))
         self._newest = cycle = Cycle(
             now_ns,
@@ -310,6 +296,19 @@ class Engine:
             self.scheduler.stop()
         for line, finger in zip(seeing, seen, strict=True):
             line.gate.followed(finger.frame, finger.tracks, now_ns)
+
+    def _correct(self, grip: GripEstimate) -> float | None:
+        """Ask the controller for an aperture and send it; return what was sent, None for nothing."""
+        wanted = replace(self._asked, probes=self._wanted.probes, slide=self._wanted.slide)
+        aperture = self._make(self._update, self._rig.controller.update, grip, wanted)
+        aperture = sound_aperture(self._controller_name, aperture)
+        self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
+        return None if aperture is None else self._act.correct(aperture, may_open=self._may_open)
+
+    def _aperture_at(self, t_ns: int) -> float:
+        """Return the aperture (m) at a time, the newest where that is not known, NaN before the first state."""
+        aperture_m, state = self._states.aperture_at(t_ns), self._states.gripper
+        return aperture_m if math.isfinite(aperture_m) or state is None else state.aperture_m
 
     def _since_controlled(self, finger: FingerCycle) -> float:
         """Return the time (s) since the controller's last update, measured by frames.
@@ -382,9 +381,8 @@ class Engine:
             self._act.opened = False
         if begins or sent:
             # What a controller remembers is of a grip that is no more.
-            if self._grip is not None:
-                self._grip.reset()
-            self._make(self._update._replace(name="reset"), lambda _: self._rig.controller.reset(), None)
+            self._grip.reset()
+            self._make(self._update._replace(name="reset"), self._rig.controller.reset)
             self._controlled_ns = None
         if wanted.twist is not None:
             self._act.move(wanted.twist, wanted.acceleration_m_s2)
@@ -410,10 +408,10 @@ class Engine:
         if problem:
             raise PluginError(f"{self._job_label}: stage '{wanted.stage}': {problem} (a mistake in that job)")
 
-    def _make(self, call: Call, function: Callable[[A], B], argument: A) -> B:
+    def _make(self, call: Call, function: Callable[..., B], *arguments: object) -> B:
         """Call a backend; an exception that does not explain itself names the backend."""
         try:
-            return self._calls.make(call, function, argument)
+            return self._calls.make(call, function, *arguments)
         except LsdsError:
             raise
         except Exception as error:
@@ -564,6 +562,13 @@ def _moves(twist: Twist | None) -> bool:
 def _speed_m_s(twist: Twist | None) -> float:
     """Return how fast a job moves the arm; infinite if it leaves the arm alone."""
     return math.inf if twist is None else math.hypot(*twist.linear_m_s)
+
+
+def _answer_s(rig: Rig) -> float:
+    """Return the time (s) from a change at the object to the fingers' answer: until it is in a frame at the latest,
+    until the frame is here, and until the fingers move."""
+    sensor_s = max(1 / finger.sensor.spec.rate_hz + finger.sensor.spec.latency_s for finger in rig.fingers)
+    return sensor_s + (0.0 if rig.gripper is None else rig.gripper.spec.latency_s)
 
 
 def _require_rate(line: FingerLine, stale_after_s: float) -> None:

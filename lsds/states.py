@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
 from lsds.errors import StaleData
-from lsds.grip.touch import aperture_at
+from lsds.tactile.touch import aperture_at
 from lsds.watches import FollowWatch, Freshness
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from lsds.contracts.algorithms import Controller, Detector, Estimator, Tracker
 from lsds.contracts.backend import CONTRACT_VERSION, BackendSpec, BuildContext
-from lsds.contracts.cycle import Cycle, FingerCycle, GripInput
+from lsds.contracts.cycle import Cycle
 from lsds.contracts.devices import (
     Arm,
     Cell,
@@ -14,7 +14,9 @@ from lsds.contracts.devices import (
     TactileSensor,
 )
 from lsds.contracts.fault import OBSERVER, Fault
-from lsds.contracts.grip import GripEstimate
+from lsds.contracts.finger import FingerCycle
+from lsds.contracts.former import GripInput
+from lsds.contracts.grip import GripEstimate, GripTask
 from lsds.contracts.job import Grip, Job, Setting, Situation, Wanted
 from lsds.contracts.kinds import CONFIG_KINDS, DEVICE_KINDS, KINDS, OPTIONAL_KINDS, Kind, KindSpec
 from lsds.contracts.study import Study, StudyResult, StudyTable
@@ -86,6 +88,7 @@ __all__ = [
     "Grip",
     "GripEstimate",
     "GripInput",
+    "GripTask",
     "Gripper",
     "GripperCommand",
     "GripperSpec",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from lsds.contracts.cycle import GripInput
+from lsds.contracts.grip import GripEstimate, GripTask
 from lsds.contracts.values import (
     Detection,
     Frame,
@@ -68,17 +68,27 @@ class Estimator(Protocol):
 
 @runtime_checkable
 class Controller(Protocol):
-    """Computes an aperture from the slip state.
+    """Computes an aperture from the estimate of the grip.
 
-    The guard lets automatic corrections only close. A controller that can open on purpose (a release) declares this
-    with an attribute `may_open`, true if its options ever open the gripper; without it, opening is refused. One that
-    keeps the force below `GripInput.fragile_n` declares that with `minds_force`; without it a rig whose task gives
-    `fragile_n` does not come up. Its attribute `held_back` is true if `fragile_n` limited the last update, which a run
-    names as the reason of a drop. One with `reads_grip` true gets an estimate of the grip (`GripInput.grip`), which
-    costs 0.2 ms a frame.
+    The guard lets automatic corrections only close, unless the controller has a true `may_open`: its options let it
+    open on purpose (a release). `limits_force` is true if it keeps the normal force below `GripTask.fragile_n`;
+    otherwise a rig whose task gives `fragile_n` does not come up. Such a controller may have an attribute `held_back`,
+    true if `fragile_n` limited the last update, which a run names as the reason of a drop.
+
+    Both attributes are read once, when a run begins. Where one is missing it is taken to be false.
     """
 
-    def update(self, state: GripInput) -> float | None:
+    @property
+    def may_open(self) -> bool:
+        """Whether it may ask for a larger aperture."""
+        ...
+
+    @property
+    def limits_force(self) -> bool:
+        """Whether it heeds `GripTask.fragile_n`."""
+        ...
+
+    def update(self, grip: GripEstimate, wanted: GripTask) -> float | None:
         """Return the aperture (m) to command, or None to leave the gripper as it is."""
         ...
 

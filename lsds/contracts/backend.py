@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-CONTRACT_VERSION = 1
-"""Version of the contracts of this lsds; it grows when a plugin written for the previous one no longer works."""
+CONTRACT_VERSION = 2
+"""Version of the contracts of this lsds; it grows when plugins have to be written in another way."""
 
 OLDEST_CONTRACT_VERSION = 1
 """Oldest version of the contracts for which plugins still work."""

@@ -1,37 +1,81 @@
-"""The estimate of the grip in a cycle."""
+"""The input of a controller: the estimate of the grip, and what is wanted of it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lsds.contracts.values import ABSTAINED, UNANSWERED, Detection, SlipEstimate
+
+if TYPE_CHECKING:
+    from lsds.contracts.finger import FingerCycle
+    from lsds.contracts.values import Slide
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+def _unknown_m(risk: float, margin: float, load_n: float, braking: float) -> float:
+    """Return the squeeze that an unknown grip requires: NaN."""
+    return math.nan
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class GripEstimate:
-    """The grip at the time of a frame.
+    """The grip at the time of a frame. Metres, newtons and seconds; NaN where something is not known.
 
-    `touch_m` is the aperture at touch, `squeeze_m` by how much the fingers are closed beyond it. `load_n` is the load a
-    finger, force and torque together, NaN while it is not known; `load_n_s` its rate, `greatest_n` its maximum of late,
-    and `stale` whether a finger does not tell it now. `normal_n` is the normal force by the imprint, NaN if unknown.
-    `slips` is the probability that the object slides, `slip_m_s` its speed if it does: that of the arm while the object
-    may stand on its support, else at least that of a fall. `required_m(risk, margin, load_n, braking)` returns the
-    least squeeze (m) at which `margin` times the load exceeds the friction limit with at most that probability, for an
-    object that sticks at no more than `load_n`, or slides at any load, which then counts `braking` times; it answers
-    for the newest grip, not for that of `t_ns`. `limit_n` is the friction limit of a finger at that squeeze with its
-    standard deviation `limit_std_n`, NaN while no load is known.
+    Seen: `dt_s` is the measured time since the frame before, of the finger that came first; `detection` and `estimate`
+    are fused over the fingers, and `fingers` holds the newest view of each. `commanded_m` is the aperture last
+    commanded, `measured_m` the newest that the gripper reported, `aperture_m` that at the time of the frame, and
+    `touch_m` that at touch.
+
+    Believed: `squeeze_m` is by how much the fingers are closed beyond touch. `load_n` is the load a finger, force and
+    torque together; `load_n_s` its rate, `greatest_n` its maximum of late, and `stale` whether a finger does not show
+    it now. `normal_n` is the normal force by the imprint. `limit_n` is the friction limit of a finger at that squeeze,
+    with its standard deviation `limit_std_n`. `slips` is the probability that the object slides, `slip_m_s` its speed
+    if it does: that of the arm while the object may stand on its support, else at least that of a fall.
+    `required_m(risk, margin, load_n, braking)` returns the least squeeze at which `margin` times the load exceeds the
+    friction limit with at most that probability, for an object that sticks at no more than `load_n`, or slides at any
+    load, which then counts `braking` times; it answers for the newest grip, not for that of `t_ns`.
+
+    With several fingers the belief takes a frame of each at once: `complete` is true in the frame that completes a
+    round, and what is believed is that of the last complete one otherwise.
     """
 
-    t_ns: int
-    touch_m: float
-    squeeze_m: float
-    load_n: float
-    load_n_s: float
-    greatest_n: float
-    stale: bool
-    normal_n: float
-    slips: float
-    slip_m_s: float
-    required_m: Callable[[float, float, float, float], float]
+    t_ns: int = 0
+    dt_s: float = math.nan
+    detection: Detection = UNANSWERED
+    estimate: SlipEstimate = ABSTAINED
+    fingers: tuple[FingerCycle, ...] = ()
+    commanded_m: float = math.nan
+    measured_m: float = math.nan
+    aperture_m: float = math.nan
+    touch_m: float = math.nan
+    squeeze_m: float = math.nan
+    load_n: float = math.nan
+    load_n_s: float = math.nan
+    greatest_n: float = math.nan
+    stale: bool = True
+    normal_n: float = math.nan
     limit_n: float = math.nan
     limit_std_n: float = math.nan
+    slips: float = math.nan
+    slip_m_s: float = math.nan
+    required_m: Callable[[float, float, float, float], float] = _unknown_m
+    complete: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripTask:
+    """What job, task and devices ask of a grip.
+
+    `probes`: the job lets the controller open on purpose, to find the least grip; `slide` is a slip that is wanted,
+    None if none is. `fragile_n` is the greatest normal force a finger that the object stands. `resolution_m` is the
+    gripper's; `answer_s` is the time from a change at the object to the fingers' answer, by the specs of sensor and
+    gripper.
+    """
+
+    probes: bool = False
+    slide: Slide | None = None
+    fragile_n: float = math.inf
+    resolution_m: float = 0.0
+    answer_s: float = 0.1

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
-    from lsds.contracts.cycle import Cycle, FingerCycle
+    from lsds.contracts.cycle import Cycle
     from lsds.contracts.devices import Cell
+    from lsds.contracts.finger import FingerCycle
     from lsds.contracts.values import ArmSpec, ArmState, GripperSpec, GripperState, PoseSample, Slide, Twist
     from lsds.task import TaskOptions
 

@@ -27,7 +27,7 @@ class SensorSpec:
     """The properties of a tactile sensor: image size, nominal rate, scale and the markers printed on its pad.
 
     `pad` is (rows, columns) of printed markers, None for a gel without markers. `rate_hz` is nominal; velocities use
-    measured times only.
+    measured times only. `latency_s` is the typical time from exposure until the frame can be read.
     """
 
     width_px: int
@@ -35,6 +35,7 @@ class SensorSpec:
     rate_hz: float
     metres_per_px: float
     pad: tuple[int, int] | None = None
+    latency_s: float = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,12 +82,16 @@ class Contact(Enum):
 
 @dataclass(frozen=True, slots=True)
 class GripperSpec:
-    """The properties of a parallel gripper. Aperture is the gap between the fingers, 0 closed, `stroke_m` open."""
+    """The properties of a parallel gripper. Aperture is the gap between the fingers, 0 closed, `stroke_m` open.
+
+    `latency_s` is the typical time from a command until the fingers move.
+    """
 
     stroke_m: float
     resolution_m: float
     speed_m_s: tuple[float, float]
     force_n: tuple[float, float]
+    latency_s: float = 0.04
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,8 +314,8 @@ class Observation:
 
     `frame` is the image with its views, `evidence` the signature of slip in the velocity field, `imprint` the motion of
     the object's imprint against the gel (`lsds.tactile`); each is computed once, on first use. `load` is what pulls at
-    the gel since the reference (`lsds.grip.load`), None with too few markers. All are None in an observation that was
-    not made by perception.
+    the gel since the reference (`lsds.tactile.contact_load`), None with too few markers. All are None in an
+    observation that was not made by perception.
     `lost_share` is the share of the markers that were followed in the last frame and are lost in this one: what slips
     fast takes them along.
     """
@@ -341,6 +346,10 @@ class Detection:
     threshold: float
     confidence: float
     probability: float = math.nan
+
+
+UNANSWERED = Detection(None, math.nan, math.nan, 0.0)
+"""The detection of a detector that abstains."""
 
 
 @dataclass(frozen=True, slots=True)

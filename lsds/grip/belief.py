@@ -131,8 +131,9 @@ class GripBelief:
         self._weigh(evidence)
         self._normalise()
 
-    def weigh(self, evidence: float) -> None:
+    def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""
+        self._drift(dt_s, changed=False)
         self._weigh(evidence)
         self._normalise()
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Protocol
 from lsds.clock import nanoseconds
 from lsds.contracts import Grip
 from lsds.errors import SafetyStop
-from lsds.grip.touch import TouchFinder
 from lsds.jobs.touch import TouchGrasp
+from lsds.tactile.touch import TouchFinder
 
 if TYPE_CHECKING:
     from lsds.contracts import Setting, Situation

@@ -7,8 +7,8 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
-from lsds.grip.carried import LEAST_N, CarriedLoad
-from lsds.grip.soft_finger import speed_of
+from lsds.tactile.carried_load import LEAST_N, CarriedLoad
+from lsds.tactile.soft_finger import speed_of
 
 if TYPE_CHECKING:
     from lsds.contracts import Situation

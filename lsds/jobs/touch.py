@@ -17,8 +17,8 @@ from lsds.clock import nanoseconds
 from lsds.contracts import Contact, Grip
 from lsds.errors import SafetyStop
 from lsds.grip.fragile import STIFFEST_N_M, allowed_squeeze_m
-from lsds.grip.place import edge_of
-from lsds.grip.touch import TouchFinder
+from lsds.tactile.contact_place import edge_of
+from lsds.tactile.touch import TouchFinder
 
 if TYPE_CHECKING:
     from lsds.contracts import GripperSpec, Setting, Situation

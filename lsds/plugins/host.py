@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pluggy
 
 from lsds.contracts.backend import BuildContext
+from lsds.contracts.former import as_controller
 from lsds.contracts.kinds import KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
 from lsds.plugins.containment import contained, one_line
@@ -189,6 +190,8 @@ class PluginHost:
                 f"{backend}: its factory '{backend.spec.factory}' raised {type(error).__name__}: {one_line(error)}; "
                 f"{upgrade_or_block(backend.plugin, backend.distribution)}"
             ) from error
+        if kind == "controller":
+            built = as_controller(built, str(backend))
         check_contract(str(backend), kind, built, f"lsds plugins show {backend.qualified_name} lists the members")
         if kind == "cell":
             context.install_cell(built)

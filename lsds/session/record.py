@@ -63,7 +63,7 @@ class RunRecord:
         truth = None if self._truths is None else self._truths.at(cycle.frame.t_ns)
         estimate = cycle.estimate
         true_speed = math.nan if truth is None else math.hypot(*truth.slip_velocity_m_s)
-        contact, grip, nan = cycle.observation.contact, cycle.grip, math.nan
+        contact, grip = cycle.observation.contact, cycle.grip
         sample = Sample(
             cycle.t_ns,
             cycle.stage,
@@ -79,7 +79,10 @@ class RunRecord:
             cycle.held_m,
             cycle.measured_m,
             _seen_slip_m(cycle),
-            *((nan,) * 4 if grip is None else (grip.load_n, grip.limit_n, grip.limit_std_n, grip.slips)),
+            grip.load_n,
+            grip.limit_n,
+            grip.limit_std_n,
+            grip.slips,
         )
         self.samples.append(sample)
         # Pictures are of the first finger, and so are contact areas that are compared.

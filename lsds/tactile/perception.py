@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 from lsds.answers import sound_tracks
 from lsds.contracts import Observation
-from lsds.grip.load import load_of
-from lsds.grip.normal import normal_force_of
+from lsds.tactile.contact_load import load_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 from lsds.tactile.gate import check_image
 from lsds.tactile.imprint.motion import ImprintFollower, Step
+from lsds.tactile.normal_force import normal_force_of
 from lsds.tactile.reference import average_frames
 from lsds.tactile.slip_residual import EvidenceBasis, SlipEvidence
 from lsds.tactile.views import Viewer

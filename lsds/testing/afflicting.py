@@ -118,9 +118,10 @@ class Afflicted:
             if begins and t_ns >= BEGINS_NS:
                 self.begin()
             if noted is not None and isinstance(step, partial):
-                copied = writable(step.args[0])
-                noted(copied)
-                step = partial(step.func, copied)
+                copied = [writable(item) for item in step.args]
+                for item in copied:
+                    noted(item)
+                step = partial(step.func, *copied)
             where = f"{name} at {seconds(t_ns):.3f} s"
             try:
                 value = step(self.whole)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from numbers import Real
 from typing import Any
 
-from lsds.contracts import GripInput
+from lsds.contracts import GripEstimate, GripTask
 from lsds.testing.bench import Bench
 from lsds.testing.feeding import build
 from lsds.testing.grips import NOT_MEASURED, STROKE_M, degraded_grips, grip_inputs, sound_grips
@@ -40,16 +40,17 @@ def check_never_opens_on_what_is_lacking(bench: Bench) -> None:
     """An input that is missing, abstains, is NaN or stale never asks for a larger aperture than the one commanded."""
     for name in NAMES:
         rests = _after(bench, name)
-        sound = [rests.update(state) for state in sound_grips(name)]
+        sound = [rests.update(*given) for given in sound_grips(name)]
         for what, inputs in degraded_grips(name).items():
             controller = _after(bench, name)
-            for i, state in enumerate(inputs):
-                aperture_m = _asked(controller, state, what)
+            for i, given in enumerate(inputs):
+                aperture_m = _asked(controller, given, what)
                 # A controller that needs no measured aperture may open as it would with one.
                 as_sound = sound[i] if what == NOT_MEASURED else None
-                most_m = max(state.aperture_m, state.aperture_m if as_sound is None else as_sound)
+                commanded_m = given[0].commanded_m
+                most_m = max(commanded_m, commanded_m if as_sound is None else as_sound)
                 assert not _is_wider(aperture_m, most_m), (
-                    f"sequence {name!r}, then {what}, frame {i}: it opens from {state.aperture_m * 1e3:.2f} to "
+                    f"sequence {name!r}, then {what}, frame {i}: it opens from {commanded_m * 1e3:.2f} to "
                     f"{aperture_m * 1e3:.2f} mm; open only on a sound input that shows no slip, otherwise return None"
                 )
 
@@ -58,9 +59,9 @@ def check_opens_only_as_declared(bench: Bench) -> None:
     """A controller without a true `may_open` never asks for a larger aperture than the one commanded."""
     if getattr(build(bench), "may_open", False):
         return
-    for where, state, aperture_m in _answers(bench):
-        assert not _is_wider(aperture_m, state.aperture_m), (
-            f"{where}: it opens from {state.aperture_m * 1e3:.2f} to {aperture_m * 1e3:.2f} mm and does not declare "
+    for where, grip, aperture_m in _answers(bench):
+        assert not _is_wider(aperture_m, grip.commanded_m), (
+            f"{where}: it opens from {grip.commanded_m * 1e3:.2f} to {aperture_m * 1e3:.2f} mm and does not declare "
             "it; give it an attribute may_open"
         )
 
@@ -72,25 +73,25 @@ def _is_wider(aperture_m: Any, most_m: float) -> bool:
 def _after(bench: Bench, name: Name) -> Any:
     """Return a new controller that has seen a sequence."""
     controller = build(bench)
-    for state in grip_inputs(name):
-        controller.update(state)
+    for given in grip_inputs(name):
+        controller.update(*given)
     return controller
 
 
-def _answers(bench: Bench) -> Iterator[tuple[str, GripInput, Any]]:
+def _answers(bench: Bench) -> Iterator[tuple[str, GripEstimate, Any]]:
     for name in NAMES:
         controller = build(bench)
-        for i, state in enumerate(grip_inputs(name)):
-            yield f"sequence {name!r}, frame {i}", state, controller.update(state)
+        for i, given in enumerate(grip_inputs(name)):
+            yield f"sequence {name!r}, frame {i}", given[0], controller.update(*given)
         for what, inputs in degraded_grips(name).items():
             controller = _after(bench, name)
-            for i, state in enumerate(inputs):
-                yield f"sequence {name!r}, then {what}, frame {i}", state, _asked(controller, state, what)
+            for i, given in enumerate(inputs):
+                yield f"sequence {name!r}, then {what}, frame {i}", given[0], _asked(controller, given, what)
 
 
-def _asked(controller: Any, state: GripInput, what: str) -> Any:
+def _asked(controller: Any, given: tuple[GripEstimate, GripTask], what: str) -> Any:
     try:
-        return controller.update(state)
+        return controller.update(*given)
     except Exception as error:
         raise AssertionError(
             f"{what}: update() raised {type(error).__name__}: {error}; return None to leave the gripper as it is"

@@ -65,6 +65,17 @@ def _update(item: Any, algorithm: Any) -> Any:
     return algorithm.update(item)
 
 
+def _corrections() -> Iterator[tuple[int, str, Step]]:
+    items = grip_inputs("slides")
+    for i in range(LONG_NS // FRAME_NS - 1):
+        grip, wanted = items[i % len(items)]
+        yield (i + 1) * FRAME_NS, "update()", partial(_correct, grip, wanted)
+
+
+def _correct(grip: Any, wanted: Any, controller: Any) -> Any:
+    return controller.update(grip, wanted)
+
+
 def _job() -> Iterator[tuple[int, str, Step]]:
     for now in situations(0.05)[1:]:
         if now.t_ns < LONG_NS:
@@ -110,7 +121,7 @@ _COURSES: dict[str, Callable[[], Iterator[tuple[int, str, Step]]]] = {
     "tracker": lambda: _updates(lambda: frames("slides")),
     "detector": lambda: _updates(lambda: observations("slides")),
     "estimator": lambda: _updates(lambda: observations("slides")),
-    "controller": lambda: _updates(lambda: grip_inputs("slides")),
+    "controller": _corrections,
     "job": _job,
     OBSERVER: _observer,
 }

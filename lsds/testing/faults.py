@@ -22,7 +22,7 @@ from lsds.testing.outcomes import NotApplicable
 SEVERITIES = (1, 2, 3, 4, 5)
 """The scale of every fault that has an option `severity`."""
 NO_SEVERITIES = (-1, 0, 6)
-_DECLARED = {"controller": ("may_open", "minds_force", "held_back", "reads_grip"), "job": ("stages",)}
+_DECLARED = {"controller": ("may_open", "limits_force", "held_back"), "job": ("stages",)}
 _CALLS = {
     **dict.fromkeys(DEVICES, ("connect", "arm", "stop", "disarm", "close")),
     **dict.fromkeys(("tracker", "detector", "estimator", "controller"), ("reset",)),

@@ -70,6 +70,10 @@ def _update(algorithm: Any, item: Any) -> Any:
     return algorithm.update(item)
 
 
+def _correct(controller: Any, given: Any) -> Any:
+    return controller.update(*given)
+
+
 def _reset(algorithm: Any) -> None:
     algorithm.reset()
 
@@ -97,7 +101,7 @@ COURSES: dict[Kind, Course] = {
     "detector": Course(_nothing, _reset, _update, lambda: observations("slides"), lambda: observations("turns")),
     "estimator": Course(_nothing, _reset, _update, lambda: observations("slides"), lambda: observations("turns")),
     "tracker": Course(_start, _reset, _update, lambda: frames("slides"), lambda: frames("turns")),
-    "controller": Course(_nothing, _reset, _update, lambda: grip_inputs("slides"), lambda: grip_inputs("turns")),
+    "controller": Course(_nothing, _reset, _correct, lambda: grip_inputs("slides"), lambda: grip_inputs("turns")),
     "job": Course(_begin, _begin, _step, lambda: situations(0.05), lambda: situations(0.02)),
 }
 """Every kind of algorithm that has checks."""

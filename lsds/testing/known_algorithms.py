@@ -76,14 +76,13 @@ class KnownController(Part):
     """A controller that closes on slip, and declares all that a controller can declare."""
 
     may_open = True
-    minds_force = True
+    limits_force = True
     held_back = True
-    reads_grip = True
 
-    def update(self, state: Any) -> float | None:
+    def update(self, grip: Any, wanted: Any) -> float | None:
         """Return a smaller aperture on slip."""
-        self.note("update", state)
-        return state.aperture_m - 0.02 * state.estimate.speed_m_s if state.detection.slip else None
+        self.note("update", grip, wanted)
+        return grip.commanded_m - 0.02 * grip.estimate.speed_m_s if grip.detection.slip else None
 
     def reset(self) -> None:
         """Log the call."""

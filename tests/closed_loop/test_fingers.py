@@ -43,15 +43,15 @@ def test_the_controller_sees_both_fingers():
     with lsds.bring_up(overrides=BOTH) as engine:
         update = engine.rig.controller.update
 
-        def updating(state):
-            seen.append(state)
-            return update(state)
+        def updating(grip, wanted):
+            seen.append(grip)
+            return update(grip, wanted)
 
         engine.rig.controller.update = updating
         for _ in engine:
             if len(seen) > 5:
                 break
-    assert all({finger.finger for finger in state.fingers} == {"left", "right"} for state in seen[2:])
+    assert all({finger.finger for finger in grip.fingers} == {"left", "right"} for grip in seen[2:])
 
 
 @pytest.mark.parametrize("name", ["left", "right"])

@@ -152,11 +152,11 @@ def test_fingers_out_of_step_do_not_count_their_intervals_twice():
     fingers = ["sensors.right.mock-gelsight-mini.finger=right", *rates]
     with lsds.bring_up(overrides=[WINKLER, *fingers, "task.lift_s=1.0"]) as engine:
         update = engine.rig.controller.update
-        engine.rig.controller.update = lambda asked: (seen.append(asked), update(asked))[1]
+        engine.rig.controller.update = lambda grip, wanted: (seen.append(grip), update(grip, wanted))[1]
         leads = [cycle.leads for cycle in engine]
     assert set(leads) == {True, False}
     took = (seen[-1].t_ns - seen[0].t_ns) * 1e-9
-    assert sum(asked.dt_s for asked in seen[1:]) == pytest.approx(took, abs=1e-6)
+    assert sum(grip.dt_s for grip in seen[1:]) == pytest.approx(took, abs=1e-6)
 
 
 def test_a_rate_that_is_none_is_refused():

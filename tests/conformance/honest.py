@@ -109,6 +109,7 @@ class HonestTracker:
 
 class HonestController:
     may_open = True
+    limits_force = False
 
     def __init__(self, options, context):
         self.reset()
@@ -116,15 +117,15 @@ class HonestController:
     def reset(self):
         self.quiet_s = 0.0
 
-    def update(self, state):
-        if state.detection.slip:
+    def update(self, grip, wanted):
+        if grip.detection.slip:
             self.quiet_s = 0.0
-            speed = state.estimate.speed_m_s
-            return max(0.0, state.aperture_m - (1e-3 if math.isnan(speed) else 0.1 * speed))
-        if state.detection.slip is None or not state.dt_s > 0:
+            speed = grip.estimate.speed_m_s
+            return max(0.0, grip.commanded_m - (1e-3 if math.isnan(speed) else 0.1 * speed))
+        if grip.detection.slip is None or not grip.dt_s > 0:
             return None
-        self.quiet_s += state.dt_s
-        return state.aperture_m + 1e-3 * state.dt_s if self.quiet_s > 0.5 else None
+        self.quiet_s += grip.dt_s
+        return grip.commanded_m + 1e-3 * grip.dt_s if self.quiet_s > 0.5 else None
 
 
 class HonestJob:

@@ -17,60 +17,60 @@ from lsds.testing import corrections, wishes
 
 @caught("controller", corrections.check_never_opens_on_what_is_lacking, "the detection abstains, frame 0: it opens")
 class OpensOnAbstention(HonestController):
-    def update(self, state):
-        return state.aperture_m + 1e-4 if state.detection.slip is None else super().update(state)
+    def update(self, grip, wanted):
+        return grip.commanded_m + 1e-4 if grip.detection.slip is None else super().update(grip, wanted)
 
 
 @caught("controller", corrections.check_never_opens_on_what_is_lacking, "the estimate abstains, frame 0: it opens")
 class OpensWithoutAnEstimate(HonestController):
-    def update(self, state):
-        blind = state.detection.slip and state.estimate.abstained
-        return state.aperture_m + 1e-4 if blind else super().update(state)
+    def update(self, grip, wanted):
+        blind = grip.detection.slip and grip.estimate.abstained
+        return grip.commanded_m + 1e-4 if blind else super().update(grip, wanted)
 
 
 @caught("controller", corrections.check_never_opens_on_what_is_lacking, "no aperture is measured, frame 0: it opens")
 class OpensWithoutAMeasuredAperture(HonestController):
-    def update(self, state):
-        return 0.05 if math.isnan(state.measured_aperture_m) else super().update(state)
+    def update(self, grip, wanted):
+        return 0.05 if math.isnan(grip.measured_m) else super().update(grip, wanted)
 
 
 @caught("controller", corrections.check_never_opens_on_what_is_lacking, "again and again, frame 0: it opens")
 class OpensOnAStaleFrame(HonestController):
-    def update(self, state):
-        return super().update(state if state.dt_s != 0 else replace(state, dt_s=0.04))
+    def update(self, grip, wanted):
+        return super().update(grip if grip.dt_s != 0 else replace(grip, dt_s=0.04), wanted)
 
 
 @caught("controller", corrections.check_apertures_are_sound, "returned nan")
 class ReturnsNan(HonestController):
-    def update(self, state):
-        closer_m = 0.1 * state.estimate.speed_m_s
-        return state.aperture_m - closer_m if state.detection.slip else super().update(state)
+    def update(self, grip, wanted):
+        closer_m = 0.1 * grip.estimate.speed_m_s
+        return grip.commanded_m - closer_m if grip.detection.slip else super().update(grip, wanted)
 
 
 @caught("controller", corrections.check_apertures_are_sound, "outside of the stroke")
 class ClosesBelowZero(HonestController):
-    def update(self, state):
-        return state.aperture_m - 10 * 8e-3 if state.detection.slip else super().update(state)
+    def update(self, grip, wanted):
+        return grip.commanded_m - 10 * 8e-3 if grip.detection.slip else super().update(grip, wanted)
 
 
 @caught("controller", corrections.check_apertures_are_sound, "outside of the stroke")
 class AnswersInTicks(HonestController):
-    def update(self, state):
-        aperture_m = super().update(state)
+    def update(self, grip, wanted):
+        aperture_m = super().update(grip, wanted)
         return None if aperture_m is None else aperture_m / 2e-4
 
 
 @caught("controller", corrections.check_apertures_are_sound, "returned str '28 mm'")
 class ReturnsText(HonestController):
-    def update(self, state):
+    def update(self, grip, wanted):
         return "28 mm"
 
 
 @caught("controller", corrections.check_apertures_are_sound, "raised IndexError")
 class NeedsAFinger(HonestController):
-    def update(self, state):
-        _ = state.fingers[0]
-        return super().update(state)
+    def update(self, grip, wanted):
+        _ = grip.fingers[0]
+        return super().update(grip, wanted)
 
 
 @caught("controller", corrections.check_opens_only_as_declared, "does not declare it")
@@ -83,8 +83,8 @@ class RemembersTheQuietTime(HonestController):
     def reset(self):
         self.quiet_s = getattr(self, "quiet_s", 0.0)
 
-    def update(self, state):
-        aperture_m = super().update(state)
+    def update(self, grip, wanted):
+        aperture_m = super().update(grip, wanted)
         self.quiet_s = max(self.quiet_s, 0.3)
         return aperture_m
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from lsds_plugins.controllers.belief import ARRIVES_S, BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
-from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripInput, SlipEstimate
+from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.observer import GripObserver
 
 TOUCH_M = 0.025
@@ -24,7 +24,7 @@ class Grip:
 
     def __init__(self, squeeze_mm, **options):
         self.controller = BeliefController(BeliefOptions(**options), BuildContext(VirtualClock(), 0))
-        self.observer = GripObserver()
+        self.observer = GripObserver(0.11)
         self.squeeze_mm = self.sent_mm = self.seized_mm = squeeze_mm
         self.t_ns, self.deaf = 0, False
 
@@ -37,13 +37,21 @@ class Grip:
         score = math.nan if slip is None else 0.95 if slip else 0.02
         detection = Detection(slip, score, 0.5, 0.9, score)
         aperture, sent = TOUCH_M - self.squeeze_mm * 1e-3, TOUCH_M - self.sent_mm * 1e-3
-        grip = self.observer.update(self.t_ns, 0.04, aperture, touch_m, (finger,), detection, estimate, speed_m_s=0.0)
-        asked = self.controller.update(
-            GripInput(
-                self.t_ns, 0.04, detection, estimate, sent, aperture, (finger,), touch_m, aperture,
-                **{"resolution_m": TICK_M, "grip": grip, **wanted},
-            )
-        )  # fmt: skip
+        grip = self.observer.update(
+            GripEstimate(
+                t_ns=self.t_ns,
+                dt_s=0.04,
+                detection=detection,
+                estimate=estimate,
+                fingers=(finger,),
+                commanded_m=sent,
+                measured_m=aperture,
+                aperture_m=aperture,
+                touch_m=touch_m,
+            ),
+            speed_m_s=0.0,
+        )
+        asked = self.controller.update(grip, GripTask(**{"resolution_m": TICK_M, "answer_s": 0.11, **wanted}))
         if asked is not None:
             self.sent_mm = (TOUCH_M - asked) * 1e3
             self.repeated = asked == sent

@@ -8,7 +8,7 @@ import pytest
 from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
-from lsds.contracts import ABSTAINED, BuildContext, Detection, GripEstimate, GripInput, SlipEstimate
+from lsds.contracts import ABSTAINED, BuildContext, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.observer import FALLS_M_S, GripObserver
 
 STILL = Detection(False, 0.1, 0.75, 0.9)
@@ -16,12 +16,16 @@ FRAME_NS = 40_000_000
 
 
 def slide_m_s(speeds_m_s, estimate_m_s: float, *, supported: bool) -> float:
-    observer = GripObserver()
+    observer = GripObserver(0.12)
     estimate = SlipEstimate((estimate_m_s, 0.0), (0.001, 0.001), 0.0, 0.1, estimate_m_s, 0.001)
     grip = None
     for frame, speed_m_s in enumerate(speeds_m_s):
         grip = observer.update(
-            frame * FRAME_NS, 0.04, 0.03, 0.031, (), STILL, estimate, supported=supported, speed_m_s=speed_m_s
+            GripEstimate(
+                t_ns=frame * FRAME_NS, dt_s=0.04, detection=STILL, estimate=estimate, aperture_m=0.03, touch_m=0.031
+            ),
+            supported=supported,
+            speed_m_s=speed_m_s,
         )
     assert grip is not None
     return grip.slip_m_s
@@ -51,10 +55,23 @@ def test_an_arm_of_which_nothing_is_known_is_no_infinite_speed(supported):
 def controlled_m(slip_m_s: float) -> float | None:
     """Return what the controller commands of a squeeze of 2 mm in which an object slides."""
     controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock()))
-    grip = GripEstimate(0, 0.032, 0.002, 0.5, 0.0, 0.5, False, math.nan, 0.9, slip_m_s, lambda *_: 0.02)
-    return controller.update(
-        GripInput(0, 0.04, STILL, ABSTAINED, 0.030, 0.030, touch_m=0.032, resolution_m=1e-4, grip=grip)
+    grip = GripEstimate(
+        dt_s=0.04,
+        detection=STILL,
+        estimate=ABSTAINED,
+        commanded_m=0.030,
+        touch_m=0.032,
+        squeeze_m=0.002,
+        load_n=0.5,
+        load_n_s=0.0,
+        greatest_n=0.5,
+        stale=False,
+        slips=0.9,
+        slip_m_s=slip_m_s,
+        required_m=lambda *_: 0.02,
+        complete=True,
     )
+    return controller.update(grip, GripTask(resolution_m=1e-4))
 
 
 def test_a_slow_slide_is_answered_by_a_small_step_and_no_slide_by_more_than_its_limit():

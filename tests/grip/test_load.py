@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import ContactLoad, DeformationField, MarkerReference
-from lsds.grip.load import load_of
+from lsds.tactile.contact_load import load_of
 
 SHEAR_N_M3 = 2.72e7
 M_PER_PX = 6e-5

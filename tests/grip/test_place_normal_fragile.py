@@ -13,9 +13,9 @@ from lsds.config import load_config
 from lsds.contracts import ContactPatch
 from lsds.errors import ConfigError
 from lsds.grip.fragile import SAFE, STIFFEST_N_M, Bearing, allowed_squeeze_m
-from lsds.grip.normal import normal_force_of
-from lsds.grip.place import edge_of, off_centre
 from lsds.session.run import run
+from lsds.tactile.contact_place import edge_of, off_centre
+from lsds.tactile.normal_force import normal_force_of
 
 PAD_M2 = 3e-4
 positive = st.floats(1e-4, 50)

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import ABSTAINED, ContactLoad
-from lsds.grip.carried import CarriedLoad
-from lsds.grip.soft_finger import ARM_M, pull_of, speed_of
 from lsds.session.run import run
+from lsds.tactile.carried_load import CarriedLoad
+from lsds.tactile.soft_finger import ARM_M, pull_of, speed_of
 
 number = st.floats(-50, 50)
 

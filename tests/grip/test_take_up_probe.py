@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from lsds.contracts import ABSTAINED, ContactLoad, GripperState, Situation
-from lsds.grip.carried import CarriedLoad
 from lsds.jobs.probe import Probe
 from lsds.jobs.take_up import TakeUp
 from lsds.session.run import run
+from lsds.tactile.carried_load import CarriedLoad
 from tests.grip.test_belief_control import TICK_M, Grip
 
 MS = 1_000_000

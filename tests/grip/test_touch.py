@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import Frame, GripperState, Situation
-from lsds.grip.touch import TouchFinder, TouchSense, aperture_at
+from lsds.tactile.touch import TouchFinder, TouchSense, aperture_at
 
 MS = 1_000_000
 

@@ -100,11 +100,11 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "a flag is a text": (offering("virtual_time='no'"), "virtual_time is 'no'", "write virtual_time=True"),
     "newer contract": (
         offering("contract=99"),
-        "needs lsds with contract 99; this one has 1",
+        "needs lsds with contract 99; this one has 2",
         "upgrade lsds: pip install -U lsds",
     ),
     "older contract": (offering("contract=0"), "written for contract 0; this lsds supports 1", "upgrade the plugin"),
-    "contract is no number": (offering("contract='1'"), "contract is '1', not a whole number", "write contract=1"),
+    "contract is no number": (offering("contract='1'"), "contract is '1', not a whole number", "write contract=2"),
     "claims a name twice": (
         hook(f"return [{GOOD_SPEC}, {GOOD_SPEC}]"),
         "gripper 'bad' is offered twice",

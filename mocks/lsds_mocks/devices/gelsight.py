@@ -58,7 +58,14 @@ class MockGelSightMini(MotionlessLife):
     def spec(self) -> SensorSpec:
         """Image size, rate, scale, pad."""
         pad = None if self.options.pad == "none" else shape_of(self.options.pad)
-        return SensorSpec(WIDTH_PX, HEIGHT_PX, self.options.rate_hz, self._renderer.metres_per_px, pad)
+        return SensorSpec(
+            WIDTH_PX,
+            HEIGHT_PX,
+            self.options.rate_hz,
+            self._renderer.metres_per_px,
+            pad,
+            latency_s=self.options.latency_ms * 1e-3,
+        )
 
     def connect(self) -> None:
         """Start exposing."""

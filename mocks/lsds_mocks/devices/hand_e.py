@@ -50,7 +50,13 @@ class MockHandE:
     @property
     def spec(self) -> GripperSpec:
         """Stroke, resolution, speed and force ranges."""
-        return GripperSpec(self.units.stroke_m, self.units.metres_per_tick, SPEED_M_S, FORCE_N)
+        return GripperSpec(
+            self.units.stroke_m,
+            self.units.metres_per_tick,
+            SPEED_M_S,
+            FORCE_N,
+            latency_s=self.options.latency_ms * 1e-3,
+        )
 
     def connect(self) -> None:
         """Make it readable."""

@@ -27,9 +27,9 @@ class Told(Around):
         self.earlier: deque[Any] = deque(maxlen=32)
         self._change = change
 
-    def update(self, given: Any) -> Any:
+    def update(self, *given: Any) -> Any:
         """Return the answer to an input, changed while the fault is on."""
-        answer = self._part.update(given)
+        answer = self._part.update(*given)
         self.earlier.append(answer)
         return self._change(answer, self) if self.plan.on else answer
 

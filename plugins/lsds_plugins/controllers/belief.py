@@ -12,11 +12,11 @@ import math
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
-from lsds.contracts import BuildContext, GripEstimate, GripInput
-from lsds.grip.carried import LEAST_N
+from lsds.contracts import BuildContext, GripEstimate, GripTask
 from lsds.grip.fragile import Bearing
-from lsds.grip.observer import GRAVITY_M_S2, LATENCY_S
+from lsds.grip.observer import GRAVITY_M_S2
 from lsds.grip.wanted_slip import WantedSlip
+from lsds.tactile.carried_load import LEAST_N
 
 LIKELY = 0.25
 """With a greater probability of a slide, the next closing waits until the last one has arrived."""
@@ -65,9 +65,7 @@ class BeliefOptions(BaseModel):
 class BeliefController:
     """A `Controller` that decides by one belief."""
 
-    reads_grip = True
-    """The engine estimates the grip for it (`GripInput.grip`)."""
-    minds_force = True
+    limits_force = True
     """It squeezes no more than `task.fragile_n` allows."""
 
     def __init__(self, options: BeliefOptions, context: BuildContext) -> None:
@@ -90,43 +88,47 @@ class BeliefController:
         self._closed_ns = 0
         self._bearing, self._wanted_slip = Bearing(), WantedSlip()
 
-    def update(self, state: GripInput) -> float | None:
+    def update(self, grip: GripEstimate, wanted: GripTask) -> float | None:
         """Return the new aperture in metres, or None to leave the gripper unchanged."""
         self.held_back = False
-        grip, options = state.grip, self._options
-        if grip is None or grip.t_ns == self._taken_ns or not math.isfinite(state.aperture_m):
+        options = self._options
+        if not grip.complete or grip.t_ns == self._taken_ns or not math.isfinite(grip.touch_m - grip.commanded_m):
             return None
         dt_s = 0.0 if self._taken_ns is None else (grip.t_ns - self._taken_ns) * 1e-9
         self._taken_ns = grip.t_ns
-        held_m, tick_m = grip.touch_m - state.aperture_m, max(state.resolution_m, LEAST_TICK_M)
-        if state.slide is not None:
-            falls = self._wanted_slip.falls(state.t_ns, state.estimate, state.slide)
-            return self._closed(state, grip, math.inf, held_m, tick_m) if falls else None
+        held_m, tick_m = grip.touch_m - grip.commanded_m, max(wanted.resolution_m, LEAST_TICK_M)
+        if wanted.slide is not None:
+            falls = self._wanted_slip.falls(grip.t_ns, grip.estimate, wanted.slide)
+            return self._closed(grip, wanted, math.inf, held_m, tick_m) if falls else None
         if not math.isfinite(grip.load_n) and grip.slips > SURELY:
-            return self._closed(state, grip, math.inf, held_m, tick_m)
+            return self._closed(grip, wanted, math.inf, held_m, tick_m)
         if not grip.load_n > LEAST_N:
             return None
         if grip.slips > SURELY:
             self._slid_n = grip.load_n
-            self._found |= state.probes
-        if state.probes and not self._found and grip.load_n < GIVES_WAY * grip.greatest_n:
+            self._found |= wanted.probes
+        if wanted.probes and not self._found and grip.load_n < GIVES_WAY * grip.greatest_n:
             self._found = True
-            return self._closed(state, grip, options.margin * grip.squeeze_m, held_m, tick_m)
-        ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * LATENCY_S, grip.load_n)
+            return self._closed(grip, wanted, options.margin * grip.squeeze_m, held_m, tick_m)
+        ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * wanted.answer_s, grip.load_n)
         risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
         # What moves has to be braked within the accepted slip, too: energy over weight and way.
         braking = 1 + grip.slip_m_s**2 / (2 * GRAVITY_M_S2 * options.slip_m) if math.isfinite(grip.slip_m_s) else 1.0
         wanted_m = grip.required_m(risk, options.margin, ahead_n, braking)
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
-            return self._closed(state, grip, wanted_m, held_m, tick_m)
+            return self._closed(grip, wanted, wanted_m, held_m, tick_m)
         if held_m - grip.squeeze_m > LOST_M + 2 * tick_m and grip.t_ns - self._closed_ns > nanoseconds(ARRIVES_S):
             self._closed_ns = grip.t_ns
-            return state.aperture_m
-        return self._opened(state, grip, held_m, tick_m, dt_s)
+            return grip.commanded_m
+        return self._opened(grip, wanted, held_m, tick_m, dt_s)
+
+    def _is_blind(self, grip: GripEstimate) -> bool:
+        """Return whether something is missing without which it does not open."""
+        return grip.stale or math.isnan(grip.dt_s) or not self.may_open
 
     def _closed(
-        self, state: GripInput, grip: GripEstimate, wanted_m: float, held_m: float, tick_m: float
+        self, grip: GripEstimate, wanted: GripTask, wanted_m: float, held_m: float, tick_m: float
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
         slides = grip.slips > LIKELY
@@ -136,7 +138,7 @@ class BeliefController:
         base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
         grows = min(grip.slip_m_s * REACTION_S / self._options.slip_m, math.log(self._options.growth))
         target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
-        allowed_m = self._bearing.allowed_m(state.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
+        allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
         self.held_back = target_m > allowed_m
         target_m = min(target_m, allowed_m)
         if not target_m > held_m:
@@ -147,10 +149,10 @@ class BeliefController:
         self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_N else self._closed_n
         return max(0.0, grip.touch_m - target_m)
 
-    def _opened(self, state: GripInput, grip: GripEstimate, held_m: float, tick_m: float, dt_s: float) -> float | None:
+    def _opened(self, grip: GripEstimate, wanted: GripTask, held_m: float, tick_m: float, dt_s: float) -> float | None:
         """Open slowly to what is certain to hold; while the job lets it probe, until the object begins to slide."""
         options = self._options
-        probes = state.probes and not self._found
+        probes = wanted.probes and not self._found
         if probes:
             least_m, speed_m_s = LEAST_PROBED_M, options.probe_m_s
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
@@ -159,15 +161,15 @@ class BeliefController:
             # What has not slid is given back what it was closed by, and no more.
             least_m = least_m if self._slid_n else max(least_m, self._began_m)
             speed_m_s = options.release_m_s
-            sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not state.probes
-        if not (sure and least_m < held_m and state.detection.slip is False) or grip.stale or not self.may_open:
+            sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes
+        if not (sure and least_m < held_m and grip.detection.slip is False) or self._is_blind(grip):
             self._quiet_s, self._opened_to = 0.0, None
             return None
         self._quiet_s += dt_s
         if self._quiet_s < options.quiet_s:
             return None
         # The gripper rounds steps below its tick, so openings are added up; those that it has not carried out are not.
-        base_m = state.aperture_m if self._opened_to is None else self._opened_to
-        farthest_m = state.aperture_m + max(tick_m, LEAST_STEP_M)
+        base_m = grip.commanded_m if self._opened_to is None else self._opened_to
+        farthest_m = grip.commanded_m + max(tick_m, LEAST_STEP_M)
         self._opened_to = min(base_m + speed_m_s * dt_s, grip.touch_m - least_m, farthest_m)
-        return self._opened_to if self._opened_to > state.aperture_m else None
+        return self._opened_to if self._opened_to > grip.commanded_m else None

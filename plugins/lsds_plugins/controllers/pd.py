@@ -14,7 +14,7 @@ import math
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lsds.contracts import BuildContext, GripInput
+from lsds.contracts import BuildContext, GripEstimate, GripTask
 
 #: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is only the unit of the gains; the
 #: range of the fingers is that of the gripper.
@@ -43,6 +43,8 @@ class PdOptions(BaseModel):
 class PdController:
     """A `Controller` that closes from the present aperture while slip is detected."""
 
+    limits_force = False
+
     def __init__(self, options: PdOptions, context: BuildContext) -> None:
         self._options = options
         self.reset()
@@ -58,22 +60,22 @@ class PdController:
         self._quiet_s = 0.0
         self._released_to: float | None = None
 
-    def update(self, state: GripInput) -> float | None:
+    def update(self, grip: GripEstimate, wanted: GripTask) -> float | None:
         """Return the new aperture in metres, or None to leave the gripper unchanged."""
-        estimate = state.estimate
-        if not state.detection.slip:
+        estimate = grip.estimate
+        if not grip.detection.slip:
             self._last_error = None
-            return self._release(state)
+            return self._release(grip)
         self._quiet_s = 0.0
         self._released_to = None
         if estimate.abstained or not math.isfinite(estimate.speed_m_s):
             self._last_error = None
             return None
-        target_m_s = max(self._options.target_m_s, 0.0 if state.slide is None else state.slide.speed_m_s)
+        target_m_s = max(self._options.target_m_s, 0.0 if wanted.slide is None else wanted.slide.speed_m_s)
         error = 100 * (estimate.speed_m_s - target_m_s)
         change = 0.0 if self._last_error is None else error - self._last_error
-        if state.dt_s > 0:
-            change *= NOMINAL_DT_S / state.dt_s
+        if grip.dt_s > 0:
+            change *= NOMINAL_DT_S / grip.dt_s
         self._last_error = error
         ticks = self._options.kp * error + self._options.kd * change
         if self._options.literal_sign:
@@ -81,20 +83,20 @@ class PdController:
         # Start from the measured aperture, as in the paper, not from the last command: while a command is being
         # executed, the same correction is commanded again instead of added, so that delay does not accumulate
         # corrections.
-        aperture = state.measured_aperture_m if math.isfinite(state.measured_aperture_m) else state.aperture_m
-        wanted = max(0.0, aperture - TICK_M * ticks)
+        aperture = grip.measured_m if math.isfinite(grip.measured_m) else grip.commanded_m
+        aperture = max(0.0, aperture - TICK_M * ticks)
         # A decreasing error, or fingers behind their command, must not open the grip while the object slips.
-        return wanted if self._options.literal_sign else min(wanted, state.aperture_m)
+        return aperture if self._options.literal_sign else min(aperture, grip.commanded_m)
 
-    def _release(self, state: GripInput) -> float | None:
+    def _release(self, grip: GripEstimate) -> float | None:
         """Open slowly after a time without slip. Abstention does not count as time without slip, and does not
         release."""
-        if state.detection.slip is None or self._options.release_m_s <= 0 or not state.dt_s > 0:
+        if grip.detection.slip is None or self._options.release_m_s <= 0 or not grip.dt_s > 0:
             return None
-        self._quiet_s += state.dt_s
+        self._quiet_s += grip.dt_s
         if self._quiet_s < self._options.release_after_s:
             return None
         # The device rounds steps smaller than a tick, so integrate the requested aperture, not the sent one.
-        base = state.aperture_m if self._released_to is None else self._released_to
-        self._released_to = base + self._options.release_m_s * state.dt_s
+        base = grip.commanded_m if self._released_to is None else self._released_to
+        self._released_to = base + self._options.release_m_s * grip.dt_s
         return self._released_to

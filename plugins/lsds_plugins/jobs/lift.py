@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
-from lsds.grip.carried import CarriedLoad
 from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
 from lsds.jobs.probe import SPEED_M_S, Probe
 from lsds.jobs.take_up import TakeUp
+from lsds.tactile.carried_load import CarriedLoad
 
 Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""

@@ -17,10 +17,11 @@ import numpy as np
 
 from lsds.clock import perf_ns
 from lsds.config import load_config
-from lsds.contracts import Frame, GripInput
+from lsds.contracts import FingerCycle, Frame, GripEstimate, GripTask
 from lsds.engine import Engine
 from lsds.errors import DataError
 from lsds.extras import importable
+from lsds.grip.observer import GripObserver
 from lsds.plugins import PluginHost
 from lsds.quiet import quiet_process
 from lsds.rig import Rig
@@ -47,6 +48,8 @@ TRACKERS = ("lk", "centroid", "dis")
 SCALES = (4, 8, 16)
 #: Single jumps to survive or to own up to, px: from half a pitch on.
 JUMPS_PX = (18, 24, 30, 36, 41)
+#: Squeeze beyond touch that the belief is given, m.
+SQUEEZE_M = 1.5e-3
 #: A track this far from the truth is on another dot, px.
 WRONG_PX = 3.0
 
@@ -201,10 +204,12 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
         return now
 
     aperture = config.task.grip_aperture_m
+    wanted = GripTask(resolution_m=rig.gripper.spec.resolution_m if rig.gripper is not None else 0.0)
+    observer = GripObserver(wanted.answer_s)
     for frame in clip.frames:
         frame = _fresh(frame)
         begun = perf_ns()
-        observation, _ = perception.observe(frame)
+        observation, tracks = perception.observe(frame)
         t = lap("perception", begun)
         if observation.imprint is not None:
             # Detector and estimator both ask for it; here it is nobody's, or the first to ask would seem to cost it.
@@ -214,7 +219,22 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
         t = lap("detector", t)
         estimate = rig.estimator.update(observation)
         t = lap("estimator", t)
-        rig.controller.update(GripInput(observation.t_ns, observation.dt_s, detection, estimate, aperture, aperture))
+        finger = FingerCycle("left", frame, tracks, observation, detection, estimate)
+        grip = observer.update(
+            GripEstimate(
+                t_ns=observation.t_ns,
+                dt_s=observation.dt_s,
+                detection=detection,
+                estimate=estimate,
+                fingers=(finger,),
+                commanded_m=aperture,
+                measured_m=aperture,
+                aperture_m=aperture,
+                touch_m=aperture + SQUEEZE_M,
+            )
+        )
+        t = lap("grip belief", t)
+        rig.controller.update(grip, wanted)
         lap("controller", t)
         lap("image to command", begun)
     _time_steps(config, host, clip, lap)

@@ -1,5 +1,5 @@
 """The load that a grip carries, over time: the mean over the fingers, since the grip began; force and torque together,
-as a force (`lsds.grip.soft_finger`)."""
+as a force (`lsds.tactile.soft_finger`)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
-from lsds.grip.soft_finger import pull_of
+from lsds.tactile.soft_finger import pull_of
 
 if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, FingerCycle

@@ -1,0 +1,25 @@
+"""The view of one finger: its newest frame, and all that was computed from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lsds.contracts.values import Detection, Frame, MarkerTracks, Observation, SlipEstimate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FingerCycle:
+    """One finger's newest frame and all that was computed from it, in that sensor's plane.
+
+    An `opposite` finger faces the object from the other side: its x axis and its sense of rotation are mirrored.
+    """
+
+    finger: str
+    frame: Frame
+    tracks: MarkerTracks
+    observation: Observation
+    detection: Detection
+    estimate: SlipEstimate
+    opposite: bool = False
