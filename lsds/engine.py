@@ -98,7 +98,7 @@ class Engine:
             resolution_m=0.0 if rig.gripper is None else rig.gripper.spec.resolution_m,
             answer_s=_answer_s(rig),
         )
-        self._grip = GripObserver(self._asked.answer_s)
+        self._grip = GripObserver(config.grip, self._asked.answer_s)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None

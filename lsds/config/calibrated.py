@@ -2,8 +2,8 @@
 
     calibration = ["slip.toml"]      # at the top of rig.toml; lsds calibrate slip writes such a file
 
-A file holds tables such as `[detector.fused]`, and `[tactile]`, and nothing else: what is learnt on a cell changes no
-choice of backend.
+A file holds tables such as `[detector.fused]`, and `[tactile]` and `[grip]`, and nothing else: what is learnt on a cell
+changes no choice of backend.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from lsds.plugins.host import PluginHost
 
 KEY = "calibration"
-PLAIN = "tactile"
-"""The one table that holds options, not backends."""
+PLAIN = ("tactile", "grip")
+"""The tables that hold options, not backends."""
 
 
 def with_calibration(data: dict[str, Any], folder: Path, source: str, host: PluginHost) -> None:
@@ -38,12 +38,11 @@ def with_calibration(data: dict[str, Any], folder: Path, source: str, host: Plug
         raise ConfigError(source, missing)
     for path in reversed(paths):
         tables = read_toml(path)
-        plain = tables.pop(PLAIN, {})
+        plain = {name: tables.pop(name) for name in PLAIN if name in tables}
         issues = [*_misplaced(tables), *backend_issues(tables, host)]
         if issues:
             raise ConfigError(str(path), issues)
-        if plain:
-            _fill(data, {PLAIN: plain})
+        _fill(data, plain)
         for kind, backends in tables.items():
             section = data.setdefault(kind, {})
             if isinstance(section, dict):
@@ -58,7 +57,7 @@ def _missing(path: Path) -> ConfigIssue:
 def _misplaced(tables: dict[str, Any]) -> Iterator[ConfigIssue]:
     for kind, section in tables.items():
         if kind not in CONFIG_KINDS:
-            remedy = f"tables like [detector.fused] or [tactile]; kinds are {', '.join(CONFIG_KINDS)}"
+            remedy = f"tables like [detector.fused], [tactile] or [grip]; kinds are {', '.join(CONFIG_KINDS)}"
             yield ConfigIssue(kind, "does not belong into a file of calibration", remedy)
         elif not isinstance(section, dict) or not all(isinstance(table, dict) for table in section.values()):
             yield ConfigIssue(kind, "holds something else than tables of options", "choose backends in the config")

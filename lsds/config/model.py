@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, cr
 
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
 from lsds.deadlines import DeadlineOptions
+from lsds.grip.options import GripOptions
 from lsds.plugins.registry import NO_DEVICE
 from lsds.safety import SafetyOptions
 from lsds.tactile.options import TactileOptions
@@ -121,6 +122,7 @@ class _Settings(BaseModel):
     )
     faults: tuple[FaultSection, ...] = Field(default=(), description="what goes wrong on purpose, one table each")
     tactile: TactileOptions = TactileOptions()
+    grip: GripOptions = GripOptions()
     task: TaskOptions = TaskOptions()
     safety: SafetyOptions = SafetyOptions()
     deadlines: DeadlineOptions = DeadlineOptions()

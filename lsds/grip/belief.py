@@ -8,8 +8,7 @@ limit in units of load over squeeze^p, so the limit at a squeeze s is r s^p. The
 
 Only a new greatest F / s^p is evidence on r while the object sticks: the same stick in a hundred frames proves no more
 than in one. Detector and estimator enter as a log-likelihood ratio of slide against stick (`lsds.grip.evidence`).
-Equations and figures: `docs/grip.md`. `POWER` and `KINETIC` are those of the simulated cell; the other constants were
-chosen on draws 0, 1000 and 1001 of the random objects. There is no procedure yet that identifies them.
+Equations and figures: `docs/grip.md`. Parameters: `[grip]` (`lsds.grip.options`).
 """
 
 from __future__ import annotations
@@ -22,6 +21,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lsds.grip.options import GripOptions
+
     Floats = NDArray[np.float64]
 
 STEP = 0.1
@@ -29,41 +30,24 @@ STEP = 0.1
 LOAD_N = (0.02, 25.0)
 LIMIT = (0.01, 30.0)
 """Range of the load (N) and of the limit (N / mm^p)."""
-POWER = 1.25
-"""Normal force grows with this power of the squeeze (round contacts; 1 for flat ones)."""
-KINETIC = 1.2
-"""Static over kinetic friction."""
-PRIOR = (0.5, 1.1)
-"""The limit before anything is seen: median (N / mm^p) and standard deviation of its logarithm."""
 HEAVIER = 0.4
 """The load beyond what is seen has a density that falls with this power of it."""
-HANG, SLIDE = 0.1, 0.15
-"""Relative standard deviations of the measured load: of an object that hangs, and that slides."""
-LIMIT_STD = 0.08
-"""Relative standard deviation of what a new greatest ratio says about the limit."""
-STOPS_S = 0.06
-"""Time in which two thirds of the slides end whose friction exceeds the load."""
-LOAD_DRIFT, LIMIT_DRIFT = 0.10, 0.10
-"""Standard deviation of the change of load and limit, natural logarithm per square root of a second."""
-JUMPS = 0.03, 0.03
-"""Jumps of the load and of friction, 1/s: a shove, a wet surface."""
-LOADING = 0.3, 0.02, 0.95
-"""Share of sticking objects whose load is below W: while the load rises, while it does not, and while the arm waits and
-the object may stand on its support."""
-STIFFNESS_N_MM = 4.0
-"""Greatest rise of the load (N a finger) of an object that sticks and stands, over the way of the arm."""
-RISES = 0.3
-"""A load that grows by more than this share per second rises."""
-UNSEEN = 0.05
-"""Share of the slides of which the detector sees nothing: that it is silent says no more than this against a slide."""
+LOADING = 0.3, 0.02
+"""Share of sticking objects whose load is below W: while the load rises, and while it does not."""
+STEADY_1_S = 0.3
+"""A load that changes by less than this share per second is steady."""
 FORGET_S = 2.0
 """Time in which the greatest ratio is forgotten."""
+SPREAD_S = 0.1
+"""The drift of so long is applied at once: it costs a third of an update."""
 
 
 class GripBelief:
-    """The belief about one grip; feed it once per round of fingers."""
+    """The belief about one grip; feed it once per round of fingers. `answer_s`: the time until the fingers answer."""
 
-    def __init__(self) -> None:
+    def __init__(self, options: GripOptions, answer_s: float) -> None:
+        self.options, self._answer_s = options, answer_s
+        self._ln_kinetic = math.log(options.kinetic)
         self.load_n = np.exp(np.arange(math.log(LOAD_N[0]), math.log(LOAD_N[1]), STEP))
         self.limit = np.exp(np.arange(math.log(LIMIT[0]), math.log(LIMIT[1]), STEP))
         self._ln_w, self._ln_r = np.log(self.load_n), np.log(self.limit)
@@ -75,14 +59,15 @@ class GripBelief:
 
     def reset(self) -> None:
         """Know nothing of the object."""
-        prior_r = np.exp(-0.5 * ((self._ln_r - math.log(PRIOR[0])) / PRIOR[1]) ** 2)
+        prior_r = np.exp(-0.5 * ((self._ln_r - math.log(self.options.limit)) / self.options.spread) ** 2)
         prior_w = np.exp(-HEAVIER * (self._ln_w - self._ln_w[0]))
         joint = np.outer(prior_w, prior_r)
         joint /= joint.sum()
         self.stick, self.slide = 0.98 * joint, 0.02 * joint
         self._prior_r, self._prior_w = prior_r / prior_r.sum(), prior_w / prior_w.sum()
-        self._unseen = UNSEEN
+        self._unseen = self.options.unseen
         self._greatest = -math.inf
+        self._drifted_s = self._changed_s = 0.0
         self._last_f = self._last_s = math.nan
 
     @property
@@ -95,7 +80,7 @@ class GripBelief:
         by_r = self.stick.sum(axis=0) + self.slide.sum(axis=0)
         mean = float(by_r @ self._ln_r)
         spread = math.sqrt(max(float(by_r @ (self._ln_r - mean) ** 2), 0.0))
-        limit_n = math.exp(mean) * squeeze_mm**POWER
+        limit_n = math.exp(mean) * squeeze_mm**self.options.power
         return limit_n, limit_n * spread
 
     def update(
@@ -110,47 +95,43 @@ class GripBelief:
         """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's evidence, a
         log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
         `moved_mm`: by how much the arm has moved at most since the last round."""
-        ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), POWER * math.log(squeeze_mm)
+        noise = self.options.noise
+        ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), self.options.power * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
         before_n = math.exp(self._last_f) if math.isfinite(self._last_f) else math.nan
         self._last_f, self._last_s = ln_f, squeeze_mm
         slid = self.slips
-        self._drift(dt_s, changed)
-        self._break_away(ln_f - ln_g, dt_s)
-        begun = max(self.slips - slid, 0.0)
-        self._unseen = (self._unseen * slid + UNSEEN * begun) / (slid + begun)
+        begun = self._drift(dt_s, changed) + self._break_away(ln_f - ln_g, dt_s)
+        self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
         self._stop(ln_g, dt_s, stands)
-        hang = _normal(ln_f - self._ln_w, HANG)
-        below = (self._ln_w > ln_f) * max(1.0 / _RANGE, _loading(load_n, before_n, moved_mm))
-        loading = LOADING[2] if stands else LOADING[0] if rate > RISES else LOADING[1]
+        hang = _normal(ln_f - self._ln_w, noise)
+        below = (self._ln_w > ln_f) * max(1.0 / _RANGE, self._loading(load_n, before_n, moved_mm))
+        loading = 1 - self.options.unseen if stands else LOADING[rate <= STEADY_1_S]
         self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
-        self.slide *= (_normal(ln_f - (self._ln_r + ln_g - math.log(KINETIC)), SLIDE) + _OUTLIER)[None, :]
+        sliding = _normal(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING * noise) + _OUTLIER
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
-        self.slide *= (_STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / SLIDE))[:, None]
+        heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING * noise))
+        self.slide *= heavy[:, None] * sliding[None, :]
         self._weigh(evidence)
-        self._normalise()
 
     def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""
         self._drift(dt_s, changed=False)
         self._weigh(evidence)
-        self._normalise()
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
         """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
         probability. Of what sticks the load is at most `ahead_n`, of what slides it is all that it may be, times
         `braking`."""
-        most = math.log(ahead_n)
-        cap = int(np.searchsorted(self._ln_w, most))
-        stick = self.stick
-        if cap < len(self._ln_w) - 1:
-            stick = stick.copy()
-            stick[cap] += stick[cap + 1 :].sum(axis=0)
-            stick[cap + 1 :] = 0.0
+        cap = min(int(np.searchsorted(self._ln_w, math.log(ahead_n))), len(self._ln_w) - 1)
+        below = (cap + 1) * len(self._ln_r)
+        mass = np.bincount(self._needs[:below], self.stick[: cap + 1].ravel(), len(self._ln_need))
+        # What would need more at a greater load needs that of the cap.
+        at_cap = self._needs[below - len(self._ln_r) : below]
+        mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
         # A sliding object has to be stopped by kinetic friction, which carries less.
-        shift = round(math.log(KINETIC * braking) / STEP)
-        mass = np.bincount(self._needs, stick.ravel(), len(self._ln_need))
+        shift = round((self._ln_kinetic + math.log(braking)) / STEP)
         sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
         mass[shift:] += sliding[: len(mass) - shift]
         beyond = np.cumsum(mass[::-1])[::-1]
@@ -160,54 +141,89 @@ class GripBelief:
         upper = beyond[at - 1] if at else 1.0
         part = (upper - risk) / max(upper - beyond[at], 1e-12)
         ln_need = self._ln_need[at] - STEP * (1 - part) + math.log(margin)
-        return math.exp(ln_need / POWER)
+        return math.exp(ln_need / self.options.power)
+
+    def _loading(self, load_n: float, before_n: float, moved_mm: float) -> float:
+        """Return the density, over ln F, of the load of what stands and sticks: it rises only as the arm moves.
+
+        Evenly between the load before and the most that the arm's way adds, both give or take twice the noise.
+        """
+        noise_n = self.options.noise * max(load_n, before_n)
+        most_n = self.options.stiffness_n_mm * moved_mm
+        if not -2 * noise_n < load_n - before_n < most_n + 2 * noise_n:
+            return 0.0
+        return load_n / (most_n + 4 * noise_n)
 
     def _weigh(self, evidence: float) -> None:
+        """Weigh slide against stick, and make the sum of all 1 again."""
         ratio = self._unseen + (1 - self._unseen) * math.exp(min(max(evidence, -_MOST), _MOST))
-        self.slide *= ratio
         self._unseen /= ratio
+        total = float(self.stick.sum()) + ratio * float(self.slide.sum())
+        self.stick *= 1 / total
+        self.slide *= ratio / total
 
-    def _normalise(self) -> None:
-        total = self.stick.sum() + self.slide.sum()
-        self.stick /= total
-        self.slide /= total
-
-    def _drift(self, dt_s: float, changed: bool) -> None:
-        share = min(0.5 * dt_s * (LOAD_DRIFT / STEP) ** 2, 0.25)
-        self.stick, self.slide = _spread(self.stick, share, 0), _spread(self.slide, share, 0)
-        share = min(0.5 * dt_s * (LIMIT_DRIFT / STEP) ** 2, 0.25)
-        sliding = min(0.5 * dt_s * (2 * LIMIT_DRIFT / STEP) ** 2, 0.25)
-        self.slide = _spread(self.slide, sliding, 1)
-        if changed:
-            self.stick = _spread(self.stick, share, 1)
+    def _drift(self, dt_s: float, changed: bool) -> float:
+        """Let load and limit drift and jump; return what has begun to slide."""
+        self._drifted_s += dt_s
+        self._changed_s += dt_s if changed else 0.0
+        if self._drifted_s > SPREAD_S:
+            self.stick, self.slide = (self._walked(part, self._drifted_s, 0) for part in (self.stick, self.slide))
+            # Friction drifts where the contact moves: while the object slides, and while the squeeze changes.
+            self.slide = self._walked(self.slide, 4 * self._drifted_s, 1)
+            if self._changed_s:
+                self.stick = self._walked(self.stick, self._changed_s, 1)
+            self._drifted_s = self._changed_s = 0.0
         by_w, by_r = self.stick.sum(axis=1), self.stick.sum(axis=0)
-        self.stick *= 1 - (JUMPS[0] + JUMPS[1]) * dt_s
-        self.slide += JUMPS[0] * dt_s * np.outer(self._prior_w, by_r) + JUMPS[1] * dt_s * np.outer(by_w, self._prior_r)
+        jumps = self.options.jumps_hz * dt_s
+        self.stick *= 1 - 2 * jumps
+        jumped = jumps * np.stack([self._prior_w, by_w], axis=1)
+        self.slide += jumped @ np.stack([by_r, self._prior_r])
+        return 2 * jumps * float(by_w.sum())
 
-    def _break_away(self, ln_ratio: float, dt_s: float) -> None:
-        """Move what a new greatest ratio has brought to its limit from stick to slide."""
+    def _walked(self, mass: Floats, drift_s: float, axis: int) -> Floats:
+        """Return the mass after a random walk of that duration along an axis."""
+        share = min(0.5 * drift_s * (self.options.drift / STEP) ** 2, 0.25)
+        out, step = (1 - 2 * share) * mass, share * mass
+        # What would leave the grid stays at its edge.
+        to, of = (out, step) if axis == 0 else (out.T, step.T)
+        to[1:] += of[:-1]
+        to[:-1] += of[1:]
+        to[0] += of[0]
+        to[-1] += of[-1]
+        return np.asarray(out)
+
+    def _break_away(self, ln_ratio: float, dt_s: float) -> float:
+        """Move what a new greatest ratio has brought to its limit from stick to slide; return how much."""
         before = self._greatest
         self._greatest = max(ln_ratio, before - dt_s / FORGET_S if math.isfinite(before) else ln_ratio)
         if ln_ratio <= before:
-            return
-        now = _below((ln_ratio - self._ln_r) / LIMIT_STD)
-        then = _below((before - self._ln_r) / LIMIT_STD) if math.isfinite(before) else np.zeros_like(now)
+            return 0.0
+        now = _below((ln_ratio - self._ln_r) / (BREAKING * self.options.noise))
+        then = (
+            _below((before - self._ln_r) / (BREAKING * self.options.noise))
+            if math.isfinite(before)
+            else np.zeros_like(now)
+        )
         hazard = np.clip((now - then) / np.maximum(1 - then, 1e-9), 0.0, 1.0)
         moved = self.stick * hazard
         self.slide += moved
         self.stick -= moved
+        return float(moved.sum())
 
     def _stop(self, ln_g: float, dt_s: float, stands: bool) -> None:
         """Move what friction, or the waiting arm, has stopped from slide to stick."""
-        share: Floats | float = 1 - math.exp(-dt_s / STOPS_S)
+        share: Floats | float = 1 - math.exp(-dt_s / (self._answer_s / 2))
         if not stands:
-            exceeds = self._ln_r[None, :] + ln_g - math.log(KINETIC) - self._ln_w[:, None]
-            share = _below(exceeds / LIMIT_STD) * share
+            exceeds = ln_g - self._ln_kinetic - self._ln_need
+            share = (_below(exceeds / (BREAKING * self.options.noise)) * share)[self._needs].reshape(self.slide.shape)
         moved = self.slide * share
         self.stick += moved
         self.slide -= moved
 
 
+SLIDING, BREAKING = 1.5, 0.8
+"""The load of what slides scatters by so many times the noise, because of stick-slip; that at which it breaks away by
+so many."""
 _RANGE = math.log(LOAD_N[1] / LOAD_N[0])
 _OUTLIER = 0.002
 """Density of a load that no hypothesis explains, so that one wrong frame excludes nothing."""
@@ -217,18 +233,6 @@ _STOPPING = 0.1
 """Share of the slides of objects that friction would carry: those that are about to stop."""
 
 
-def _loading(load_n: float, before_n: float, moved_mm: float) -> float:
-    """Return the density, over ln F, of the load of an object that stands and sticks: it rises only as the arm moves.
-
-    Evenly between the load before and the most that the arm's way adds, both give or take twice the noise.
-    """
-    noise_n = HANG * max(load_n, before_n)
-    most_n = STIFFNESS_N_MM * moved_mm
-    if not -2 * noise_n < load_n - before_n < most_n + 2 * noise_n:
-        return 0.0
-    return load_n / (most_n + 4 * noise_n)
-
-
 def _normal(x: Floats, std: float) -> Floats:
     return np.asarray(np.exp(-0.5 * (x / std) ** 2) / (std * math.sqrt(2 * math.pi)))
 
@@ -236,21 +240,3 @@ def _normal(x: Floats, std: float) -> Floats:
 def _below(z: Floats) -> Floats:
     """Return the normal distribution's probability below z, by the logistic that is nearest to it."""
     return np.asarray(1 / (1 + np.exp(np.clip(-1.702 * z, -60.0, 60.0))))
-
-
-def _spread(mass: Floats, share: float, axis: int) -> Floats:
-    """Return the mass after one step of a random walk with a variance of 2 `share` steps^2."""
-    if share <= 0:
-        return mass
-    out = (1 - 2 * share) * mass
-    if axis == 0:
-        out[1:] += share * mass[:-1]
-        out[:-1] += share * mass[1:]
-        out[0] += share * mass[0]
-        out[-1] += share * mass[-1]
-    else:
-        out[:, 1:] += share * mass[:, :-1]
-        out[:, :-1] += share * mass[:, 1:]
-        out[:, 0] += share * mass[:, 0]
-        out[:, -1] += share * mass[:, -1]
-    return np.asarray(out)

@@ -10,10 +10,9 @@ from lsds.tactile.soft_finger import speed_of
 if TYPE_CHECKING:
     from lsds.contracts import Detection, SlipEstimate
 
-CLOSING_S = 0.13
-"""For this time after a change of the squeeze the gel moves by itself, and evidence of slip is weaker."""
 STILL, CLOSING = (-2.94, 8.54, 1.13), (-2.99, 5.25, 0.27)
-"""Log-likelihood ratio of slide against stick: constant, slope over the score, and over ln(speed in mm/s + 0.3)."""
+"""Log-likelihood ratio of slide against stick: constant, slope over the score, and over ln(speed in mm/s + 0.3).
+`CLOSING`: after a change of the squeeze the gel moves by itself, and evidence of slip is weaker."""
 SHARED, FRESH = 0.69, 0.85
 """Correlation of the ratios of successive frames, and the weight of what a frame adds to the one before."""
 REST = 0.0, math.log(0.4)
@@ -21,10 +20,13 @@ REST = 0.0, math.log(0.4)
 
 
 class SlipEvidence:
-    """Turns the answers of detector and estimator on one grip into log-likelihood ratios of slide against stick."""
+    """Turns the answers of detector and estimator on one grip into log-likelihood ratios of slide against stick.
 
-    def __init__(self) -> None:
-        self._before = REST
+    `closing_s`: the gel moves by itself for this time after a change of the squeeze.
+    """
+
+    def __init__(self, closing_s: float) -> None:
+        self._closing_s, self._before = closing_s, REST
 
     def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> float:
         """Return the ratio of a frame, given the frame before; 0 if the detector abstains.
@@ -35,7 +37,7 @@ class SlipEvidence:
         if detection.slip is None:
             self._before = REST
             return 0.0
-        weights = CLOSING if since_change_s < CLOSING_S else STILL
+        weights = CLOSING if since_change_s < self._closing_s else STILL
         speed_m_s = 0.0 if estimate.abstained else speed_of(estimate)[0]
         now = probability(detection), math.log(1e3 * speed_m_s + 0.3) if math.isfinite(speed_m_s) else REST[1]
         before, self._before = self._before, now

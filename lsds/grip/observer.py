@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lsds.contracts import FingerCycle, GripEstimate, SlipEstimate
+    from lsds.grip.options import GripOptions
 
 UNTOLD_M = 1.5e-3
 """Squeeze that is assumed if the job does not know the aperture at touch."""
@@ -36,15 +37,15 @@ class GripObserver:
     `answer_s` is the time from a change at the object to the fingers' answer.
     """
 
-    def __init__(self, answer_s: float) -> None:
-        self.belief = GripBelief()
+    def __init__(self, options: GripOptions, answer_s: float) -> None:
+        self.belief = GripBelief(options, answer_s)
         self._answer_s = answer_s
         self.reset()
 
     def reset(self) -> None:
         """Forget the object."""
         self.belief.reset()
-        self.load, self._evidence = CarriedLoad(), SlipEvidence()
+        self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._counted: dict[str, int] = {}
         self._round_s = 0.0
         self._speeds: deque[tuple[int, float]] = deque()

@@ -10,8 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lsds.contracts import Detection, SlipEstimate
-from lsds.grip.belief import KINETIC, POWER, UNSEEN, GripBelief
+from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import SlipEvidence, probability
+from lsds.grip.options import GripOptions
+
+OPTIONS = GripOptions()
 
 FRAME_S = 0.04
 TICK_MM = 0.22
@@ -21,7 +24,7 @@ LIMIT = 0.9
 
 def sliding(belief: GripBelief, squeeze_mm: float, frames: int = 6, evidence: float = 2.0) -> None:
     for _ in range(frames):
-        belief.update(LIMIT * squeeze_mm**POWER / KINETIC, squeeze_mm, FRAME_S, evidence)
+        belief.update(LIMIT * squeeze_mm**OPTIONS.power / OPTIONS.kinetic, squeeze_mm, FRAME_S, evidence)
 
 
 def hanging(belief: GripBelief, load_n: float, squeeze_mm: float, frames: int = 25) -> None:
@@ -38,7 +41,7 @@ def hanging(belief: GripBelief, load_n: float, squeeze_mm: float, frames: int = 
     )
 )
 def test_it_stays_a_probability(frames):
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     for load_n, squeeze_mm, dt_s, evidence, stands in frames:
         belief.update(load_n, squeeze_mm, dt_s, evidence, stands)
         assert belief.stick.min() >= 0
@@ -51,7 +54,7 @@ def test_it_stays_a_probability(frames):
 
 @given(risk=st.floats(0.02, 0.5), more=st.floats(1.01, 3), load_n=st.floats(0.1, 5))
 def test_less_risk_more_margin_and_more_load_need_more_squeeze(risk, more, load_n):
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
     hanging(belief, 0.8, 2.5)
     squeeze = belief.squeeze_mm(risk, 1.2, load_n)
@@ -61,7 +64,7 @@ def test_less_risk_more_margin_and_more_load_need_more_squeeze(risk, more, load_
 
 
 def test_a_slide_is_believed_and_its_end_too():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
     assert belief.slips > 0.9
     hanging(belief, 0.9, 2.5)
@@ -69,25 +72,25 @@ def test_a_slide_is_believed_and_its_end_too():
 
 
 def test_after_a_slide_the_limit_is_known():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
     hanging(belief, 1.0, 2.5)
-    needed_mm = (1.0 / LIMIT) ** (1 / POWER)
+    needed_mm = (1.0 / LIMIT) ** (1 / OPTIONS.power)
     assert belief.squeeze_mm(0.5, 1.0, 1.0) == pytest.approx(needed_mm, rel=0.15)
 
 
 def test_the_published_limit_is_that_of_the_object_within_its_spread():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     _, before_n = belief.limit_n(2.5)
     sliding(belief, 1.5)
     hanging(belief, 1.4, 2.5)
     limit_n, std_n = belief.limit_n(2.5)
-    assert limit_n == pytest.approx(LIMIT * 2.5**POWER, abs=2 * std_n)
+    assert limit_n == pytest.approx(LIMIT * 2.5**OPTIONS.power, abs=2 * std_n)
     assert std_n < 0.5 * before_n
 
 
 def test_a_grip_that_never_slipped_is_left_alone():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     for load_n in np.linspace(0.05, 0.5, 12):
         belief.update(float(load_n), 1.4, FRAME_S, -0.5)
     hanging(belief, 0.5, 1.4, 50)
@@ -95,7 +98,7 @@ def test_a_grip_that_never_slipped_is_left_alone():
 
 
 def test_holding_for_long_proves_no_more_than_holding_once():
-    short, long = GripBelief(), GripBelief()
+    short, long = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
     for belief, frames in ((short, 10), (long, 500)):
         sliding(belief, 1.5)
         hanging(belief, 0.9, 2.5, frames)
@@ -104,24 +107,24 @@ def test_holding_for_long_proves_no_more_than_holding_once():
 
 
 def test_a_plateau_that_follows_the_squeeze_slides():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     for squeeze_mm in (1.4, 1.4, 1.4, 1.6, 1.6, 1.8, 1.8, 2.0, 2.0):
-        belief.update(LIMIT * squeeze_mm**POWER / KINETIC, squeeze_mm, FRAME_S, 0.4)
+        belief.update(LIMIT * squeeze_mm**OPTIONS.power / OPTIONS.kinetic, squeeze_mm, FRAME_S, 0.4)
     assert belief.slips > 0.5
 
 
 def test_one_that_does_not_follow_it_hangs():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     for squeeze_mm in (1.4, 1.4, 1.4, 1.6, 1.6, 1.8, 1.8, 2.0, 2.0):
         belief.update(1.0, squeeze_mm, FRAME_S, 0.4)
     assert belief.slips < 0.1
 
 
 def test_what_stands_while_the_arm_waits_keeps_its_load_and_does_not_slide():
-    told, untold = GripBelief(), GripBelief()
+    told, untold = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
     for belief, moved_mm in ((told, 0.0), (untold, math.inf)):
         sliding(belief, 1.9)
-        load_n = LIMIT * 1.9**POWER / KINETIC
+        load_n = LIMIT * 1.9**OPTIONS.power / OPTIONS.kinetic
         # The squeeze has grown by half, and the detector takes the motion of the gel for slip.
         belief.update(load_n, 2.8, FRAME_S, 1.0, True, moved_mm)
     assert told.slips < 0.1
@@ -130,11 +133,11 @@ def test_what_stands_while_the_arm_waits_keeps_its_load_and_does_not_slide():
 
 @pytest.mark.parametrize(("moved_mm", "explained"), [(0.4, True), (0.01, False)])
 def test_a_load_rises_with_the_way_of_the_arm_or_something_else_happens(moved_mm, explained):
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     belief.update(0.5, 4.0, FRAME_S, 0.0, False, 0.4)
     before = belief.slips
     belief.update(1.2, 4.0, FRAME_S, 0.0, False, moved_mm)
-    usual = GripBelief()
+    usual = GripBelief(OPTIONS, 0.105)
     usual.update(0.5, 4.0, FRAME_S, 0.0, False, 0.4)
     usual.update(1.2, 4.0, FRAME_S, 0.0)
     assert (belief.slips < usual.slips) is explained
@@ -150,37 +153,37 @@ def detection(score: float, *, threshold: float = 0.75, slip: bool | None = True
 
 
 def test_what_a_frame_repeats_counts_less():
-    evidence = SlipEvidence()
+    evidence = SlipEvidence(0.105)
     first, second = (evidence.take(detection(0.95), SLOW, 1.0) for _ in range(2))
     assert 0 < second < first / 2
 
 
 def test_an_alarm_that_lasts_is_no_evidence_against_a_slide_when_the_squeeze_changes():
-    evidence = SlipEvidence()
+    evidence = SlipEvidence(0.105)
     evidence.take(detection(0.95), SLOW, 1.0)
     assert evidence.take(detection(0.95), SLOW, 0.0) > 0
 
 
 def test_a_speed_speaks_for_a_slide_that_the_detector_does_not_see():
     silent = detection(0.05, slip=False)
-    at_rest, moves = (SlipEvidence().take(silent, estimate, 1.0) for estimate in (REST, SLOW))
+    at_rest, moves = (SlipEvidence(0.105).take(silent, estimate, 1.0) for estimate in (REST, SLOW))
     assert at_rest < moves
 
 
 def test_an_abstention_is_no_evidence():
-    assert SlipEvidence().take(detection(math.nan, slip=None), SLOW, 1.0) == 0.0
+    assert SlipEvidence(0.105).take(detection(math.nan, slip=None), SLOW, 1.0) == 0.0
 
 
 def test_a_silent_detector_speaks_against_a_slide_only_as_far_as_it_sees_slides():
-    silent, blind = GripBelief(), GripBelief()
+    silent, blind = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
     for _ in range(30):
         silent.update(1.0, 1.5, FRAME_S, -4.0)
         blind.update(1.0, 1.5, FRAME_S, 0.0)
-    assert blind.slips > silent.slips > 0.5 * UNSEEN * blind.slips
+    assert blind.slips > silent.slips > 0.5 * OPTIONS.unseen * blind.slips
 
 
 def test_what_slides_fast_needs_more_to_be_stopped():
-    belief = GripBelief()
+    belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
     resting, braking = (belief.squeeze_mm(0.25, 1.2, 1.0, factor) for factor in (1.0, 2.0))
     assert braking > 1.3 * resting

@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lsds_plugins.controllers.belief import ARRIVES_S, BeliefController, BeliefOptions
+from lsds_plugins.controllers.belief import ARRIVES, BeliefController, BeliefOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, ContactLoad, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.observer import GripObserver
+from lsds.grip.options import GripOptions
 
 TOUCH_M = 0.025
 FRAME_NS = 40_000_000
@@ -24,7 +25,7 @@ class Grip:
 
     def __init__(self, squeeze_mm, **options):
         self.controller = BeliefController(BeliefOptions(**options), BuildContext(VirtualClock(), 0))
-        self.observer = GripObserver(0.11)
+        self.observer = GripObserver(GripOptions(), 0.11)
         self.squeeze_mm = self.sent_mm = self.seized_mm = squeeze_mm
         self.t_ns, self.deaf = 0, False
 
@@ -134,7 +135,7 @@ def test_a_closing_that_was_lost_is_sent_again():
     grip = slipped()
     grip.deaf, grip.squeeze_mm = True, grip.sent_mm - 1.5
     grip.repeated = False
-    grip.quiet(0.2, 2 * ARRIVES_S + 0.1)
+    grip.quiet(0.2, 2 * ARRIVES * 0.11 + 0.1)
     assert grip.repeated
 
 

@@ -10,13 +10,14 @@ from lsds_plugins.controllers.belief import BeliefController, BeliefOptions
 from lsds.clock import VirtualClock
 from lsds.contracts import ABSTAINED, BuildContext, Detection, GripEstimate, GripTask, SlipEstimate
 from lsds.grip.observer import FALLS_M_S, GripObserver
+from lsds.grip.options import GripOptions
 
 STILL = Detection(False, 0.1, 0.75, 0.9)
 FRAME_NS = 40_000_000
 
 
 def slide_m_s(speeds_m_s, estimate_m_s: float, *, supported: bool) -> float:
-    observer = GripObserver(0.12)
+    observer = GripObserver(GripOptions(), 0.12)
     estimate = SlipEstimate((estimate_m_s, 0.0), (0.001, 0.001), 0.0, 0.1, estimate_m_s, 0.001)
     grip = None
     for frame, speed_m_s in enumerate(speeds_m_s):

@@ -168,6 +168,14 @@ def test_the_file_is_named_by_the_config_and_counts_below_its_own_options(tmp_pa
     assert load_config(alone).section("detector").options() == {"threshold": learnt}
 
 
+def test_a_file_may_hold_parameters_of_gel_and_grip(tmp_path):
+    (tmp_path / "grip.toml").write_text("[tactile]\nshear_kpa_mm = 30.0\n[grip]\nnoise = 0.05\n")
+    rig = tmp_path / "rig.toml"
+    rig.write_text('calibration = ["grip.toml"]\n[grip]\nkinetic = 1.1\n')
+    config = load_config(rig)
+    assert (config.tactile.shear_kpa_mm, config.grip.noise, config.grip.kinetic) == (30.0, 0.05, 1.1)
+
+
 def test_of_two_files_the_later_counts_more(tmp_path):
     for name, value in (("a", 0.7), ("b", 0.8)):
         (tmp_path / f"{name}.toml").write_text(f"[detector.fused]\nthreshold = {value}\n")

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, GripEstimate, GripTask
+from lsds.grip.belief import STEADY_1_S
 from lsds.grip.fragile import Bearing
 from lsds.grip.observer import GRAVITY_M_S2
 from lsds.grip.wanted_slip import WantedSlip
@@ -24,16 +25,12 @@ SURELY = 0.75
 """With a greater probability, the object has slid; where no load is known, the fingers close on it."""
 MOST_RISK = 0.35
 """Greatest accepted risk, however slow a slide would be."""
-REACTION_S = 0.12
-"""Time between two steps of a closing."""
 RELEASED = 0.5
 """With less than this share of the load that slipped, the object may stand on something: no reason to open."""
-STEADY_1_S = 0.3
-"""A load that changes by less than this share per second is steady."""
 LEAST_TICK_M, LEAST_STEP_M = 1e-4, 3e-4
 """Resolution that is assumed of a gripper that declares a finer one, and least sum of openings that is waited for."""
-ARRIVES_S = 0.25
-"""A closing that has not arrived after so long does not keep the next one waiting."""
+ARRIVES = 2.5
+"""A closing that has not arrived after so many times the fingers' answer does not keep the next one waiting."""
 LOST_M = 4e-4
 """Fingers that rest wider than this and two ticks beyond a command did not receive it: it is sent again."""
 GIVES_WAY = 0.9
@@ -59,7 +56,6 @@ class BeliefOptions(BaseModel):
     slip_m: float = Field(default=0.006, gt=0, le=0.1, description="accepted slip while the squeeze grows e-fold")
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time of certainty before the fingers open")
     release_m_s: float = Field(default=0.004, ge=0, le=0.05, description="greatest opening speed; 0: never open")
-    probe_m_s: float = Field(default=0.003, gt=0, le=0.01, description="opening speed while task.probe lets it probe")
 
 
 class BeliefController:
@@ -118,7 +114,9 @@ class BeliefController:
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
             return self._closed(grip, wanted, wanted_m, held_m, tick_m)
-        if held_m - grip.squeeze_m > LOST_M + 2 * tick_m and grip.t_ns - self._closed_ns > nanoseconds(ARRIVES_S):
+        if held_m - grip.squeeze_m > LOST_M + 2 * tick_m and grip.t_ns - self._closed_ns > nanoseconds(
+            ARRIVES * wanted.answer_s
+        ):
             self._closed_ns = grip.t_ns
             return grip.commanded_m
         return self._opened(grip, wanted, held_m, tick_m, dt_s)
@@ -133,10 +131,10 @@ class BeliefController:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
         slides = grip.slips > LIKELY
         under_way = held_m - grip.squeeze_m > tick_m / 2
-        if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES_S):
+        if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES * wanted.answer_s):
             return None
         base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
-        grows = min(grip.slip_m_s * REACTION_S / self._options.slip_m, math.log(self._options.growth))
+        grows = min(grip.slip_m_s * wanted.answer_s / self._options.slip_m, math.log(self._options.growth))
         target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
         allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
         self.held_back = target_m > allowed_m
@@ -154,13 +152,12 @@ class BeliefController:
         options = self._options
         probes = wanted.probes and not self._found
         if probes:
-            least_m, speed_m_s = LEAST_PROBED_M, options.probe_m_s
+            least_m = LEAST_PROBED_M
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N), 1.0)
             # What has not slid is given back what it was closed by, and no more.
             least_m = least_m if self._slid_n else max(least_m, self._began_m)
-            speed_m_s = options.release_m_s
             sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes
         if not (sure and least_m < held_m and grip.detection.slip is False) or self._is_blind(grip):
             self._quiet_s, self._opened_to = 0.0, None
@@ -171,5 +168,5 @@ class BeliefController:
         # The gripper rounds steps below its tick, so openings are added up; those that it has not carried out are not.
         base_m = grip.commanded_m if self._opened_to is None else self._opened_to
         farthest_m = grip.commanded_m + max(tick_m, LEAST_STEP_M)
-        self._opened_to = min(base_m + speed_m_s * dt_s, grip.touch_m - least_m, farthest_m)
+        self._opened_to = min(base_m + options.release_m_s * dt_s, grip.touch_m - least_m, farthest_m)
         return self._opened_to if self._opened_to > grip.commanded_m else None

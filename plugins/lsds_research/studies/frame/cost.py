@@ -205,7 +205,7 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
 
     aperture = config.task.grip_aperture_m
     wanted = GripTask(resolution_m=rig.gripper.spec.resolution_m if rig.gripper is not None else 0.0)
-    observer = GripObserver(wanted.answer_s)
+    observer = GripObserver(config.grip, wanted.answer_s)
     for frame in clip.frames:
         frame = _fresh(frame)
         begun = perf_ns()
