@@ -26,6 +26,7 @@ class GripOptions(BaseModel):
       lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
       lsds evaluate grip --controller belief --probe --with gripper.mock-hand-e.latency_ms=200
       lsds evaluate grip --random 60 --controller belief --json random.json
+      lsds evaluate grip --random 40 --controller belief --sensitivity --out sensitivity.jsonl
       lsds evaluate grip --cluster tcp://10.0.0.5:8786
     """
 
@@ -81,6 +82,10 @@ class GripOptions(BaseModel):
         ge=0,
         le=100,
         description="objects that stand this many times the needed force (task.fragile_n); 0: any",
+    )
+    sensitivity: bool = Field(
+        default=False,
+        description="vary each parameter of [grip] and of the one controller: 0.7 and 1.3 times its value",
     )
     settings: Settings = []
     out: Out = ""

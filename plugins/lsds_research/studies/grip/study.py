@@ -16,6 +16,7 @@ from lsds.plugins.host import PluginHost
 from lsds_research.chosen import chosen
 from lsds_research.collecting.objects import PLANS
 from lsds_research.kept import run_kept
+from lsds_research.studies.grip import sensitivity
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
@@ -68,6 +69,9 @@ class GripStudy:
         """Run the lifts. Raises DataError for an unknown object, PluginError for an unknown controller."""
         options = self._options
         planned = _drawn(options) if options.random else _planned(options, self._seed)
+        varied = _variants(options)
+        plain = [what for what in planned if what.controller != OFF]
+        planned += [what for _, _, text in varied for what in sensitivity.varied(plain, text)]
         found, failures = run_kept(lift, planned, options.out, options.jobs, options.cluster, tick)
         rows = _holdable(found) if options.random else [*found.values()]
         if not rows and not failures:
@@ -76,13 +80,15 @@ class GripStudy:
             raise DataError(f"no lift could be run; the first: {next(iter(failures.values()))}")
         rows.sort(key=lambda row: tuple(str(row[name]) for name in ("controller", "change", "object", "squeeze_mm")))
         groups = sorted({(row["controller"], row["change"]) for row in rows})
-        table = [_summary(who, change, _of(rows, who, change)) for who, change in groups]
+        table = [{"controller": who, "change": change, **_summary(_of(rows, who, change))} for who, change in groups]
+        if varied:
+            table = sensitivity.table([row for row in rows if row["controller"] != OFF], varied, _summary)
         return StudyResult(
             _title(options, rows),
-            _COLUMNS,
+            sensitivity.COLUMNS if varied else _COLUMNS,
             table,
-            partial(plot_grip, rows=rows),
-            [EXPLAINED],
+            None if varied else partial(plot_grip, rows=rows),
+            [EXPLAINED, *([sensitivity.EXPLAINED] if varied else [])],
             {"runs": rows, "failures": failures, "figures_are": "simulated", "seed": self._seed},
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
@@ -163,13 +169,21 @@ def _of(rows: Sequence[Row], controller: str, change: str) -> list[Row]:
     return [row for row in rows if (row["controller"], row["change"]) == (controller, change)]
 
 
-def _summary(controller: str, change: str, rows: Sequence[Row]) -> Row:
+def _variants(options: GripOptions) -> list[tuple[str, float, str]]:
+    """Return the variants of a sensitivity study, none for another one. Raises DataError without one controller."""
+    if not options.sensitivity:
+        return []
+    named = [name for name in options.controllers if name != OFF]
+    if len(named) != 1:
+        raise DataError("a sensitivity study varies the parameters of one controller: give --controller NAME once")
+    return sensitivity.variants(named[0], options.settings)
+
+
+def _summary(rows: Sequence[Row]) -> Row:
     met = [row for row in rows if row["slip_mm"] > MET_MM]
     other = [row for row in rows if row["slip_mm"] <= MET_MM and row["held"]]
     grew = [row["peak_over_needed"] > GREW * row["first_over_needed"] for row in other]
     return {
-        "controller": controller,
-        "change": change,
         "runs": len(rows),
         "held": float(np.mean([row["held"] for row in rows])),
         "met": len(met),
@@ -185,7 +199,7 @@ def _summary(controller: str, change: str, rows: Sequence[Row]) -> Row:
         "false_closings": float(np.mean([row["closings_without_slip"] for row in rows])),
         "change_kept": _mean([row["change_slip_mm"] <= MET_MM for row in rows if row["change_slip_mm"] is not None]),
         "change_90_mm": _quantile(rows, "change_slip_mm", 0.9),
-        "turned_90": _quantile(rows, "turned_deg", 0.9) if change == "turn" else None,
+        "turned_90": _quantile([row for row in rows if row["change"] == "turn"], "turned_deg", 0.9),
         "crushed": _mean([row["crushed"] for row in rows if row["crushed"] is not None]),
     }
 
