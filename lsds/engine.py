@@ -96,7 +96,7 @@ class Engine:
         self._asked = GripTask(
             fragile_n=self._fragile_n,
             resolution_m=0.0 if rig.gripper is None else rig.gripper.spec.resolution_m,
-            answer_s=_answer_s(rig),
+            answer_s=_answer_s(rig) if config.grip.answer_s is None else config.grip.answer_s,
         )
         self._grip = GripObserver(config.grip, self._asked.answer_s)
         self._newest: Cycle | None = None

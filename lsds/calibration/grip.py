@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
+from lsds.calibration.answer import AnswerTimer
 from lsds.config.own import own_section
 from lsds.config.toml import dumps
 from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.grip.options import GripOptions
 from lsds.rig import Rig
 
 if TYPE_CHECKING:
@@ -39,7 +41,9 @@ _HEAD = """\
 class GripCalibration:
     """What was found: the gel's shear stiffness (kPa/mm) as it was and as it is, and what it rests on.
 
-    `shares` is the share of the weight that each finger with a sensor carried, by the new stiffness.
+    `shares` is the share of the weight that each finger with a sensor carried, by the new stiffness. `noise` is the
+    load's relative standard deviation while the object hung, `answer_s` the time until the fingers answer, NaN if the
+    gripper never moved alone.
     """
 
     weight_n: float
@@ -48,6 +52,8 @@ class GripCalibration:
     before_kpa_mm: float
     shares: dict[str, float]
     frames: int
+    noise: float
+    answer_s: float = math.nan
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -55,7 +61,11 @@ class GripCalibration:
 
     def toml(self) -> str:
         """Return the text of the file that a config names."""
-        found = {"tactile": {"shear_kpa_mm": round(self.shear_kpa_mm, 3)}}
+        grip = {} if math.isnan(self.answer_s) else {"answer_s": round(self.answer_s, 3)}
+        if self.noise > GripOptions().noise:
+            # A smaller one of a single object is no measure of how loads differ from object to object.
+            grip["noise"] = round(self.noise, 3)
+        found = {"tactile": {"shear_kpa_mm": round(self.shear_kpa_mm, 3)}, **({"grip": grip} if grip else {})}
         return _HEAD.format(weight=self.weight_n, frames=self.frames) + dumps(found)
 
 
@@ -72,7 +82,9 @@ def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str]
         _require_what_lifts(rig, weight_n)
         say("lifting the object and holding it")
         rig.arm_devices()
-        for cycle in Engine(rig):
+        timer = AnswerTimer(rig.job)
+        for cycle in Engine(rig, timer):
+            timer.take(cycle)
             _take(cycle, loads)
             if rig.own_cell is not None and cycle.stage == CARRIED:
                 true_n.append(FINGERS * rig.own_cell.truth().tangential_force_n)
@@ -80,7 +92,9 @@ def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str]
             raise DataError("the object dropped: nothing can be learnt from that (raise task.first_squeeze_m)")
     if weight_n is None:
         weight_n = fmean(true_n) if true_n else math.nan
-    return _compared(loads, weight_n, config.tactile.shear_kpa_mm)
+        interval_s = max(1 / finger.sensor.spec.rate_hz for finger in rig.fingers)
+    found = _compared(loads, weight_n, config.tactile.shear_kpa_mm)
+    return replace(found, answer_s=timer.answer(interval_s).whole_s)
 
 
 def _require_what_lifts(rig: Rig, weight_n: float | None) -> None:
@@ -124,7 +138,8 @@ def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, b
     scale = carried_n / fmean(sums)
     shares = {name: fmean(each) * scale / weight_n for name, each in forces.items()}
     std = before_kpa_mm * scale * stdev(sums) / fmean(sums)
-    return GripCalibration(weight_n, before_kpa_mm * scale, std, before_kpa_mm, shares, count)
+    noise = stdev(sums) / fmean(sums)
+    return GripCalibration(weight_n, before_kpa_mm * scale, std, before_kpa_mm, shares, count, noise)
 
 
 def _forces(before: list[ContactLoad], carried: list[ContactLoad]) -> list[float]:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
+
+if TYPE_CHECKING:
+    from lsds.calibration.friction import FrictionCalibration
+    from lsds.calibration.grip import GripCalibration
 
 STANDARD_GRAVITY = 9.80665
 
@@ -27,27 +33,42 @@ STANDARD_GRAVITY = 9.80665
     show_default=True,
     help="File to write.",
 )
+@click.option(
+    "--slide",
+    "slides",
+    is_flag=True,
+    help="Calibrate friction instead: the fingers move along an object that stands or is clamped.",
+)
 @json_option
 def grip(
-    config: Path | None, mass_g: float | None, overrides: tuple[str, ...], out: Path, json_file: str | None
+    config: Path | None,
+    mass_g: float | None,
+    overrides: tuple[str, ...],
+    out: Path,
+    slides: bool,
+    json_file: str | None,
 ) -> None:
     """Calibrate the load: how many newtons the dots' displacement is on your own gel.
 
     The rig lifts an object of known mass, as `lsds run` does, and holds it: the arm moves. What the dots show then is
     set against its weight. Two fingers with sensors share the weight; with one sensor the other finger carries half.
-    Holding without slip needs no calibration: it is for loads and limits in newtons. The file is named by the config:
-    calibration = ["grip.toml"].
+    Holding without slip needs no calibration: it is for loads and limits in newtons. The same lift shows how soon the
+    fingers answer, and how the load scatters. With --slide the fingers move along an object that stands, as in the job
+    `slide`: the load at which it gives way, over that while it slides, is static over kinetic friction. Files are named
+    by the config: calibration = ["grip.toml", "friction.toml"].
 
     \b
     Examples:
       lsds calibrate grip rig.toml --mass-g 320
       lsds calibrate grip                                   try it on the simulated cell
       lsds calibrate grip rig.toml --mass-g 320 --out left.toml --json -
+      lsds calibrate grip rig.toml --slide --out friction.toml
     """
     for target in (out, json_file):
         require_writable(target)
     if out.suffix.lower() != ".toml":
         raise click.UsageError(f"--out {out}: the name must end in .toml")
+    from lsds.calibration.friction import FrictionCalibration, slid_friction
     from lsds.calibration.grip import lifted_weight
     from lsds.config import load_config
     from lsds.config.toml import value_text
@@ -57,21 +78,39 @@ def grip(
         click.echo(text, err=True)
 
     # What an earlier calibration found is not where this one begins.
-    result = lifted_weight(
-        load_config(config, overrides, without=("calibration",)),
-        None if mass_g is None else mass_g * 1e-3 * STANDARD_GRAVITY,
-        say,
-    )
+    loaded = load_config(config, overrides, without=("calibration",))
+    result: FrictionCalibration | GripCalibration
+    if slides:
+        if mass_g is not None:
+            raise click.UsageError("--slide needs no --mass-g: only a ratio of loads counts")
+        result = slid_friction(loaded, say)
+    else:
+        result = lifted_weight(loaded, None if mass_g is None else mass_g * 1e-3 * STANDARD_GRAVITY, say)
     write_whole(out, result.toml().encode())
     if json_file is not None:
         write_json({**result.as_dict(), "file": str(out)}, json_file)
     if json_file != "-":
-        rows = [
-            ("weight", f"{result.weight_n:.3f} N"),
-            ("shear stiffness", f"{result.shear_kpa_mm:.2f} ± {result.shear_std_kpa_mm:.2f} kPa/mm"),
-            ("before", f"{result.before_kpa_mm:.2f} kPa/mm"),
-            ("frames", str(result.frames)),
-            *((f"share of finger {name}", f"{share:.2f}") for name, share in result.shares.items()),
-        ]
+        rows = _friction_rows(result) if isinstance(result, FrictionCalibration) else _load_rows(result)
         click.echo(table(rows, ("", "")).strip("\n"))
         click.echo(f"written to {out}; name it in the config: calibration = [{value_text(str(out.resolve()))}]")
+
+
+def _load_rows(found: GripCalibration) -> list[tuple[str, str]]:
+    return [
+        ("weight", f"{found.weight_n:.3f} N"),
+        ("shear stiffness", f"{found.shear_kpa_mm:.2f} ± {found.shear_std_kpa_mm:.2f} kPa/mm"),
+        ("before", f"{found.before_kpa_mm:.2f} kPa/mm"),
+        ("scatter of the load", f"{found.noise:.1%}"),
+        ("the fingers answer after", "unknown" if math.isnan(found.answer_s) else f"{1e3 * found.answer_s:.0f} ms"),
+        ("frames", str(found.frames)),
+        *((f"share of finger {name}", f"{share:.2f}") for name, share in found.shares.items()),
+    ]
+
+
+def _friction_rows(found: FrictionCalibration) -> list[tuple[str, str]]:
+    return [
+        ("load when it gave way", f"{found.static_n:.3f} N"),
+        ("load while it slid", f"{found.kinetic_n:.3f} N"),
+        ("static over kinetic friction", f"{found.ratio:.2f}"),
+        ("frames", str(found.frames)),
+    ]

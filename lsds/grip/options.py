@@ -31,4 +31,11 @@ class GripOptions(BaseModel):
     stiffness_n_mm: float = Field(
         default=4.0, gt=0, le=100, description="greatest rise of the load a finger over the way of the arm"
     )
+    answer_s: float | None = Field(
+        default=None,
+        gt=0,
+        le=2,
+        description="time from a change at the object to the fingers' answer; by the specs of sensor and gripper where "
+        "not given",
+    )
     unseen: float = Field(default=0.05, gt=0, lt=1, description="share of the slides that the detector does not see")

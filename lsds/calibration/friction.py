@@ -1,0 +1,93 @@
+"""Calibration of friction: move the fingers along what stands; compare the load before and while it slides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from lsds.config.own import own_section
+from lsds.config.toml import dumps
+from lsds.engine import Engine
+from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.rig import Rig
+from lsds.tactile.carried_load import LEAST_N, CarriedLoad
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lsds.config import RigConfig
+
+LEAST_FRAMES = 20
+"""Fewer frames of the slide tell nothing."""
+BEFORE, SLIDING = "settle", "slide"
+"""Stages of the job `slide` in which nothing pulls, and in which the fingers move along the object."""
+GIVEN_WAY = 0.98
+"""A load above this share of the greatest at the end of the slide may still rise: nothing has slid."""
+_HEAD = """\
+# Written by `lsds calibrate grip --slide`. Name it in the config: calibration = ["this file"]
+# The load was {static_n:.3g} N a finger when the object gave way, and {kinetic_n:.3g} N while it slid; {frames} frames.
+
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionCalibration:
+    """Load a finger (N) at which the object gave way, while it slid, and their ratio, static over kinetic friction."""
+
+    static_n: float
+    kinetic_n: float
+    frames: int
+
+    @property
+    def ratio(self) -> float:
+        """Static over kinetic friction."""
+        return max(1.0, self.static_n / self.kinetic_n)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {**asdict(self), "kinetic": self.ratio}
+
+    def toml(self) -> str:
+        """Return the text of the file that a config names."""
+        return _HEAD.format(**asdict(self)) + dumps({"grip": {"kinetic": round(self.ratio, 3)}})
+
+
+def slid_friction(config: RigConfig, say: Callable[[str], object]) -> FrictionCalibration:
+    """Run the rig's job `slide` and return what the load shows.
+
+    Raises ConfigError without gripper and arm, DataError where nothing slid, and what ends a run.
+    """
+    load, loads = CarriedLoad(), list[float]()
+    with Rig(config.model_copy(update={"job": own_section("slide")})) as rig:
+        if rig.gripper is None or rig.arm is None:
+            issue = ConfigIssue("gripper.backend, arm.backend", "the fingers have to move along it", "choose both")
+            raise ConfigError("the rig", [issue])
+        say("moving the fingers along the object")
+        rig.arm_devices()
+        for cycle in Engine(rig):
+            if cycle.stage in (BEFORE, SLIDING):
+                load.take(cycle.frame.t_ns, cycle.fingers)
+            if cycle.stage == SLIDING and math.isfinite(load.now_n):
+                loads.append(load.now_n)
+    return _compared(loads)
+
+
+def _compared(loads: list[float]) -> FrictionCalibration:
+    """Return the greatest load and that of the second half. Raises DataError where nothing slid."""
+    if len(loads) < LEAST_FRAMES:
+        raise DataError(
+            f"only {len(loads)} frames of the slide showed a load (raise job.slide.slide_s; does the object touch the "
+            "dots?)"
+        )
+    smooth = [median(loads[at - 1 : at + 2]) for at in range(1, len(loads) - 1)]
+    static_n, kinetic_n = max(smooth), median(smooth[len(smooth) // 2 :])
+    if static_n < LEAST_N:
+        raise DataError("the load stays zero: the object moves with the fingers (does it stand, or is it clamped?)")
+    if kinetic_n > GIVEN_WAY * static_n:
+        raise DataError(
+            "the load never gave way: nothing slid (grip less firmly: lower task.first_squeeze_m; or slide farther: "
+            "raise job.slide.slide_s)"
+        )
+    return FrictionCalibration(static_n, kinetic_n, len(loads))
