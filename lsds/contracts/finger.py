@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 class FingerCycle:
     """One finger's newest frame and all that was computed from it, in that sensor's plane.
 
-    An `opposite` finger faces the object from the other side: its x axis and its sense of rotation are mirrored.
+    `bridged` is for how many frames `estimate` is carried on, because no motion could be measured; 0 for one that was
+    measured, or an abstention. An `opposite` finger faces the object from the other side: its x axis and its sense of
+    rotation are mirrored.
     """
 
     finger: str
@@ -23,3 +25,4 @@ class FingerCycle:
     detection: Detection
     estimate: SlipEstimate
     opposite: bool = False
+    bridged: int = 0

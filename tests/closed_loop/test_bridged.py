@@ -1,0 +1,31 @@
+"""Where no motion can be measured, the last estimate bridges three frames of the loop, and no more."""
+
+from __future__ import annotations
+
+import lsds
+from lsds.contracts import ABSTAINED
+from lsds.tactile.bridging import MOST_FRAMES
+
+SHORT = ["task.lift_s=0.6", "task.hold_s=0.4"]
+
+
+def test_the_loop_bridges_three_frames_and_then_abstains():
+    seen = []
+    with lsds.bring_up(overrides=SHORT) as engine:
+        measured = engine.rig.estimator.update
+        blind = [False]
+        engine.rig.estimator.update = lambda observation: ABSTAINED if blind[0] else measured(observation)
+        for cycle in engine:
+            finger = cycle.fingers[0]
+            if blind[0]:
+                seen.append(finger)
+            elif not finger.estimate.abstained and cycle.acting:
+                blind[0], last = True, finger.estimate
+            if len(seen) == MOST_FRAMES + 2:
+                break
+    assert [finger.bridged for finger in seen] == [1, 2, 3, 0, 0]
+    assert [finger.estimate.abstained for finger in seen] == [False] * 3 + [True] * 2
+    stds = [last.speed_std_m_s, *(finger.estimate.speed_std_m_s for finger in seen[:3])]
+    assert stds == sorted(stds)
+    assert len(set(stds)) == 4
+    assert all(finger.detection.slip is not None for finger in seen), "a detector answers for itself"
