@@ -8,6 +8,7 @@ import pytest
 
 from lsds.contracts import ABSTAINED, BackendSpec, Detection, GripEstimate, GripInput, GripTask, Slide
 from lsds.contracts.former import FormerController, as_controller
+from lsds.plugins.contract import check_contract
 from lsds.testing.grips import grip_inputs
 
 SLIDE = Slide(0.01)
@@ -79,3 +80,14 @@ def test_it_runs_on_the_inputs_of_the_kit():
     controller = FormerController(Former())
     assert all(controller.update(*given) is not None for given in grip_inputs("slides"))
     assert BackendSpec("controller", "acme", "acme:Former", contract=1).contract == 1
+
+
+def test_a_controller_need_not_declare_that_it_never_opens():
+    class Silent:
+        def update(self, grip, wanted):
+            return None
+
+        def reset(self):
+            pass
+
+    check_contract("controller 'acme'", "controller", Silent())
