@@ -7,8 +7,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
-from lsds.tactile.carried_load import LEAST_N, CarriedLoad
-from lsds.tactile.soft_finger import speed_of
+from lsds.tactile.carried_load import LEAST_N
 
 if TYPE_CHECKING:
     from lsds.contracts import Situation
@@ -17,17 +16,19 @@ LEAST_S, MOST_S = 0.4, 3.0
 """Least duration, and the greatest while nothing slips."""
 STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
 """The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
-SUSPECTED_M_S = 0.004
-"""While the estimate is above this speed, however uncertain, the object may slide: it is lifted no faster yet."""
+PROBABLY, MAYBE = 0.5, 0.25
+"""Probabilities of a slide: at the first the object is not lifted faster for `STEADY_S`; at the second its load is not
+yet taken for that of a hanging object."""
 
 
 class TakeUp:
-    """Tells when the load has been taken up. `carried` goes on with the load of an earlier one; `has_load` is whether
-    the object hung when it was over, and not only the time was up."""
+    """Tells when the load has been taken up.
 
-    def __init__(self, start_ns: int, carried: CarriedLoad | None = None) -> None:
+    `has_load` is whether the object hung when it was over, and not only the time was up.
+    """
+
+    def __init__(self, start_ns: int) -> None:
         self._start_ns = start_ns
-        self.carried = carried or CarriedLoad()
         self.has_load = False
         self._loads: deque[tuple[int, float]] = deque()
         self._seen_ns = self._slipped_ns = -1
@@ -49,15 +50,12 @@ class TakeUp:
     def _see(self, now: Situation) -> None:
         if now.cycle is None or now.cycle.t_ns == self._seen_ns:
             return
-        self._seen_ns = now.cycle.t_ns
-        if now.cycle.detection.slip:
+        self._seen_ns, grip = now.cycle.t_ns, now.cycle.grip
+        if grip.slips > PROBABLY:
             self._slipped_ns = now.t_ns
-        self.carried.take(now.cycle.t_ns, now.fingers)
-        estimate = now.cycle.estimate
-        suspected = not estimate.abstained and speed_of(estimate)[0] > SUSPECTED_M_S
-        if not math.isfinite(self.carried.now_n) or suspected or now.cycle.detection.slip:
+        if not math.isfinite(grip.load_n) or grip.slips > MAYBE:
             self._loads.clear()
             return
-        self._loads.append((now.cycle.t_ns, self.carried.now_n))
+        self._loads.append((now.cycle.t_ns, grip.load_n))
         while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
             self._loads.popleft()

@@ -10,15 +10,10 @@ from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
 from lsds.jobs.probe import SPEED_M_S, Probe
-from lsds.jobs.take_up import TakeUp
-from lsds.tactile.carried_load import CarriedLoad
+from lsds.jobs.take_up import PROBABLY, TakeUp
 
 Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
-
-
-PROBABLY = 0.5
-"""Probability of a slide from which on the arm waits, while the object may still stand on its support."""
 
 
 class LiftJob:
@@ -64,7 +59,6 @@ class _Lift:
         self._by_touch = setting.task.grasp == "touch" and setting.gripper is not None
         self._grasp = begin_grasp(setting.task, setting)
         self._touch_m = math.nan
-        self._carried: CarriedLoad | None = None
         self._hangs = False
         self._left_s = setting.task.lift_s
 
@@ -97,8 +91,7 @@ class _Lift:
     def _take_up(self, speed_m_s: float, now: Situation) -> Stage:
         """Rise slowly until the object hangs, at most as far as it is to be lifted."""
         share = speed_m_s / self._task.lift_speed_m_s
-        take_up, began_ns, left_s = TakeUp(now.t_ns, self._carried), now.t_ns, self._left_s
-        self._carried = take_up.carried
+        take_up, began_ns, left_s = TakeUp(now.t_ns), now.t_ns, self._left_s
         while True:
             waits = _slips(now)
             before_ns = now.t_ns
@@ -128,5 +121,4 @@ class _Lift:
 
 def _slips(now: Situation) -> bool:
     """Return whether the object probably slides, so that the arm should wait for the fingers."""
-    grip = None if now.cycle is None else now.cycle.grip
-    return grip is not None and grip.slips > PROBABLY
+    return now.cycle is not None and now.cycle.grip.slips > PROBABLY
