@@ -48,7 +48,7 @@ B = TypeVar("B")
 #: that waits for a poll is delay in the loop, which costs more slip than any gain.
 POLLS_PER_FRAME = 8
 LIKELY = 0.5
-"""Probability of a slide from which on the object is said to slip."""
+"""Least probability of a slide at which the run enters its stage `slip`."""
 _FOREVER_NS = 2**62
 
 

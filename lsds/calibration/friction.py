@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lsds.config import RigConfig
 
 LEAST_FRAMES = 20
-"""Fewer frames of the slide tell nothing."""
+"""Least number of frames of the slide."""
 BEFORE, SLIDING = "settle", "slide"
 """Stages of the job `slide` in which nothing pulls, and in which the fingers move along the object."""
 GIVEN_WAY = 0.98

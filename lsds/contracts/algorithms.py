@@ -85,7 +85,7 @@ class Controller(Protocol):
 
     @property
     def limits_force(self) -> bool:
-        """Whether it heeds `GripTask.fragile_n`."""
+        """Whether it respects `GripTask.fragile_n`."""
         ...
 
     def update(self, grip: GripEstimate, wanted: GripTask) -> float | None:

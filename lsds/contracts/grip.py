@@ -66,7 +66,7 @@ class GripEstimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GripTask:
-    """What job, task and devices ask of a grip.
+    """The requirements of job, task and devices on a grip.
 
     `probes`: the job lets the controller open on purpose, to find the least grip; `slide` is a slip that is wanted,
     None if none is. `fragile_n` is the greatest normal force a finger that the object stands. `resolution_m` is the

@@ -127,7 +127,7 @@ class GripBelief:
         cap = min(int(np.searchsorted(self._ln_w, math.log(ahead_n))), len(self._ln_w) - 1)
         below = (cap + 1) * len(self._ln_r)
         mass = np.bincount(self._needs[:below], self.stick[: cap + 1].ravel(), len(self._ln_need))
-        # What would need more at a greater load needs that of the cap.
+        # Loads above the cap count as the cap.
         at_cap = self._needs[below - len(self._ln_r) : below]
         mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
         # A sliding object has to be stopped by kinetic friction, which carries less.
@@ -184,7 +184,7 @@ class GripBelief:
         """Return the mass after a random walk of that duration along an axis."""
         share = min(0.5 * drift_s * (self.options.drift / STEP) ** 2, 0.25)
         out, step = (1 - 2 * share) * mass, share * mass
-        # What would leave the grid stays at its edge.
+        # The edges of the grid keep their mass.
         to, of = (out, step) if axis == 0 else (out.T, step.T)
         to[1:] += of[:-1]
         to[:-1] += of[1:]

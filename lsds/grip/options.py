@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class GripOptions(BaseModel):
-    """Parameters of the belief (`lsds.grip.belief`); `lsds calibrate grip` finds those that a cell has of its own.
+    """Parameters of the belief (`lsds.grip.belief`); `lsds calibrate grip` finds those that differ from cell to cell.
 
     The friction limit is limit * squeeze^power, in newtons a finger and millimetres.
     """
