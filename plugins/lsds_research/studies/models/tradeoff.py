@@ -66,6 +66,8 @@ COLUMNS = (
 class TradeoffStudy:
     """A `Study` of one job."""
 
+    timed = ("update_us", "front")
+
     def __init__(self, options: TradeoffOptions, context: BuildContext, job: Job) -> None:
         self.options, self._host, self._context = options, PluginHost(), context
         self._job: Job = job
@@ -89,7 +91,7 @@ class TradeoffStudy:
                 rows.append(self._untrained(name, other))
             for index, us in self._time(models).items():
                 rows[index]["update_us"] = us
-        tick(1, 1)
+        tick(len(todo) + 1, len(todo) + 1)
         _mark_front(rows)
         score = "accuracy" if self._job == "detect" else "R2 of speed"
         origin = seen.card.get("figures_are", "of unknown origin")
