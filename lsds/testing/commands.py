@@ -12,7 +12,9 @@ from dataclasses import dataclass
 
 import click
 
+from lsds.processes import isolated_environment, module_command
 from lsds.testing.bench import Bench
+from lsds.testing.help_probe import FOUND
 
 UNKNOWN = "--no-such-option"
 HEAVY = (
@@ -31,20 +33,6 @@ HEAVY = (
 )
 """Libraries that take long to import."""
 PROBED_S = 60.0
-_PROBE = """
-import sys
-before = set(sys.modules)
-import contextlib, importlib, io
-import click
-module, _, attribute = sys.argv[1].partition(":")
-command = importlib.import_module(module)
-for part in attribute.split("."):
-    command = getattr(command, part)
-with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(click.exceptions.Exit):
-    command.make_context("lsds", ["--help"])
-imported = {name.partition(".")[0] for name in set(sys.modules) - before}
-print("imported:", *sorted(imported & set(sys.argv[2:])))
-"""
 
 
 def check_is_a_click_command(bench: Bench) -> None:
@@ -96,10 +84,10 @@ def check_refuses_an_unknown_option(bench: Bench) -> None:
 def check_help_is_cheap(bench: Bench) -> None:
     """Importing the command and showing its help imports no heavy library, such as torch, scipy or matplotlib."""
     factory = bench.host.find(bench.kind, bench.name).spec.factory
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    run = [sys.executable, "-c", _PROBE, factory, *HEAVY]
+    environment = isolated_environment({"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)})
+    run = module_command("lsds.testing.help_probe", factory, *HEAVY)
     done = subprocess.run(run, capture_output=True, text=True, env=environment, timeout=PROBED_S, check=False)
-    lines = [line for line in done.stdout.splitlines() if line.startswith("imported:")]
+    lines = [line for line in done.stdout.splitlines() if line.startswith(FOUND)]
     assert lines, (
         f"the help of {factory} fails in a process of its own: {done.stderr.strip().rpartition(chr(10))[2]!r}; import "
         "what the module needs in it"
