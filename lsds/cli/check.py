@@ -33,11 +33,11 @@ def check(
     only_list: bool,
     json_file: str | None,
 ) -> int:
-    """Check that a device, an algorithm, a fault or a wire mock keeps the contract of its kind.
+    """Check that a device, an algorithm, a fault, a wire mock, a study or a command keeps the contract of its kind.
 
-    All but real devices take 1 to 60 s; a real device takes one to three minutes. Without --allow-motion no
-    real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use. docs/plugins.md
-    explains the checks.
+    A real device takes one to three minutes, a study twice its own time; all others take 1 to 60 s. Without
+    --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use.
+    docs/plugins.md explains the checks.
 
     \b
     Examples:
@@ -46,6 +46,8 @@ def check(
       lsds check detector:fused --json checks.json         all checks of a detector, 10 s
       lsds check fault:camera-noise
       lsds check wire_mock:hand-e                          on free ports, 5 s
+      lsds check study:dynamics --set 'steps_ms=[40.0]'
+      lsds check command:evaluate                          its help and wrong use; it is not run
       lsds check gripper:hand-e --set port=/dev/ttyUSB0    a real gripper that must not move, 20 s
       lsds check arm:ur5e --set host=192.168.1.2 --allow-motion
       lsds check arm:mock-ur5e --list
@@ -67,7 +69,7 @@ def check(
 def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_motion: bool) -> Bench:
     """Return the bench of KIND:NAME with its options. Raises click.UsageError, ConfigError."""
     from lsds.config.overrides import apply_overrides
-    from lsds.errors import ConfigError, PluginNotFound
+    from lsds.errors import ConfigError, ConfigIssue, PluginNotFound
     from lsds.testing import Bench
     from lsds.testing.tables import CHECKED_KINDS
 
@@ -81,6 +83,12 @@ def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_mot
         bench = Bench(kind, name, options, host, allow_motion)
     except PluginNotFound as error:
         raise click.UsageError(str(error)) from error
+    if kind == "command":  # It is not built: calling it would run it.
+        if options:
+            issues = [ConfigIssue(key, "a command takes no options") for key in options]
+            raise ConfigError("--set", issues)
+        host.imported(host.find(kind, name))
+        return bench
     built = bench.build()  # Wrong options are one error here, not that of every check.
     if hasattr(built, "close"):
         built.close()

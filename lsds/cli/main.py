@@ -24,7 +24,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol."),
     "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera, or slip and load on your own gel."),
     "plugins": ("lsds.cli.plugins:plugins", "List the installed backends and the plugins that failed to load."),
-    "check": ("lsds.cli.check:check", "Check that a device or an algorithm keeps the contract of its kind."),
+    "check": ("lsds.cli.check:check", "Check that a backend keeps the contract of its kind."),
     "new": ("lsds.cli.new:new", "Write a plugin to start from: code, options, tests, packaging."),
     "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),
     "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend is missing."),

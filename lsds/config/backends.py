@@ -9,6 +9,7 @@ from typing import Any
 from lsds.config.model import FaultSection, FingerSection, RigConfig
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
+from lsds.plugins.containment import diverted
 from lsds.plugins.host import PluginHost
 from lsds.plugins.loading import upgrade_or_block
 from lsds.plugins.options import table_issues
@@ -103,7 +104,9 @@ def _table_issues(
         for key in table:
             yield ConfigIssue(f"{path}.{key}", "this backend takes no options")
         return
-    yield from table_issues(model, table, path, upgrade_or_block(backend.plugin, backend.distribution))
+    with diverted():  # A validator is code of the plugin.
+        issues = table_issues(model, table, path, upgrade_or_block(backend.plugin, backend.distribution))
+    yield from issues
 
 
 def _qualified(name: str, chosen: object) -> str:

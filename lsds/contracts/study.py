@@ -40,8 +40,15 @@ class StudyResult:
 
 @runtime_checkable
 class Study(Protocol):
-    """The interface of a backend of kind `study`. Constructing measures nothing."""
+    """The interface of a backend of kind `study`. Constructing measures nothing: no file, no thread, little time.
+
+    With an option `seed`, the same seed gives the same rows. A study that measures times may name their keys in an
+    attribute `timed`, a collection of texts; these cells differ from run to run.
+    """
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Measure; call `tick(done, whole)` to report progress. Raises DataError if its data cannot be read."""
+        """Measure; call `tick(done, whole)` after each part, until done is whole. Prints nothing.
+
+        Raises DataError if its data cannot be read.
+        """
         ...

@@ -9,7 +9,7 @@ import tempfile
 import threading
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from typing import Any, TextIO
 
 LONGEST_TEXT = 200
@@ -31,24 +31,28 @@ def contained(*, filters: bool = True) -> Iterator[Output]:
     libraries are imported, which add filters for good.
     """
     output = Output()
-    streams = sys.stdout, sys.stderr
-    folder = _folder()
+    others = _other_threads()
     with ExitStack() as stack:
         if filters:
             stack.enter_context(warnings.catch_warnings())
-        others = {thread.ident for thread in threading.enumerate()} - {threading.get_ident()}
         raw = None if others else stack.enter_context(_descriptor_caught())
-        caught = _Caught(streams[0], others)
-        sys.stdout = caught
+        caught = _Caught(sys.stdout, others)
         try:
-            yield output
+            with _in_place_of_stdout(caught):
+                yield output
         finally:
-            caught.open = False
-            sys.stdout, sys.stderr = _unwrapped(streams[0]), streams[1]
-            if folder is not None and _folder() != folder:
-                with suppress(OSError):
-                    os.chdir(folder)
             output.text = one_line(caught.getvalue() + (_contents(raw) if raw is not None else ""))
+
+
+@contextmanager
+def diverted() -> Iterator[None]:
+    """Send to stderr what is written to stdout, and restore the streams and the current folder at the end.
+
+    As with `contained`, threads that ran before keep their output, and output of C code is sent only without any.
+    """
+    others = _other_threads()
+    with nullcontext() if others else _descriptor_diverted(), _in_place_of_stdout(_Diverted(sys.stdout, others)):
+        yield
 
 
 def one_line(text: object) -> str:
@@ -58,6 +62,25 @@ def one_line(text: object) -> str:
     except Exception:
         return "(no text)"
     return line if len(line) <= LONGEST_TEXT else line[: LONGEST_TEXT - 4] + " ..."
+
+
+@contextmanager
+def _in_place_of_stdout(stream: _Caught) -> Iterator[None]:
+    """Let a stream be stdout; restore stdout, stderr and the current folder at the end."""
+    streams, folder = (sys.stdout, sys.stderr), _folder()
+    sys.stdout = stream
+    try:
+        yield
+    finally:
+        stream.open = False
+        sys.stdout, sys.stderr = _unwrapped(streams[0]), streams[1]
+        if folder is not None and _folder() != folder:
+            with suppress(OSError):
+                os.chdir(folder)
+
+
+def _other_threads() -> set[int | None]:
+    return {thread.ident for thread in threading.enumerate()} - {threading.get_ident()}
 
 
 class _Caught(io.StringIO):
@@ -71,9 +94,13 @@ class _Caught(io.StringIO):
 
     def write(self, text: str) -> int:
         if self.open and threading.get_ident() not in self._others:
-            return super().write(text)
+            return self.keep(text)
         # A program without a terminal has no stdout.
         return self.original.write(text) if self.original is not None else len(text)
+
+    def keep(self, text: str) -> int:
+        """Keep what the plugin writes."""
+        return super().write(text)
 
     def flush(self) -> None:
         if not self.open and self.original is not None:
@@ -87,6 +114,14 @@ class _Caught(io.StringIO):
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.original, name)
+
+
+class _Diverted(_Caught):
+    """A stream that sends what a plugin writes to stderr, and passes on the rest as `_Caught` does."""
+
+    def keep(self, text: str) -> int:
+        """Write to stderr, if the program has one."""
+        return sys.stderr.write(text) if sys.stderr is not None else len(text)
 
 
 def _unwrapped(stream: Any) -> Any:
@@ -120,6 +155,27 @@ def _descriptor_caught() -> Iterator[Any]:
             finally:
                 os.dup2(kept, 1)
     finally:
+        os.close(kept)
+
+
+@contextmanager
+def _descriptor_diverted() -> Iterator[None]:
+    """Point file descriptor 1 at descriptor 2, if the process has both."""
+    try:
+        _flush()
+        _flush_c()
+        kept = os.dup(1)
+    except OSError:
+        yield
+        return
+    try:
+        with suppress(OSError):
+            os.dup2(2, 1)
+        yield
+    finally:
+        _flush()
+        _flush_c()
+        os.dup2(kept, 1)
         os.close(kept)
 
 

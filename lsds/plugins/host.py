@@ -15,7 +15,7 @@ from lsds.contracts.backend import BuildContext
 from lsds.contracts.former import as_controller
 from lsds.contracts.kinds import KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
-from lsds.plugins.containment import contained, one_line
+from lsds.plugins.containment import contained, diverted, one_line
 from lsds.plugins.contract import check_contract
 from lsds.plugins.discovery import readable_entry_points
 from lsds.plugins.importing import importable, imported_target, remedy_for, require_model
@@ -61,7 +61,7 @@ class PluginHost:
 
     Manifests are imported on first use, backends when they are built. A plugin that fails to import, or whose hook
     returns an invalid value, is listed in `failures` and does not affect others. What a plugin prints while it is
-    imported is kept from stdout and listed in `notes`.
+    imported is kept from stdout and listed in `notes`; what it prints while a backend is built goes to stderr.
 
     `entry_points` replaces what is installed (for tests and embedding); `block` names distributions or plugins that
     are not to be loaded, in addition to the environment variable `LSDS_BLOCK_PLUGINS`.
@@ -182,7 +182,8 @@ class PluginHost:
             context.default_cell = self._default_cell
         factory = self.imported(backend)
         try:
-            built = factory(options, context)
+            with diverted():
+                built = factory(options, context)
         except (LsdsError, KeyboardInterrupt):
             raise
         except BaseException as error:
@@ -219,7 +220,8 @@ class PluginHost:
         path = f"{backend.spec.kind}.{backend.spec.name}"
         model = self.options_model(backend)
         if model is not None:
-            return validated(model, raw, path, upgrade_or_block(backend.plugin, backend.distribution))
+            with diverted():  # A validator is code of the plugin.
+                return validated(model, raw, path, upgrade_or_block(backend.plugin, backend.distribution))
         if raw:
             raise ConfigError(
                 f"[{path}]", [ConfigIssue(f"{path}.{key}", "this backend takes no options") for key in raw]

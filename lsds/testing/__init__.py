@@ -6,8 +6,8 @@
     def test_conformance(check):
         check()
 
-Devices, trackers, detectors, estimators, controllers, jobs, faults and wire mocks have checks. Algorithms get frames
-that the kit draws.
+Devices, trackers, detectors, estimators, controllers, jobs, faults, wire mocks, studies and commands have checks.
+Algorithms get frames that the kit draws.
 `run_checks(Bench(...))` returns the results as data; `lsds check KIND:NAME` prints them.
 
 Needs pytest and hypothesis (`pip install 'lsds[testing]'`). The rest of lsds does not import this package. Its

@@ -6,7 +6,6 @@ An algorithm is a function of its inputs since the last reset, and of nothing el
 from __future__ import annotations
 
 import dataclasses
-import threading
 from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import Any
@@ -17,8 +16,9 @@ from lsds.clock import perf_ns
 from lsds.testing.bench import Bench
 from lsds.testing.comparing import first_difference, plain
 from lsds.testing.feeding import COURSES, answers, build, raw_answers
+from lsds.testing.process_state import changes_by, global_seed
 from lsds.testing.stimulus import FRAME_NS
-from lsds.testing.traces import clock_calls, global_seed, global_state, io_calls, kept_state
+from lsds.testing.traces import clock_calls, io_calls
 
 LATER_NS = 10**15
 """A clock that stands at another time."""
@@ -84,17 +84,24 @@ def check_instances_share_nothing(bench: Bench) -> None:
 
 
 def check_leaves_global_state(bench: Bench) -> None:
-    """Random state, error state, working folder, environment and threads of the process stay as they are."""
-    inputs = COURSES[bench.kind].first()
-    with kept_state():
-        answers(bench, build(bench), inputs)  # Imports at the first use are not counted.
-    with kept_state():
-        before, threads = global_state(), set(threading.enumerate())
-        answers(bench, build(bench), inputs)
-        after, started = global_state(), set(threading.enumerate()) - threads
-    changed = [what for what in before if before[what] != after[what]]
-    assert not changed, f"building and feeding it changed {', '.join(changed)}; leave the process as it is"
-    assert not started, f"building and feeding it started {', '.join(map(str, started))}; answer in the caller's thread"
+    """Global random generators, error state, logging, working folder, environment and threads stay as they are."""
+    course = COURSES[bench.kind]
+
+    def live() -> None:
+        used = build(bench)
+        answers(bench, used, course.first())
+        course.clear(used)
+
+    changes = changes_by(live)
+    assert not changes.state, (
+        f"building, feeding and clearing it changed {', '.join(changes.state)}; draw from "
+        "numpy.random.default_rng(context.rng_seed(...)), use `with numpy.errstate(...)` and "
+        "logging.getLogger(__name__), and leave the process as it is"
+    )
+    assert not changes.threads, (
+        f"building, feeding and clearing it started {', '.join(map(str, changes.threads))}; answer in the caller's "
+        "thread"
+    )
 
 
 def check_leaves_its_inputs(bench: Bench) -> None:

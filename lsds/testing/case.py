@@ -75,7 +75,7 @@ def _lines(error: BaseException) -> list[str]:
 
 
 def cases(bench: Bench) -> list[Case]:
-    """Return all checks for the bench's kind of device or algorithm. Raises ValueError for a kind without checks."""
+    """Return all checks for the bench's kind. Raises ValueError for a kind without checks."""
     return [Case(bench, check) for check in checks_of(bench.kind)]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections import deque
 from functools import partial
 from typing import Any
@@ -11,7 +10,7 @@ from lsds.testing.afflicting import ALGORITHMS, Afflicted, first_difference, log
 from lsds.testing.bench import Bench
 from lsds.testing.exact import arrays_of
 from lsds.testing.outcomes import NotApplicable
-from lsds.testing.traces import global_seed, global_state, kept_state
+from lsds.testing.process_state import changes_by, global_seed
 
 
 def check_fault_is_deterministic(bench: Bench) -> None:
@@ -60,19 +59,22 @@ def check_leaves_the_values_of_others(bench: Bench) -> None:
 
 
 def check_fault_leaves_global_state(bench: Bench) -> None:
-    """Random state (numpy's, too), error state, working folder, environment and threads stay as they are."""
-    with kept_state():
-        list(Afflicted(bench).outcomes())  # Imports at the first use are not counted.
-    with kept_state():
-        before, threads = global_state(), set(threading.enumerate())
-        list(Afflicted(bench).outcomes())
-        after, started = global_state(), set(threading.enumerate()) - threads
-    changed = [what for what in before if before[what] != after[what]]
-    assert not changed, (
-        f"the fault changed {', '.join(changed)}; draw from numpy.random.default_rng(context.rng_seed(...)), and leave "
-        "the process as it is"
+    """Global random generators, error state, logging, working folder, environment and threads stay as they are."""
+
+    def live() -> None:
+        afflicted = Afflicted(bench)
+        list(afflicted.outcomes())
+        if afflicted.target in ALGORITHMS:
+            afflicted.clear()
+
+    changes = changes_by(live)
+    assert not changes.state, (
+        f"the fault changed {', '.join(changes.state)}; draw from numpy.random.default_rng(context.rng_seed(...)), "
+        "use `with numpy.errstate(...)` and logging.getLogger(__name__), and leave the process as it is"
     )
-    assert not started, f"the fault started {', '.join(map(str, started))}; answer in the caller's thread"
+    assert not changes.threads, (
+        f"the fault started {', '.join(map(str, changes.threads))}; answer in the caller's thread"
+    )
 
 
 def check_reset_forgets(bench: Bench) -> None:

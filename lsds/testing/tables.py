@@ -8,6 +8,7 @@ from lsds.contracts.kinds import Kind
 from lsds.testing.algorithms import ALGORITHM_CHECKS
 from lsds.testing.arm_state import ARM_STATE_CHECKS, POSE_CHECKS
 from lsds.testing.bench import Bench
+from lsds.testing.commands import COMMAND_CHECKS
 from lsds.testing.connecting import CONNECTING_CHECKS
 from lsds.testing.corrections import CONTROLLER_CHECKS
 from lsds.testing.fault_traces import FAULT_TRACE_CHECKS
@@ -23,6 +24,7 @@ from lsds.testing.sensing import SENSOR_CHECKS
 from lsds.testing.slip_answers import DETECTOR_CHECKS, ESTIMATOR_CHECKS
 from lsds.testing.specs import SPEC_CHECKS
 from lsds.testing.stamps import STAMP_CHECKS
+from lsds.testing.studies import STUDY_CHECKS
 from lsds.testing.tracks import TRACKER_CHECKS
 from lsds.testing.unplugged import UNPLUGGED_CHECKS, UNPLUGGED_GRIPPER_CHECKS
 from lsds.testing.wire_mocks import WIRE_MOCK_CHECKS
@@ -49,6 +51,8 @@ _DEVICE_CHECKS: dict[Kind, tuple[Check, ...]] = {
 _OTHER_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "fault": (*FAULT_CHECKS, *FAULT_TRACE_CHECKS),
     "wire_mock": WIRE_MOCK_CHECKS,
+    "study": STUDY_CHECKS,
+    "command": COMMAND_CHECKS,
 }
 _ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
     "tracker": TRACKER_CHECKS,
@@ -59,6 +63,7 @@ _ALGORITHM_CHECKS: dict[Kind, tuple[Check, ...]] = {
 }
 CHECKED_KINDS: tuple[Kind, ...] = (*_DEVICE_CHECKS, *_ALGORITHM_CHECKS, *_OTHER_CHECKS)
 """Kinds that have checks."""
+_PLURALS: dict[Kind, str] = {"study": "studies"}
 _SECTIONS: dict[tuple[Check, ...], str] = {
     (*LIFECYCLE_CHECKS, *LEAK_CHECKS, *LATENCY_CHECKS, *UNPLUGGED_CHECKS, check_any_order_of_calls): "life-cycle",
     STAMP_CHECKS: "samples",
@@ -89,5 +94,5 @@ def rule_of(check: Check) -> str:
 
 def guide_of(kind: Kind, check: Check) -> str:
     """Return the section of the guide about a check."""
-    own = kind.replace("_", "-") + "s"
+    own = _PLURALS.get(kind, kind.replace("_", "-") + "s")
     return f"{GUIDE}#{next((section for checks, section in _SECTIONS.items() if check in checks), own)}"

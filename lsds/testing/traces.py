@@ -1,16 +1,12 @@
-"""Records the traces of an algorithm: files, sockets and processes opened, clocks read, global state changed."""
+"""Records the traces of an algorithm: files, sockets and processes opened, clocks read."""
 
 from __future__ import annotations
 
-import os
-import random
 import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 from typing import Any
-
-import numpy as np
 
 from lsds.testing.audit import audited
 
@@ -60,40 +56,3 @@ def clock_calls() -> Iterator[list[str]]:
         yield calls
     finally:
         sys.setprofile(before)
-
-
-def global_state() -> dict[str, Any]:
-    """Return the process-wide state that an algorithm must leave as it is."""
-    name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002 - this is what must not change
-    return {
-        "numpy's global random state": (name, np.asarray(keys).tobytes(), *rest),
-        "numpy's error state": np.geterr(),
-        "the state of random": random.getstate(),
-        "the working directory": os.getcwd(),
-        "the environment": dict(os.environ),
-    }
-
-
-@contextmanager
-def kept_state() -> Iterator[None]:
-    """Put random states, error state, working directory and environment back afterwards."""
-    numpy_state, state, folder = np.random.get_state(), random.getstate(), os.getcwd()  # noqa: NPY002
-    environment = dict(os.environ)
-    with np.errstate():
-        try:
-            yield
-        finally:
-            np.random.set_state(numpy_state)  # noqa: NPY002
-            random.setstate(state)
-            os.chdir(folder)
-            os.environ.clear()
-            os.environ.update(environment)
-
-
-@contextmanager
-def global_seed(seed: int) -> Iterator[None]:
-    """Seed the global random generators, and put them back afterwards."""
-    with kept_state():
-        np.random.seed(seed)  # noqa: NPY002
-        random.seed(seed)
-        yield

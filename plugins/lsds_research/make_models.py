@@ -68,7 +68,7 @@ def train(which: tuple[str, str], folder: str) -> str:
         whole = _labelled(Path(folder) / name) if name == LABELLED else load(Path(folder) / name)
         parts.append((name, whole if name == LABELLED else training_part(whole, every)))
     threshold = FUSED_THRESHOLD if learner == "fused" else THRESHOLD
-    card = fit(merged(parts), Model(learner), PluginHost(), model_path(learner, ""), threshold=threshold)
+    card = fit(merged(parts), Model(learner, own=True), PluginHost(), model_path(learner, ""), threshold=threshold)
     return f"{learner}: {dict(card.scores or {})}"
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from lsds.testing import cases
 
-CAUGHT, CAUGHT_DEVICES, CAUGHT_FAULTS, CAUGHT_WIRE_MOCKS = {}, {}, {}, {}
+CAUGHT, CAUGHT_DEVICES, CAUGHT_FAULTS, CAUGHT_WIRE_MOCKS, CAUGHT_STUDIES, CAUGHT_COMMANDS = {}, {}, {}, {}, {}, {}
 LEFT = []
 """Calls that release what mutants have left behind."""
 
@@ -29,6 +29,16 @@ def caught_fault(check, match):
 def caught_wire_mock(check, match):
     """Register a wire mock with one mistake."""
     return _registered(CAUGHT_WIRE_MOCKS, check, match)
+
+
+def caught_study(check, match):
+    """Register a study with one mistake."""
+    return _registered(CAUGHT_STUDIES, check, match)
+
+
+def caught_command(check, match):
+    """Register a command with one mistake."""
+    return _registered(CAUGHT_COMMANDS, check, match)
 
 
 def require_caught(bench, check, match, guide):

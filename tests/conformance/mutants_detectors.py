@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import logging
 import math
 import os
 import random
@@ -70,6 +71,50 @@ class DrawsFromRandom(Blurred):
 class SilencesNumpy(Blurred):
     def extra(self, observation):
         np.seterr(invalid="ignore")
+        return 0.0
+
+
+@caught("detector", every.check_leaves_global_state, "numpy's global random state")
+class DrawsFromNumpy(Blurred):
+    def extra(self, observation):
+        return 0.0 * np.random.random()  # noqa: NPY002
+
+
+@caught("detector", every.check_leaves_global_state, "numpy's global random state")
+class SeedsOnReset(HonestDetector):
+    def __init__(self, options, context):
+        self.last = 0.0
+
+    def reset(self):
+        super().reset()
+        np.random.seed(1)  # noqa: NPY002
+
+
+@caught("detector", every.check_leaves_global_state, "the level of the root logger")
+class SetsTheLevelOfTheRootLogger(Blurred):
+    def extra(self, observation):
+        logging.getLogger().setLevel(logging.DEBUG)
+        return 0.0
+
+
+@caught("detector", every.check_leaves_global_state, "the handlers of the root logger")
+class ConfiguresLogging(Blurred):
+    def extra(self, observation):
+        logging.basicConfig()
+        return 0.0
+
+
+@caught("detector", every.check_leaves_global_state, "the filters of the root logger")
+class FiltersTheRootLogger(Blurred):
+    def extra(self, observation):
+        logging.getLogger().addFilter(logging.Filter("mutant"))
+        return 0.0
+
+
+@caught("detector", every.check_leaves_global_state, "the level below which logging is disabled")
+class DisablesLogging(Blurred):
+    def extra(self, observation):
+        logging.disable(logging.WARNING)
         return 0.0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
 from catching import caught
 from honest import HonestEstimator
 
@@ -92,3 +93,10 @@ class DividesByTheMarkersInContact(HonestEstimator):
 class RemembersItsWindow(HonestEstimator):
     def reset(self):
         self.speeds = getattr(self, "speeds", [])
+
+
+@caught("estimator", every.check_leaves_global_state, "numpy's error state")
+class RaisesOnNumericalErrors(HonestEstimator):
+    def __init__(self, options, context):
+        super().__init__(options, context)
+        np.seterr(all="raise")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from dataclasses import replace
 
@@ -236,6 +237,24 @@ class SeedsTheGlobalGenerator(OffsetFault):
     def restart(self):
         super().restart()
         np.random.seed(self.context.seed)  # noqa: NPY002
+
+
+@caught_fault(fault_traces.check_fault_leaves_global_state, "the handlers of the root logger")
+class ConfiguresLogging(OffsetFault):
+    def restart(self):
+        super().restart()
+        logging.basicConfig()
+
+
+class SeedsAnew(Late):
+    def reset(self):
+        super().reset()
+        np.random.seed(1)  # noqa: NPY002
+
+
+@caught_fault(fault_traces.check_fault_leaves_global_state, "numpy's global random state")
+class SeedsOnReset(LateFault):
+    wrapper = SeedsAnew
 
 
 @caught_fault(fault_traces.check_fault_leaves_global_state, "the fault started .*left-over")

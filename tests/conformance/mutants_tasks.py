@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import random
 import threading
 from dataclasses import replace
 from typing import ClassVar
@@ -180,3 +182,24 @@ class SharesItsStage(HonestJob):
         wanted = super().step(now)
         self.shared["stage"] = self.stage
         return wanted
+
+
+@caught("controller", every.check_leaves_global_state, "the state of random")
+class SeedsRandom(HonestController):
+    def reset(self):
+        super().reset()
+        random.seed(3)
+
+
+@caught("job", every.check_leaves_global_state, "the level of the root logger")
+class TurnsLoggingUp(HonestJob):
+    def begin(self, setting):
+        super().begin(setting)
+        logging.getLogger().setLevel(logging.INFO)
+
+
+@caught("job", every.check_leaves_global_state, "the handlers of the root logger")
+class AddsAHandler(HonestJob):
+    def step(self, now):
+        logging.getLogger().addHandler(logging.NullHandler())
+        return super().step(now)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
+import random
+
 import mutants_detectors
 import mutants_estimators
 import mutants_tasks
 import mutants_trackers
+import numpy as np
 import pytest
 from catching import CAUGHT
 from fake_cell import plugin
@@ -14,6 +18,8 @@ from honest import HonestController, HonestDetector, HonestEstimator, HonestJob,
 from lsds.contracts import BackendSpec
 from lsds.plugins import PluginHost
 from lsds.testing import Bench, cases
+from lsds.testing import algorithms as every
+from lsds.testing.process_state import kept_state
 
 MODULES = (mutants_detectors, mutants_estimators, mutants_trackers, mutants_tasks)
 HONEST = {
@@ -59,3 +65,37 @@ def test_mutants_are_registered():
 def test_every_check_catches_a_mutant():
     checks = {case.check for case in HONEST_CASES}
     assert {check.__name__ for check in checks} == {check.__name__ for _, check, _ in CAUGHT.values()}
+
+
+STATEFUL = [mutant for mutant, (_, check, _) in CAUGHT.items() if check is every.check_leaves_global_state]
+
+
+def process_state():
+    root = logging.getLogger()
+    return (
+        [part.tolist() if hasattr(part, "tolist") else part for part in np.random.get_state()],  # noqa: NPY002
+        random.getstate(),
+        np.geterr(),
+        (root.level, list(root.handlers), list(root.filters), logging.root.manager.disable),
+    )
+
+
+@pytest.mark.parametrize("mutant", STATEFUL, ids=lambda mutant: mutant.__name__)
+def test_the_check_of_global_state_puts_it_back(mutant):
+    kind, check, match = CAUGHT[mutant]
+    before = process_state()
+    with pytest.raises(AssertionError, match=match):
+        check(bench(kind, mutant))
+    assert process_state() == before
+
+
+@pytest.mark.parametrize(
+    "mutant", [mutants_detectors.SeedsTheGlobalGenerator, mutants_detectors.SilencesNumpy], ids=lambda m: m.__name__
+)
+def test_a_change_shows_in_a_process_that_is_in_that_state_already(mutant):
+    kind, check, match = CAUGHT[mutant]
+    with kept_state():
+        np.random.seed(1)  # noqa: NPY002
+        np.seterr(invalid="ignore")
+        with pytest.raises(AssertionError, match=match):
+            check(bench(kind, mutant))

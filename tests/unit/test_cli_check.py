@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import sys
 
+import click
 import pytest
-from fake_cell import FakeGripper, fake_host
+from fake_cell import FakeGripper, fake_host, plugin
 from installed import installed_host
 
 from lsds.cli import check as module
 from lsds.cli.main import main
+from lsds.contracts import BackendSpec
+from lsds.plugins import PluginHost
 
 
 @pytest.fixture(autouse=True)
@@ -106,8 +109,35 @@ def test_a_missing_extra_is_named(capsys, monkeypatch):
     assert "pip install 'lsds[testing]'" in err
 
 
-@pytest.mark.parametrize("backend", ["fault:gripper-offset", "wire_mock:hand-e"])
-def test_faults_and_wire_mocks_are_checked(capsys, monkeypatch, backend):
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["fault:gripper-offset"],
+        ["wire_mock:hand-e"],
+        ["study:scheduler", "--set", "repeats=1"],
+        ["command:evaluate"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_faults_wire_mocks_studies_and_commands_are_checked(capsys, monkeypatch, arguments):
     monkeypatch.setattr(module, "host_of", lambda ctx: installed_host())
-    assert main(["check", backend]) == 0
+    assert main(["check", *arguments]) == 0
     assert " passed" in capsys.readouterr().out
+
+
+def test_checking_a_command_does_not_run_it(capsys, monkeypatch):
+    host = PluginHost(entry_points=[])
+    host.register(plugin(BackendSpec("command", "runs", "test_cli_check:runs", summary="run")), distribution="acme")
+    monkeypatch.setattr(module, "host_of", lambda ctx: host)
+    monkeypatch.setitem(sys.modules, "test_cli_check", sys.modules[__name__])
+    checks = ("is_a_click_command", "help_names_it", "has_a_summary", "refuses_an_unknown_option")
+    assert main(["check", "command:runs", *(part for name in checks for part in ("--only", name))]) == 0
+    assert "4 passed" in capsys.readouterr().out
+    assert main(["check", "command:runs", "--set", "times=2"]) == 2
+    assert "times: a command takes no options" in capsys.readouterr().err
+
+
+@click.command()
+def runs():
+    """Run."""
+    raise AssertionError("the command was run")

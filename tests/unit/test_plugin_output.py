@@ -15,8 +15,10 @@ from fake_cell import plugin
 
 from lsds.cli import plugins as plugins_module
 from lsds.cli.main import main
+from lsds.clock import VirtualClock
 from lsds.config import json_schema
-from lsds.contracts import BackendSpec
+from lsds.contracts import BackendSpec, BuildContext
+from lsds.errors import PluginLoadError
 from lsds.plugins import PluginHost
 from lsds.plugins.containment import contained
 
@@ -41,13 +43,47 @@ from pydantic import BaseModel
 class Options(BaseModel):
     port: str = ""
 """
+FACTORY = """
+import ctypes, os
+print("the factory prints")
+from lsds.contracts import BackendSpec
+from lsds.plugins import hookimpl
+from pydantic import BaseModel, field_validator
+
+class Options(BaseModel):
+    gain: float = 1.0
+
+    @field_validator("gain")
+    @classmethod
+    def prints(cls, gain):
+        print("the validator prints")
+        return gain
+
+def controller(options, context):
+    print("the factory prints")
+    os.write(1, b"the factory writes bytes\\n")
+    ctypes.CDLL(None).puts(b"the factory calls C")
+    return Controller()
+
+class Controller:
+    def update(self, state):
+        return None
+
+    def reset(self):
+        pass
+
+@hookimpl
+def lsds_backends():
+    return [BackendSpec("controller", "acme", "acme_factory:controller", "acme_factory:Options")]
+"""
 PROGRAM = """
 import sys
 from types import SimpleNamespace
 from importlib.metadata import EntryPoint
 import lsds.plugins.host as host
 from lsds.cli.main import main
-host.installed_entry_points = lambda group: [EntryPoint("acme", "acme_noisy", "lsds")]
+manifests = sys.argv.pop(1).split(",")
+host.installed_entry_points = lambda group: [EntryPoint(name, name, "lsds") for name in manifests]
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -58,10 +94,17 @@ def program(tmp_path):
     (tmp_path / "acme_noisy.py").write_text(NOISY)
     (tmp_path / "acme_driver.py").write_text(DRIVER)
 
-    def run(*arguments):
+    (tmp_path / "acme_factory.py").write_text(FACTORY)
+
+    def run(*arguments, manifests="acme_noisy"):
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
         return subprocess.run(
-            [sys.executable, "-c", PROGRAM, *arguments], capture_output=True, text=True, env=environment, check=True
+            [sys.executable, "-c", PROGRAM, manifests, *arguments],
+            capture_output=True,
+            text=True,
+            env=environment,
+            cwd=tmp_path,
+            check=True,
         )
 
     return run
@@ -71,17 +114,75 @@ def test_a_plugin_that_prints_does_not_corrupt_json(program):
     listed = json.loads(program("plugins", "--json", "-").stdout)
     assert [backend["name"] for backend in listed["backends"]] == ["acme"]
     (note,) = listed["notes"]
-    assert note["plugin"] == "acme"
+    assert note["plugin"] == "acme_noisy"
     for text in ("hello from acme", "bytes from acme", "the hook prints"):
         assert text in note["text"]
     schema = json.loads(program("schema").stdout)
     assert "port" in schema["properties"]["gripper"]["properties"]["acme"]["properties"]
 
 
+RIG = [
+    part
+    for setting in ("controller.backend=acme", "controller.acme.gain=2", "task.lift_s=0", "task.hold_s=0")
+    for part in ("--set", setting)
+]
+WITH_MOCKS = "lsds_plugins.manifest,lsds_mocks.manifest,acme_factory"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("plugins", "--json", "-"),
+        ("schema",),
+        ("run", *RIG, "--no-plot", "--json", "-"),
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_factory_that_prints_does_not_corrupt_json(program, arguments):
+    done = program(*arguments, manifests=WITH_MOCKS)
+    assert json.loads(done.stdout)
+    if arguments[0] == "run":
+        for text in ("the factory prints", "the factory writes bytes", "the factory calls C", "the validator prints"):
+            assert text in done.stderr
+
+
+def test_what_a_factory_prints_goes_to_stderr(capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "unit_output", sys.modules[__name__])
+    host = PluginHost(entry_points=[])
+    host.register(plugin(BackendSpec("controller", "c", "unit_output:noisy_controller")), distribution="d")
+    out, folder = sys.stdout, os.getcwd()
+    host.build("controller", "c", {}, BuildContext(VirtualClock()))
+    printed = capfd.readouterr()
+    assert printed.out == ""
+    assert printed.err == "built\n"
+    assert (sys.stdout, os.getcwd()) == (out, folder)
+
+
+def test_stdout_is_back_after_a_factory_that_fails(capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "unit_output", sys.modules[__name__])
+    host = PluginHost(entry_points=[])
+    host.register(plugin(BackendSpec("controller", "c", "unit_output:failing_controller")), distribution="d")
+    with pytest.raises(PluginLoadError, match="no gain"):
+        host.build("controller", "c", {}, BuildContext(VirtualClock()))
+    print("afterwards")
+    os.write(1, b"bytes afterwards\n")
+    assert sorted(capfd.readouterr().out.splitlines()) == ["afterwards", "bytes afterwards"]
+
+
+def noisy_controller(options, context):
+    print("built")
+    return SimpleNamespace(update=lambda state: None, reset=lambda: None)
+
+
+def failing_controller(options, context):
+    print("before")
+    raise ValueError("no gain")
+
+
 def test_what_a_plugin_prints_is_listed_on_one_line(program):
     done = program("plugins")
     (line,) = [line for line in done.stdout.splitlines() if "printed while" in line]
-    assert line.startswith("plugin acme (unknown): printed while loading: hello from acme")
+    assert line.startswith("plugin acme_noisy (unknown): printed while loading: hello from acme")
 
 
 def test_the_host_lists_output_of_a_backend_module_too(tmp_path, monkeypatch, capsys):

@@ -50,7 +50,7 @@ _GEL = (
     "cell.simulated.step_ms=4.0",
 )
 _CAMERA = (
-    "pose_source.backend=mock-truth-camera",
+    "pose_source.backend=lsds:mock-truth-camera",
     "pose_source.mock-truth-camera.width=320",
     "pose_source.mock-truth-camera.height=240",
 )

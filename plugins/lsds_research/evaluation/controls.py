@@ -7,6 +7,7 @@ labels, or on marker count and brightness, uses a leak.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,8 @@ RULE = "v_net"
 
 def nuisance(model: Model) -> Model:
     """Return the same learner on nuisance signals, which must not separate slip from rest."""
-    return Model(model.learner, {**model.options, "signals": "nuisance"}, f"{model.name}, nuisances only", model.most)
+    options = {**model.options, "signals": "nuisance"}
+    return replace(model, options=options, title=f"{model.name}, nuisances only")
 
 
 def rule_score(data: Dataset) -> Floats:

@@ -30,12 +30,13 @@ REAL_WEIGHT = 8.0
 @dataclass(frozen=True, slots=True)
 class Model:
     """A learner to build: backend name, options, title in tables, and the maximum number of windows to fit on, drawn at
-    random; 0 for all."""
+    random; 0 for all. `own`: a study, not the user, chooses it, so it is that of lsds if a plugin claims its name."""
 
     learner: str
     options: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
     most: int = 0
+    own: bool = False
 
     @property
     def name(self) -> str:
@@ -44,7 +45,8 @@ class Model:
 
     def build(self, host: PluginHost) -> Learner:
         """Return the learner. Raises PluginError where its libraries are missing, ConfigError for its options."""
-        learner: Learner = host.build("learner", self.learner, dict(self.options), BuildContext(VirtualClock(), 0))
+        name = host.own("learner", self.learner) if self.own else self.learner
+        learner: Learner = host.build("learner", name, dict(self.options), BuildContext(VirtualClock(), 0))
         return learner
 
 

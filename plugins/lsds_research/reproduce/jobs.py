@@ -61,7 +61,7 @@ class FitJob:
         few = most(quick=quick).get(self.learner, 0)
         if self.labels == "shuffled" and few:
             few = min(few, SHUFFLED_MOST.get(self.learner, few))
-        return Model(self.learner, chosen, most=0 if whole else few)
+        return Model(self.learner, chosen, most=0 if whole else few, own=True)
 
 
 def most(*, quick: bool) -> dict[str, int]:

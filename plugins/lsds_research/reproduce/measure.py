@@ -37,7 +37,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     """
     todo, host = planned(quick=quick), PluginHost()
     # Report a missing library before the long computation, not after it.
-    learners = [Model(name).build(host) for name in sorted({job.learner for job in todo if job.learner})]
+    learners = [Model(name, own=True).build(host) for name in sorted({job.learner for job in todo if job.learner})]
     code = _code([Path(__file__).parents[1], *(Path(inspect.getfile(type(learner))).parent for learner in learners)])
     data = out / "data"
     own = [out / RESULTS, out / FITS, *(data / name / CARD for name in STUDY)]

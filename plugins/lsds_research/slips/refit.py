@@ -61,7 +61,7 @@ def zero_shot(recordings: Sequence[LabelledRecording], simulated: Dataset, learn
 
 
 def _built(learner: str) -> Learner:
-    return Model(learner).build(PluginHost())
+    return Model(learner, own=True).build(PluginHost())
 
 
 def _fitted(built: Learner, data: Dataset) -> Fitted:

@@ -60,7 +60,7 @@ class SchedulerStudy:
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run both schedulers in turns."""
-        found = dict(zip(("lsds", "sched"), measure(repeats=self.options.repeats), strict=True))
+        found = dict(zip(("lsds", "sched"), measure(repeats=self.options.repeats, tick=tick), strict=True))
         rows: list[dict[str, Value]] = [
             {
                 "name": name,
@@ -98,18 +98,22 @@ class SchedulerCost:
         return self.best_ns / self.dispatches
 
 
-def measure(simulated_s: float = 60.0, repeats: int = 5) -> tuple[SchedulerCost, SchedulerCost]:
+def measure(
+    simulated_s: float = 60.0, repeats: int = 5, tick: Callable[[int, int], None] | None = None
+) -> tuple[SchedulerCost, SchedulerCost]:
     """Return the cost of our scheduler and of `sched`, measured in turns so that both see the same machine.
 
-    Raises ValueError where there is nothing to measure.
+    `tick(done, whole)` is called after each repeat. Raises ValueError where there is nothing to measure.
     """
     if simulated_s <= 0 or repeats < 1:
         raise ValueError("measure at least one repeat of more than 0 s")
     end_ns = nanoseconds(simulated_s)
     ours, peers = [], []
-    for _ in range(repeats):
+    for done in range(1, repeats + 1):
         ours.append(_run_ours(end_ns))
         peers.append(_run_sched(end_ns))
+        if tick is not None:
+            tick(done, repeats)
     return (
         _summary("lsds.scheduler", ours, bookkeeping=True),
         _summary("sched (standard library)", peers, bookkeeping=False),

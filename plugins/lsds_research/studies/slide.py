@@ -16,8 +16,10 @@ from lsds.config.overrides import override_texts
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError, LsdsError
+from lsds.plugins.host import PluginHost
 from lsds.processes import DIED, spread
 from lsds.session.run import run
+from lsds_research.chosen import with_own_defaults
 from lsds_research.collecting.objects import PLANS
 
 if TYPE_CHECKING:
@@ -103,7 +105,7 @@ class Slid:
             "cell.simulated.object": self.object,
             "cell.simulated.clamped": bool(self.rate_rad_s),
             "controller.backend": self.controller,
-            "job.backend": "slide",
+            "job.backend": "lsds:slide",
             "job.slide.speed_m_s": -self.speed_m_s,
             "job.slide.turn_rad_s": self.rate_rad_s,
             "task.first_squeeze_m": self.squeeze_mm * 1e-3,
@@ -149,7 +151,7 @@ class SlideStudy:
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run all. Raises DataError for an unknown object, or where nothing could be run."""
-        own = self._options
+        own = with_own_defaults(PluginHost(), self._options, {"controllers": "controller"})
         unknown = [name for name in own.objects if name not in PLANS]
         if unknown:
             raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")

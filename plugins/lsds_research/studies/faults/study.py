@@ -13,7 +13,8 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds_research.chosen import chosen
+from lsds.plugins.registry import OWN_DISTRIBUTION
+from lsds_research.chosen import chosen, with_own_defaults
 from lsds_research.kept import run_kept
 from lsds_research.studies.faults.case import OPENED_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
@@ -82,6 +83,7 @@ class FaultsStudy:
 def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     """Return the runs, those without a fault first. Raises PluginError for an unknown fault, controller, detector."""
     host = PluginHost()
+    options = with_own_defaults(host, options, {"controllers": "controller", "detectors": "detector"})
     names = chosen(host, "fault", options.faults)
     controllers = chosen(host, "controller", options.controllers)
     detectors = chosen(host, "detector", options.detectors)
@@ -108,8 +110,8 @@ def _is_scaled(host: PluginHost, name: str) -> bool:
     from lsds_mocks.faults.catalogue import CATALOGUE
 
     own = {entry.name: bool(entry.levels) for entry in CATALOGUE}
-    if name in own:
-        return own[name]
+    if (bare := name.removeprefix(f"{OWN_DISTRIBUTION}:")) in own:
+        return own[bare]
     model = host.options_model(host.find("fault", name))
     return model is not None and "severity" in model.model_fields
 

@@ -302,7 +302,7 @@ def _time_imprint(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable
 
 def _candidates(config: RigConfig, host: PluginHost) -> dict[str, Any]:
     rig = Rig(config, host)
-    ours = {name: host.build("tracker", name, {}, rig.context) for name in TRACKERS}
+    ours = {name: host.build("tracker", host.own("tracker", name), {}, rig.context) for name in TRACKERS}
     return {**ours, "blobs, nearest": BlobNearest(), "pyramidal LK": PyramidFlow()}
 
 

@@ -61,7 +61,7 @@ class PeerChain:
 
 
 def _fitted(host: PluginHost, name: str, frames: Sequence[Frame], perception: Perception) -> tuple[Learner, Fitted]:
-    learner: Learner = host.build("learner", name, {}, BuildContext(VirtualClock()))
+    learner: Learner = host.build("learner", host.own("learner", name), {}, BuildContext(VirtualClock()))
     pick, window = Picker(learner.signals), Window(learner.length, len(learner.signals))
     taken, speeds = [], []
     perception.reset()

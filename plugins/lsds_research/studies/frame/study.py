@@ -33,6 +33,8 @@ TRACKERS = (
 class FrameStudy:
     """A `Study`."""
 
+    timed = ("p50_us", "p99_us")
+
     def __init__(self, options: FrameOptions, context: BuildContext) -> None:
         self.options = options
 

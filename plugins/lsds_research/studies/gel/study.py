@@ -47,6 +47,8 @@ Model = tuple[str, float | None, Callable[[], "GelModel"]]
 class GelStudy:
     """A `Study`."""
 
+    timed = ("us_p50", "us_p99")
+
     def __init__(self, options: GelStudyOptions, context: BuildContext) -> None:
         self.options = options
 

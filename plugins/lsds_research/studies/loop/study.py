@@ -10,7 +10,7 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds_research.chosen import chosen
+from lsds_research.chosen import chosen, with_own_defaults
 from lsds_research.kept import run_kept
 from lsds_research.studies.grip.lift import lift
 from lsds_research.studies.loop.lifts import configurations, mark_front, planned, summarized
@@ -54,11 +54,22 @@ class LoopStudy:
         )
 
 
+def own_options(host: PluginHost, options: LoopOptions) -> LoopOptions:
+    """Return the options, with "lsds:name" for each default backend whose name another plugin claims too."""
+    options = with_own_defaults(host, options, {"trackers": "tracker", "controllers": "controller"})
+    if "brains" in options.model_fields_set:
+        return options
+    pairs = [each.partition("+") for each in options.brains]
+    brains = [f"{host.own('detector', eye)}+{host.own('estimator', gauge)}" for eye, _, gauge in pairs]
+    return options.model_copy(update={"brains": brains})
+
+
 def measured(
     options: LoopOptions, seed: int, tick: Callable[[int, int], None]
 ) -> tuple[list[Row], list[Row], dict[str, str]]:
     """Return a row for each configuration, one for each lift, and the lifts that failed. Raises as `run` does."""
     host = PluginHost()
+    options = own_options(host, options)
     for each in configurations(options):
         for kind, name in each._asdict().items():
             chosen(host, kind, [name])

@@ -102,7 +102,8 @@ class LearningStudy:
             ]
 
     def _learners(self) -> dict[str, Learner]:
-        found = {name: Model(name).build(self._host) for name in self.options.learners}
+        own = "learners" not in self.options.model_fields_set
+        found = {name: Model(name, own=own).build(self._host) for name in self.options.learners}
         if len({learner.job for learner in found.values()}) > 1:
             jobs = ", ".join(f"{name} {learner.job}s" for name, learner in found.items())
             raise DataError(f"learners of one job, please: {jobs}")

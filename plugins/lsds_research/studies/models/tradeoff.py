@@ -39,6 +39,7 @@ from lsds_research.studies.models.tradeoff_plot import plot
 from lsds_research.windows import windows
 
 if TYPE_CHECKING:
+    from lsds.contracts.kinds import Kind
     from lsds.contracts.learning import Job
     from lsds_research.studies.models.options import DetectorsOptions, EstimatorsOptions, TradeoffOptions
 
@@ -49,7 +50,7 @@ LEARNERS: dict[Job, tuple[str, ...]] = {
     "estimate": ("lstm", "mlp", "linear-window", "field-gru"),
 }
 UNTRAINED: dict[Job, tuple[str, ...]] = {"detect": ("threshold", "rigid-residual"), "estimate": ("field",)}
-KINDS = {"detect": "detector", "estimate": "estimator"}
+KINDS: dict[Job, Kind] = {"detect": "detector", "estimate": "estimator"}
 COLUMNS = (
     ("model", "model", ""),
     ("signals", "signals", ""),
@@ -65,6 +66,8 @@ COLUMNS = (
 
 class TradeoffStudy:
     """A `Study` of one job."""
+
+    timed = ("update_us", "front")
 
     def __init__(self, options: TradeoffOptions, context: BuildContext, job: Job) -> None:
         self.options, self._host, self._context = options, PluginHost(), context
@@ -84,12 +87,13 @@ class TradeoffStudy:
                 rows.append(row)
                 tick(index + 1, len(todo) + 1)
             for name in UNTRAINED[self._job]:
-                backend = self._host.build(KINDS[self._job], name, {}, self._context)
+                kind = KINDS[self._job]
+                backend = self._host.build(kind, self._host.own(kind, name), {}, self._context)
                 models[len(rows)] = backend.update
                 rows.append(self._untrained(name, other))
             for index, us in self._time(models).items():
                 rows[index]["update_us"] = us
-        tick(1, 1)
+        tick(len(todo) + 1, len(todo) + 1)
         _mark_front(rows)
         score = "accuracy" if self._job == "detect" else "R2 of speed"
         origin = seen.card.get("figures_are", "of unknown origin")
@@ -104,7 +108,7 @@ class TradeoffStudy:
     def _fit(
         self, name: str, options: dict[str, Any], seen: Dataset, other: Dataset, path: Path
     ) -> tuple[dict[str, Value], Path]:
-        learner = Model(name, options).build(self._host)
+        learner = Model(name, options, own=True).build(self._host)
         own, test = task(seen, learner), task(other, learner)
         rng = np.random.default_rng(self.options.seed)
         count = min(self.options.most, len(own.rows))

@@ -121,7 +121,12 @@ class RealismStudy:
 
     def _config(self, path: Path) -> RigConfig:
         # The first frame only is the reference, as in `lsds track`.
-        changes = ["tactile.reference_frames=1", "sensor.backend=video", f"sensor.video.path={value_text(str(path))}"]
+        video = self._host.own("sensor", "video")
+        changes = [
+            "tactile.reference_frames=1",
+            f"sensor.backend={video}",
+            f"sensor.video.path={value_text(str(path))}",
+        ]
         return load_config(None, changes, host=self._host)
 
 
