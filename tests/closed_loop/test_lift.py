@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from lsds.contracts import Setting, Situation
 from lsds.errors import SafetyStop
+from lsds.session.run import run
 from lsds.task import TaskOptions
 
 MS = 1_000_000
@@ -119,3 +120,11 @@ def test_stages_never_go_back_nor_skip_and_keep_their_time(ticks, settle, lift_s
         ended = entered.get(ORDER[following]) if following < len(ORDER) else None
         if ended is not None:
             assert ended - began >= round(least[stage] * 1e9) - 1
+
+
+def test_an_object_that_slides_for_ever_does_not_hold_up_the_run(installed_host):
+    """The arm waits for the fingers while the object slides, but no controller has to catch it."""
+    opens = ["controller.backend=pd", "controller.pd.literal_sign=true", "task.grasp=touch", "task.lift_s=0.5"]
+    session = run(None, [*opens, "task.first_squeeze_m=0.0006"])
+    assert session.truths[-1].t_ns < 25e9
+    assert session.summary["outcome"] != "held"

@@ -12,6 +12,8 @@ from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
 from lsds.jobs.probe import SPEED_M_S, Probe
 from lsds.jobs.take_up import PROBABLY, TakeUp
 
+MOST_WAIT_S = 3.0
+"""The arm waits for the fingers for so long in total: a controller that does not hold the object must not stop a run."""
 Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
 
@@ -92,11 +94,13 @@ class _Lift:
         """Rise slowly until the object hangs, at most as far as it is to be lifted."""
         share = speed_m_s / self._task.lift_speed_m_s
         take_up, began_ns, left_s = TakeUp(now.t_ns), now.t_ns, self._left_s
+        waited_ns = 0
         while True:
-            waits = _slips(now)
+            waits = _slips(now) and waited_ns < nanoseconds(MOST_WAIT_S)
             before_ns = now.t_ns
             now = yield replace(self._rising("take up", 0.0 if waits else speed_m_s), supported=True)
             if waits:
+                waited_ns += now.t_ns - before_ns
                 began_ns += now.t_ns - before_ns
             self._left_s = max(0.0, left_s - share * (now.t_ns - began_ns) * 1e-9)
             if self._left_s == 0 or take_up.step(now):
