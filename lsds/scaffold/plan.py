@@ -11,7 +11,7 @@ _DEVICE = {
 }
 _OVER_TCP = {"client.py": "device/client.py.j2", "options.py": "device/options.py.j2"}
 _MOVES = {"interface.py": "{kind}/interface.py.j2"}
-_ALSO_TESTED = ("fault", "wire_mock")
+_ALSO_TESTED = ("fault", "wire_mock", "study", "command")
 """Kinds whose scaffold has a test of its own besides the kit."""
 _COMMON = {
     "pyproject.toml": "common/pyproject.toml.j2",
@@ -55,11 +55,11 @@ def _device(kind: str, summary: str, *more: str, over_tcp: bool = True, try_it: 
     return Plan(summary, modules, tests, try_it or f"lsds run --set {kind}.backend=mock-{{name}}", device=True)
 
 
-def _algorithm(kind: str, summary: str, try_it: str, module: str = "", *, kit: bool = True) -> Plan:
+def _algorithm(kind: str, summary: str, try_it: str, module: str = "") -> Plan:
     module = module or kind
     own = f"{kind}/test_{module}.py.j2"
-    tests = {"test_{package}.py": "common/test_kit.py.j2" if kit else own}
-    if kit and kind in _ALSO_TESTED:
+    tests = {"test_{package}.py": "common/test_kit.py.j2"}
+    if kind in _ALSO_TESTED:
         tests[f"test_{{package}}_{module}.py"] = own
     modules = {f"{module}.py": f"{kind}/{module}.py.j2"}
     member = module.capitalize()
@@ -85,7 +85,7 @@ PLANS: dict[str, Plan] = {
     "job": _chosen("job", "grasp, lift, hold"),
     "fault": _algorithm("fault", "the gripper reports an aperture that is off", "lsds run --fault {name}"),
     "wire_mock": _algorithm("wire_mock", "a gripper that answers lines of text", "lsds mock {name}", "server"),
-    "study": _algorithm("study", "how far an object falls", "lsds study {name}", kit=False),
-    "command": _algorithm("command", "counts the installed backends", "lsds {name}", kit=False),
+    "study": _algorithm("study", "how far an object falls", "lsds study {name}"),
+    "command": _algorithm("command", "counts the installed backends", "lsds {name}"),
 }
 """The kinds that have a scaffold."""

@@ -33,9 +33,11 @@ WITH_KIT = (
     "job",
     "fault",
     "wire_mock",
+    "study",
+    "command",
 )
 DEVICES = ("gripper", "arm", "sensor", "pose_source")
-OWN_TESTS = (*DEVICES, "fault", "wire_mock")
+OWN_TESTS = (*DEVICES, "fault", "wire_mock", "study", "command")
 
 
 @pytest.fixture(scope="module")
