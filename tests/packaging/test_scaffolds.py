@@ -81,7 +81,7 @@ def backend_of(kind):
 @pytest.mark.parametrize("kind", WITH_KIT)
 def test_it_passes_the_kit(importable, kind):
     checks = cases(Bench(kind, backend_of(kind), host=importable.host(kind)))
-    assert len(checks) > 5
+    assert len(checks) >= 5
     for check in checks:
         check()
 

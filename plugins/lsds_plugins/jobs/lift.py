@@ -13,7 +13,7 @@ from lsds.jobs.probe import SPEED_M_S, Probe
 from lsds.jobs.take_up import PROBABLY, TakeUp
 
 MOST_WAIT_S = 3.0
-"""The arm waits for the fingers for so long in total: a controller that does not hold the object must not stop a run."""
+"""The arm waits for the fingers for so long in total: a controller need not hold the object, but a run has to end."""
 Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
 
