@@ -286,7 +286,7 @@ def incipient_rows(values: dict[str, Any]) -> list[str]:
 
 # -- random objects -------------------------------------------------------------------------------------------
 
-RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1004", "--controller", "belief", "--controller", "pd")
+RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1005", "--controller", "belief", "--controller", "pd")
 
 
 def random_objects() -> list[dict[str, Any]]:
@@ -314,7 +314,7 @@ TRACKERS = {
     "blobs, nearest": "peer: OpenCV blobs, nearest match",
     "pyramidal LK": "peer: pyramidal Lucas-Kanade, frame to frame",
 }
-PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "controller")
+PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "grip belief", "controller")
 
 
 def frame() -> dict[str, Any]:

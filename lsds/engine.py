@@ -303,7 +303,9 @@ class Engine:
         aperture = self._make(self._update, self._rig.controller.update, grip, wanted)
         aperture = sound_aperture(self._controller_name, aperture)
         self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
-        return None if aperture is None else self._act.correct(aperture, may_open=self._may_open)
+        if aperture is None:
+            return None
+        return self._act.correct(aperture, may_open=self._may_open and self._states.is_recent(self._clock.now()))
 
     def _aperture_at(self, t_ns: int) -> float:
         """Return the aperture (m) at a time, the newest where that is not known, NaN before the first state."""

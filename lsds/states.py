@@ -42,6 +42,12 @@ class States:
         """Return for how long "arm" or "gripper" has sent no usable state (s), 0 within the limit."""
         return self._fresh[kind].silence_s(now_ns)
 
+    def is_recent(self, now_ns: int) -> bool:
+        """Return whether gripper and arm have sent a usable state of late: without one no grip is opened."""
+        rig = self._rig
+        present = [kind for kind, device in (("gripper", rig.gripper), ("arm", rig.arm)) if device is not None]
+        return all(self._fresh[kind].is_recent(now_ns) for kind in present)
+
     def read_gripper(self, now_ns: int) -> None:
         """Read the gripper. Raises SafetyStop if it was silent for too long."""
         gripper, fresh = self._rig.gripper, self._fresh["gripper"]

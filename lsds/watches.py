@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 AHEAD_NS = 50_000_000
 
 
+RECENT_SHARE = 0.25
+"""A sample within this share of the limit is recent: three polls of a gripper at 60 Hz."""
+
+
 class Freshness:
     """The time since the last usable sample of a source, on the rig's clock; its time stamps are checked.
 
@@ -43,6 +47,10 @@ class Freshness:
     def reason(self) -> str:
         """The reason for the missing sample, empty if unknown."""
         return self._reason
+
+    def is_recent(self, now_ns: int) -> bool:
+        """Return whether the last usable sample came within a quarter of the limit."""
+        return now_ns - self._good_ns <= RECENT_SHARE * self._limit_ns
 
     def good(self, now_ns: int) -> None:
         """Record a usable sample."""
