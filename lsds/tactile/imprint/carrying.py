@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -37,8 +38,8 @@ class CarriedGel:
         """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` dots; `image_size` (width, height)."""
         node_x, node_y, grid = _grid(image_size)
         count, columns = len(position), len(node_x)
-        table = np.empty((5, count))
-        table[0], table[1:3], table[3:] = 1.0, position.T, moved.T
+        table = np.ones((5, count))
+        table[1:3], table[3:] = position.T, moved.T
         even = _even(table)
         near = np.empty((columns + len(node_y), count))
         np.subtract(node_x[:, None], table[1], out=near[:columns])
@@ -48,10 +49,10 @@ class CarriedGel:
         np.exp(near, out=near)
         # A Gaussian of a distance is the product of those along x and y.
         near_x, near_y = near[:columns], near[columns:]
-        rest = np.ones((3, 1, count))
-        rest[:2, 0] = table[3:] - even @ table[:3]
-        deviation = (near_y * rest).reshape(-1, count) @ near_x.T
-        deviation = deviation.reshape(3, -1)
+        table[3:] -= even @ table[:3]
+        # The deviations and, in the row of ones, how much say the dots have.
+        rest = table[[3, 4, 0]]
+        deviation = ((near_y * rest[:, None]).reshape(-1, count) @ near_x.T).reshape(3, -1)
         nodes = deviation[:2] / (deviation[2] + _EVEN)
         nodes += even @ grid
         self._nodes = nodes.T.astype(np.float32, order="C").reshape(len(node_y), columns, 2)
@@ -91,22 +92,23 @@ def _grid(image_size: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
 
 def _even(table: Floats) -> Floats:
     """Return the affine motion (2, 3), by one, x and y, that fits a table (5, n) of one, position and motion best."""
-    count, *sums = (table @ table[0]).tolist()
-    x, y, *mean = (part / count for part in sums)
-    offset = table[1:3] - ((x,), (y,))
-    (xx, xy, *along_x), (_, yy, *along_y) = (offset @ np.concatenate([offset, table[3:]]).T).tolist()
+    sums, by_x, by_y, *_ = (table @ table.T).tolist()
+    x, y, *mean = (part / sums[0] for part in sums[1:])
+    xx, xy, *along_x = (part - x * whole for part, whole in zip(by_x[1:], sums[1:], strict=True))
+    _, yy, *along_y = (part - y * whole for part, whole in zip(by_y[1:], sums[1:], strict=True))
     # Dots in one line tell nothing across it.
     xx, yy = xx + 1.0, yy + 1.0
     both = xx * yy - xy * xy
     even = np.empty((2, 3))
     for k in range(2):
-        by_x, by_y = (yy * along_x[k] - xy * along_y[k]) / both, (xx * along_y[k] - xy * along_x[k]) / both
-        even[k] = mean[k] - by_x * x - by_y * y, by_x, by_y
+        slope_x, slope_y = (yy * along_x[k] - xy * along_y[k]) / both, (xx * along_y[k] - xy * along_x[k]) / both
+        even[k] = mean[k] - slope_x * x - slope_y * y, slope_x, slope_y
     return even
 
 
 def fastest(moved: Floats) -> float:
     """Return how far the fastest tenth of the dots has moved at least, in the unit of their motions (n, 2)."""
-    length = np.hypot(moved[:, 0], moved[:, 1])
-    rank = int(FASTEST * (len(length) - 1))
-    return float(np.partition(length, rank)[rank])
+    squared = moved[:, 0] ** 2
+    squared += moved[:, 1] ** 2
+    squared.sort()
+    return math.sqrt(squared[int(FASTEST * (len(squared) - 1))])

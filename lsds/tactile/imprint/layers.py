@@ -38,7 +38,7 @@ class Layer:
         """Squared gradient (h, w), zero on dots: what a pixel tells about motion."""
         along_x, along_y = self.gradient
         told = cv2.multiply(along_x, along_x)
-        cv2.accumulateSquare(along_y, told)
+        told = cv2.accumulateSquare(along_y, told)
         return np.asarray(cv2.multiply(told, self.weight, dst=told), np.float32)
 
     @cached_property
@@ -63,14 +63,15 @@ class Edges:
     def __init__(self, layer: Layer, most: int) -> None:
         told, all_weights = layer.steepness.ravel(), layer.weight.ravel()
         index = np.flatnonzero(told > _bound(told, most) if told.size > most else told)
-        enough = all_weights.take(index) > LEAST_WEIGHT
-        if not enough.all():
-            index = index[enough]
+        weight = all_weights.take(index)
+        if len(weight) and weight.min() <= LEAST_WEIGHT:
+            index = index[weight > LEAST_WEIGHT]
+            weight = all_weights.take(index)
         row, column = np.divmod(index, layer.weight.shape[1])
         along_x, along_y = layer.gradient
         self.x, self.y = column.astype(np.float32), row.astype(np.float32)
         self.curvature = layer.curvature.ravel().take(index)
-        self.weight = all_weights.take(index)
+        self.weight = weight
         self.along_x, self.along_y = along_x.ravel().take(index), along_y.ravel().take(index)
         #: Squared gradient (n,) times weight.
         self.squared = told.take(index)

@@ -75,11 +75,14 @@ class ReliefMaker:
         cv2.divide(relative, _light(relative, weight), dst=relative)
         seen = cv2.GaussianBlur(weight, WINDOW, SMOOTH)
         np.maximum(seen, np.float32(_LEAST_SEEN), out=seen)
-        curvature, smooth = np.zeros_like(weight), np.empty_like(weight)
+        parts = []
         for shares, along in zip(self._slopes, ((1, 0), (0, 1)), strict=True):
-            slope = cv2.multiply(cv2.transform(relative, shares), weight, dst=smooth)
-            cv2.divide(cv2.GaussianBlur(slope, WINDOW, SMOOTH), seen, dst=smooth)
-            curvature += cv2.Sobel(smooth, cv2.CV_32F, *along, ksize=3, scale=1 / 8)
+            slope = cv2.transform(relative, shares)
+            cv2.multiply(slope, weight, dst=slope)
+            slope = cv2.GaussianBlur(slope, WINDOW, SMOOTH)
+            cv2.divide(slope, seen, dst=slope)
+            parts.append(cv2.Sobel(slope, cv2.CV_32F, *along, ksize=3, scale=1 / 8))
+        curvature = np.asarray(cv2.add(parts[0], parts[1], dst=parts[0]), np.float32)
         weight = _unit(np.asarray(cv2.erode(free, _AROUND), np.uint8))
         for edge in (weight[:BORDER], weight[-BORDER:], weight[:, :BORDER], weight[:, -BORDER:]):
             edge[:] = 0
@@ -124,7 +127,8 @@ def _light(shown: NDArray[np.float32], weight: Plane) -> NDArray[np.float32]:
     bright = cv2.blur(cv2.resize(shown, size, interpolation=cv2.INTER_AREA), (3, 3))
     share = cv2.blur(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), (3, 3))
     np.maximum(share, np.float32(_LEAST_FREE), out=share)
-    mean = np.maximum(bright / share[..., None], np.float32(LEAST_LIGHT))
+    mean = cv2.divide(bright, cv2.merge([share, share, share]), dst=bright)
+    np.maximum(mean, np.float32(LEAST_LIGHT), out=mean)
     return np.asarray(cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
 
 
