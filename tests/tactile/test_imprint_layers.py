@@ -10,6 +10,7 @@ import pytest
 from tactile.imprinted import HEIGHT, METRES_PER_PX, PITCH, WIDTH, Motion, bumps, dots, field, painted
 
 from lsds.contracts import Frame
+from lsds.tactile.imprint.carrying import CarriedGel
 from lsds.tactile.imprint.layers import Layer
 from lsds.tactile.imprint.motion import ImprintFollower
 from lsds.tactile.imprint.relief import Relief, ReliefMaker
@@ -88,6 +89,25 @@ def test_with_fringes_what_slides_over_a_gel_that_moves_is_still_told() -> None:
     assert motion is not None
     assert motion.slip_m[0] / METRES_PER_PX == pytest.approx(5.0, abs=0.5)
     assert motion.slip_m[1] / METRES_PER_PX == pytest.approx(0.0, abs=0.5)
+
+
+@pytest.mark.parametrize("most", [300, 700, 1500])
+def test_the_edges_are_the_steepest_pixels_of_every_fourth(most: int) -> None:
+    relief = MAKER.relief(painted(BUMPS, STILL, STILL))
+    layer = Layer(relief.curvature, relief.weight, 1.0, most)
+    steepness = layer.steepness.ravel()
+    bound = np.sort(steepness[::4])[-(most // 4)]
+    assert np.array_equal(layer.edges.squared, steepness[steepness > bound])
+
+
+def test_the_gel_s_motion_is_the_same_in_pixels_of_any_size() -> None:
+    position = np.array([(x, y) for x in (40.0, 160.0, 280.0) for y in (30.0, 120.0, 210.0)])
+    gel = CarriedGel(position, 0.02 * position[:, ::-1] + np.sin(position), PITCH, (WIDTH, HEIGHT))
+    x, y = np.array([10.0, 100.0, 300.0], np.float32), np.array([5.0, 200.0, 120.0], np.float32)
+    assert gel.at(x / np.float32(4), y / np.float32(4), 4.0) * 4 == pytest.approx(gel.at(x, y), abs=1e-4)
+    # Even motion is told at a dot as everywhere else.
+    even = CarriedGel(position, 0.02 * position[:, ::-1] + 1.0, PITCH, (WIDTH, HEIGHT))
+    assert even.at(x, y) == pytest.approx(np.column_stack([0.02 * y + 1.0, 0.02 * x + 1.0]), abs=0.02)
 
 
 # -- what has leapt ----------------------------------------------------------------------------------------

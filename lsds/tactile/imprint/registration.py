@@ -110,7 +110,6 @@ class _Compared(NamedTuple):
 
     shown: NDArray[np.float32]
     weight: NDArray[np.float32]
-    difference: NDArray[np.float32]
     normal: Floats
 
 
@@ -127,20 +126,23 @@ class _Problem:
         noise: float,
     ) -> None:
         edges = first.edges
-        step, per_px = first.step, np.float32(first.step * px)
+        step = first.step
         self._first, self._second, self._step = edges, second, step
-        carried = gel.at(edges.x * per_px, edges.y * per_px) / per_px
+        carried = gel.at(edges.x, edges.y, step * px)
         self._centre = (centre[0] / step, centre[1] / step)
-        x = edges.x + carried[:, 0] - np.float32(self._centre[0])
-        y = edges.y + carried[:, 1] - np.float32(self._centre[1])
-        self._radius = float(np.sqrt((x.dot(x) + y.dot(y)) / len(x))) + 1.0
         #: Places (3, n) of the edges about the centre, a row of ones below: one product turns and moves them all.
-        self._places = np.ones((3, len(x)), np.float32)
-        self._places[0], self._places[1] = x, y
+        self._places = np.ones((3, len(edges.x)), np.float32)
+        x, y, _ = self._places
+        np.add(edges.x, carried[:, 0], out=x)
+        np.add(edges.y, carried[:, 1], out=y)
+        x -= np.float32(self._centre[0])
+        y -= np.float32(self._centre[1])
+        self._radius = math.sqrt(float(x.dot(x) + y.dot(y)) / len(x)) + 1.0
         #: Derivatives (4, n) of the difference by motion along x and y, turn and gain; the last row is its own.
         self._rows = np.empty((5, len(x)), np.float32)
         self._rows[0], self._rows[1] = edges.along_x, edges.along_y
-        self._rows[2] = edges.along_y * x - edges.along_x * y
+        np.multiply(edges.along_y, x, out=self._rows[2])
+        self._rows[2] -= edges.along_x * y
         self._rows[3] = edges.curvature
         self._outlier = np.float32(1 / (3 * noise) ** 2)
         spread = np.array([PRIOR[0] / step, PRIOR[1] / step, PRIOR[2], PRIOR[3]])
@@ -160,7 +162,8 @@ class _Problem:
             full = compared.normal.copy()
             full[:, 4] += self._prior * (cos * x + sin * y, cos * y - sin * x, turn, 1.0 - gain)
             full.flat[:19:6] += self._prior
-            d_x, d_y, d_turn, d_gain = np.linalg.solve(full[:, :4], full[:, 4]).tolist()
+            _, step = cv2.solve(full[:, :4], full[:, 4:])
+            d_x, d_y, d_turn, d_gain = step.ravel().tolist()
             gain = min(max(gain + d_gain, _GAINS[0]), _GAINS[1])
             d_x, d_y, d_turn = d_x / gain, d_y / gain, d_turn / gain
             length = max(abs(d_x), abs(d_y), abs(d_turn) * self._radius)
@@ -179,31 +182,43 @@ class _Problem:
         cos, sin = math.cos(turn), math.sin(turn)
         move = np.array([[cos, -sin, self._centre[0] + x], [sin, cos, self._centre[1] + y]], np.float32)
         at_x, at_y = move @ self._places
-        found = np.asarray(cv2.remap(self._second.planes, at_x, at_y, cv2.INTER_LINEAR), np.float32).reshape(-1, 2)
-        shown, weight = found[:, 0], found[:, 1] * self._first.weight
-        rows = self._rows
-        difference = np.subtract(shown, np.float32(gain) * self._first.curvature, out=rows[4]).copy()
+        shown = np.asarray(cv2.remap(self._second.curvature, at_x, at_y, cv2.INTER_LINEAR), np.float32).ravel()
+        weight = np.asarray(cv2.remap(self._second.weight, at_x, at_y, cv2.INTER_LINEAR), np.float32).ravel()
+        weight *= self._first.weight
+        rows, curvature = self._rows, self._first.curvature
+        difference = np.subtract(shown, curvature if gain == 1.0 else np.float32(gain) * curvature, out=rows[4])
         trust = difference * difference
         trust *= self._outlier
         trust += np.float32(1)
         trust *= trust
-        normal = ((rows[:4] * (weight / trust)) @ rows.T).astype(np.float64)
-        return _Compared(shown, weight, difference, normal)
+        np.divide(weight, trust, out=trust)
+        normal = ((rows[:4] * trust) @ rows.T).astype(np.float64)
+        return _Compared(shown, weight, normal)
+
+    @cached_property
+    def _squared(self) -> NDArray[np.float32]:
+        return np.asarray(self._first.curvature * self._first.curvature)
+
+    @cached_property
+    def _total(self) -> float:
+        return max(float(self._first.weight.sum()), 1e-9)
 
     def registered(self, slip: tuple[float, float, float], gain: float, compared: _Compared) -> Registered:
         """Return the registration that ends in a slip (relief px, rad) and a gain."""
-        shown, weight, difference, normal = compared
-        step, curvature = self._step, self._first.curvature
+        shown, weight, normal = compared
+        first = self._first
         total = float(weight.sum())
-        own, other = float(weight @ (curvature * curvature)), float(weight @ (shown * shown))
-        match = float(weight @ (curvature * shown)) / math.sqrt(own * other) if own > 0 and other > 0 else 0.0
-        per_px = np.array([1 / step, 1 / step, 1.0])
+        weighted = weight * shown
+        own, both, other = float(weight @ self._squared), float(weighted @ first.curvature), float(weighted @ shown)
+        difference = shown - np.float32(gain) * first.curvature
+        left = float((weight * difference) @ difference)
+        per_px = np.array([1 / self._step, 1 / self._step, 1.0])
         return Registered(
             slip,
-            normal[:3, :3] * np.outer(per_px, per_px),
-            match,
-            total / max(float(self._first.weight.sum()), 1e-9),
+            normal[:3, :3] * (per_px[:, None] * per_px),
+            both / math.sqrt(own * other) if own > 0 and other > 0 else 0.0,
+            total / self._total,
             gain,
-            math.sqrt(float(weight @ (difference * difference)) / max(total, 1e-9)),
+            math.sqrt(left / max(total, 1e-9)),
             math.sqrt(own / max(total, 1e-9)),
         )

@@ -58,7 +58,7 @@ class ReliefMaker:
     def __init__(self, calibration: PhotometricCalibration | None = None) -> None:
         inverse = (calibration or PhotometricCalibration()).inverse() * CALIBRATED_LIGHT
         # Light is one where nothing presses. What the sum of shares takes off is what that one would add.
-        self._shares = [([float(share) for share in shares], -float(shares.sum())) for shares in inverse.T]
+        self._slopes = [np.array([[*shares, -shares.sum()]], np.float32) for shares in inverse.T]
 
     def relief(self, frame: Frame, faint_px: NDArray[np.float64] = _NONE, radius_px: float = 0.0) -> Relief:
         """Return the relief that a frame shows. Discs around `faint_px` (n, 2) are left out as dots are."""
@@ -70,20 +70,19 @@ class ReliefMaker:
         if colours.max() >= SATURATED:
             free = np.asarray(cv2.bitwise_and(free, _unsaturated(colours)), np.uint8)
         weight = _unit(free)
-        light = _light(colours, free)
-        relative = [
-            cv2.divide(np.asarray(colour, np.float32), around)
-            for colour, around in zip(cv2.split(colours), light, strict=True)
-        ]
+        # All three colours at once: apart, they take twice the time.
+        relative = cv2.copyTo(colours, free).astype(np.float32)
+        cv2.divide(relative, _light(relative, weight), dst=relative)
         seen = cv2.GaussianBlur(weight, WINDOW, SMOOTH)
         np.maximum(seen, np.float32(_LEAST_SEEN), out=seen)
-        curvature = np.zeros_like(weight)
-        for (shares, constant), along in zip(self._shares, ((1, 0), (0, 1)), strict=True):
-            slope = cv2.addWeighted(relative[0], shares[0], relative[1], shares[1], constant)
-            slope = cv2.scaleAdd(relative[2], shares[2], slope)
-            slope = cv2.multiply(slope, weight)
-            slope = cv2.divide(cv2.GaussianBlur(slope, WINDOW, SMOOTH), seen)
-            curvature += cv2.Sobel(slope, cv2.CV_32F, *along, ksize=3, scale=1 / 8)
+        parts = []
+        for shares, along in zip(self._slopes, ((1, 0), (0, 1)), strict=True):
+            slope = cv2.transform(relative, shares)
+            cv2.multiply(slope, weight, dst=slope)
+            slope = cv2.GaussianBlur(slope, WINDOW, SMOOTH)
+            cv2.divide(slope, seen, dst=slope)
+            parts.append(cv2.Sobel(slope, cv2.CV_32F, *along, ksize=3, scale=1 / 8))
+        curvature = np.asarray(cv2.add(parts[0], parts[1], dst=parts[0]), np.float32)
         weight = _unit(np.asarray(cv2.erode(free, _AROUND), np.uint8))
         for edge in (weight[:BORDER], weight[-BORDER:], weight[:, :BORDER], weight[:, -BORDER:]):
             edge[:] = 0
@@ -118,28 +117,29 @@ def _unsaturated(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.erode(told, _ROUND), np.uint8)
 
 
-def _light(colours: NDArray[np.uint8], free: NDArray[np.uint8]) -> list[Plane]:
-    """Return the light (h, w) of each colour: that of the free pixels around, smooth over several blocks."""
-    height, width = free.shape
+def _light(shown: NDArray[np.float32], weight: Plane) -> NDArray[np.float32]:
+    """Return the light (h, w, 3) of each colour: that of the free pixels around, smooth over several blocks.
+
+    `shown` (h, w, 3) are the colours, zero where `weight` (h, w) is.
+    """
+    height, width = weight.shape
     size = (max(1, width // BLOCK), max(1, height // BLOCK))
-    bright = cv2.resize(cv2.copyTo(colours, free), size, interpolation=cv2.INTER_AREA)
-    share = cv2.resize(free, size, interpolation=cv2.INTER_AREA)
-    bright = cv2.blur(np.asarray(bright, np.float32), (3, 3))
-    share = cv2.blur(np.asarray(share, np.float32), (3, 3))
-    mean = bright * (np.float32(255) / np.maximum(share, np.float32(BLOCK)))[..., None]
+    bright = cv2.blur(cv2.resize(shown, size, interpolation=cv2.INTER_AREA), (3, 3))
+    share = cv2.blur(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), (3, 3))
+    np.maximum(share, np.float32(_LEAST_FREE), out=share)
+    mean = cv2.divide(bright, cv2.merge([share, share, share]), dst=bright)
     np.maximum(mean, np.float32(LEAST_LIGHT), out=mean)
-    return [
-        np.asarray(cv2.resize(plane, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
-        for plane in cv2.split(mean)
-    ]
+    return np.asarray(cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def _unit(mask: NDArray[np.uint8]) -> Plane:
-    return np.asarray(mask.astype(np.float32) * np.float32(1 / 255))
+    return np.right_shift(mask, 7).astype(np.float32)
 
 
 _SIXTEEN = 16
 #: A smoothed slope rests on at least this share of free pixels, or fades.
 _LEAST_SEEN = 0.02
+#: The light of blocks with a smaller share of free pixels is taken to be dimmer.
+_LEAST_FREE = BLOCK / 255
 _ROUND = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)), np.uint8)
 _AROUND = np.ones((3, 3), np.uint8)

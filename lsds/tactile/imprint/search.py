@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 TURNS = tuple(math.radians(turn) for turn in range(-40, 41, 8))
 #: The imprint is looked for with what lies within this many radii of gyration of its centre, and within these px.
 _RADII, _LEAST, _MOST = 1.4, 8, 16
-_FAINT = 0.3
+_FAINT, _TINY = 0.3, 1e-9
 
 
 def leapt(
@@ -37,15 +37,16 @@ def leapt(
     size = 2 * half + 1
     # Beyond the image nothing is known: a border lets the imprint's centre come close to the edge.
     around = cv2.copyMakeBorder(image, half, half, half, half, cv2.BORDER_CONSTANT, value=0.0)
-    energy = cv2.boxFilter(around * around, cv2.CV_32F, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    energy = energy[half : half + image.shape[0], half : half + image.shape[1]]
+    energy = cv2.sqrBoxFilter(image, cv2.CV_32F, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    whole = cv2.norm(_turned(shown, x, y, 0.0, half, size), cv2.NORM_L2SQR)
+    # A few pixels at the edge may match by chance: where little is seen, little is matched.
+    scale = np.float32(1) / np.sqrt(np.maximum(energy, 0) + np.float32(_FAINT * whole + _TINY))
     best = (-math.inf, 0.0, 0.0, 0.0)
     for turn in TURNS:
         template = _turned(shown, x, y, turn, half, size)
-        own = float((template * template).sum())
-        # A few pixels at the edge may match by chance: where little is seen, little is matched.
-        found = cv2.matchTemplate(around, template, cv2.TM_CCORR) / np.sqrt(own * (energy + _FAINT * own) + 1e-12)
-        _, match, _, (at_x, at_y) = cv2.minMaxLoc(found)
+        found = cv2.matchTemplate(around, template, cv2.TM_CCORR)
+        _, match, _, (at_x, at_y) = cv2.minMaxLoc(cv2.multiply(found, scale, dst=found))
+        match /= math.sqrt(cv2.norm(template, cv2.NORM_L2SQR) + _TINY)
         if match > best[0]:
             best = (match, (at_x - x) * step - gel[0], (at_y - y) * step - gel[1], turn)
     return best[1:]
