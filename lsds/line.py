@@ -16,7 +16,6 @@ from lsds.clock import nanoseconds
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
 from lsds.imprint_step import ImprintStep
-from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.gate import FrameGate, check_image
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, brightness
@@ -30,11 +29,6 @@ LEAST_FOLLOWED, PATIENCE = 0.5, 12
 #: A camera that opens dim settles within this time. A frame this much brighter than a recording's reference, by then,
 #: shows that the reference is of the time before. Many public recordings open with 0.7 of their light: no harm is done.
 SETTLING_S, BRIGHTER = 1.0, 1.6
-
-
-#: Random walk of the slip velocity, m/s and rad/s per root of a second: the change between successive frames that move,
-#: less the estimator's own variance, in 14 real recordings of development objects.
-WALK_M_S, WALK_RAD_S = 0.14, 16.0
 
 
 class FingerLine:
@@ -54,7 +48,6 @@ class FingerLine:
         self._live, self._lost = live, 0
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._seq = -1
-        self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._names = tuple(f"{kind} '{config.section(kind).backend}'" for kind in ("tracker", "detector", "estimator"))
         self._calls = rig.thread.calls
         self._reading = rig.deadline(finger.sensor, "read")
@@ -115,7 +108,6 @@ class FingerLine:
                 detection = sound_detection(detector, make(detecting, finger.detector.update, observation), frame.seq)
                 at_work = estimator
                 estimate = sound_estimate(estimator, make(estimating, finger.estimator.update, observation), frame.seq)
-                estimate, bridged = self._bridge.update(estimate, observation.dt_s)
             except DataError as error:
                 self.gate.refuse(str(error), now_ns, frame.seq)
                 return None
@@ -123,9 +115,7 @@ class FingerLine:
             raise
         except Exception as error:
             raise raised_by(at_work, error, f"frame {frame.seq}") from error
-        self.newest = FingerCycle(
-            finger.name, frame, tracks, observation, detection, estimate, finger.opposite, bridged
-        )
+        self.newest = FingerCycle(finger.name, frame, tracks, observation, detection, estimate, finger.opposite)
         return self.newest
 
     def _has_leapt(self, tracks: MarkerTracks) -> bool:
@@ -149,7 +139,6 @@ class FingerLine:
             return False
         self.finger.detector.reset()
         self.finger.estimator.reset()
-        self._bridge.reset()
         self.taken_anew.append(frame.seq)
         return True
 

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 class FingerCycle:
     """One finger's newest frame and all that was computed from it, in that sensor's plane.
 
-    `bridged` is for how many frames `estimate` is carried on, because no motion could be measured; 0 for one that was
-    measured, or an abstention. An `opposite` finger faces the object from the other side: its x axis and its sense of
+    An `opposite` finger faces the object from the other side: its x axis and its sense of
     rotation are mirrored.
     """
 
@@ -25,4 +24,3 @@ class FingerCycle:
     detection: Detection
     estimate: SlipEstimate
     opposite: bool = False
-    bridged: int = 0

@@ -24,9 +24,10 @@ class GripEstimate:
     """The grip at the time of a frame. Metres, newtons and seconds; NaN where something is not known.
 
     Seen: `dt_s` is the measured time since the frame before, of the finger that came first; `detection` and `estimate`
-    are fused over the fingers, and `fingers` holds the newest view of each. `commanded_m` is the aperture last
-    commanded, `measured_m` the newest that the gripper reported, `aperture_m` that at the time of the frame, and
-    `touch_m` that at touch.
+    are fused over the fingers, and `fingers` holds the newest view of each. Where no finger could measure a motion,
+    `estimate` is the last one, with a growing standard deviation, for `bridged` frames, at most three. `commanded_m` is
+    the aperture last commanded, `measured_m` the newest that the gripper reported, `aperture_m` that at the time of the
+    frame, and `touch_m` that at touch.
 
     Believed: `squeeze_m` is by how much the fingers are closed beyond touch. `load_n` is the load a finger, force and
     torque together; `load_n_s` its rate, `greatest_n` its maximum of late, and `stale` whether a finger does not show
@@ -45,6 +46,7 @@ class GripEstimate:
     dt_s: float = math.nan
     detection: Detection = UNANSWERED
     estimate: SlipEstimate = ABSTAINED
+    bridged: int = 0
     fingers: tuple[FingerCycle, ...] = ()
     commanded_m: float = math.nan
     measured_m: float = math.nan

@@ -65,7 +65,7 @@ class GripBelief:
         joint /= joint.sum()
         self.stick, self.slide = 0.98 * joint, 0.02 * joint
         self._prior_r, self._prior_w = prior_r / prior_r.sum(), prior_w / prior_w.sum()
-        self._unseen = self.options.unseen
+        self._unseen, self._false = self.options.unseen, 0.0
         self._greatest = -math.inf
         self._drifted_s = self._changed_s = 0.0
         self._last_f = self._last_s = math.nan
@@ -113,12 +113,12 @@ class GripBelief:
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING * noise))
         self.slide *= heavy[:, None] * sliding[None, :]
-        self._weigh(evidence)
+        self._weigh(evidence, dt_s)
 
     def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""
         self._drift(dt_s, changed=False)
-        self._weigh(evidence)
+        self._weigh(evidence, dt_s)
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
         """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
@@ -154,13 +154,19 @@ class GripBelief:
             return 0.0
         return load_n / (most_n + 4 * noise_n)
 
-    def _weigh(self, evidence: float) -> None:
+    def _weigh(self, evidence: float, dt_s: float) -> None:
         """Weigh slide against stick, and make the sum of all 1 again."""
-        ratio = self._unseen + (1 - self._unseen) * math.exp(min(max(evidence, -_MOST), _MOST))
-        self._unseen /= ratio
-        total = float(self.stick.sum()) + ratio * float(self.slide.sum())
-        self.stick *= 1 / total
-        self.slide *= ratio / total
+        likelihood = math.exp(min(max(evidence, -_MOST), _MOST))
+        # Some slides are never seen, and now and then a detector starts to alarm for nothing: what such a one answers
+        # is no evidence, however often it comes.
+        slides = self._unseen + (1 - self._unseen) * likelihood
+        self._false = max(self._false, self.options.jumps_hz * max(dt_s, _LEAST_S))
+        sticks = self._false * likelihood + (1 - self._false)
+        self._unseen /= slides
+        self._false *= likelihood / sticks
+        total = sticks * float(self.stick.sum()) + slides * float(self.slide.sum())
+        self.stick *= sticks / total
+        self.slide *= slides / total
 
     def _drift(self, dt_s: float, changed: bool) -> float:
         """Let load and limit drift and jump; return what has begun to slide."""
@@ -227,6 +233,8 @@ so many."""
 _RANGE = math.log(LOAD_N[1] / LOAD_N[0])
 _OUTLIER = 0.002
 """Density of a load that no hypothesis explains, so that one wrong frame excludes nothing."""
+_LEAST_S = 0.01
+"""Least duration of a round."""
 _MOST = 4.0
 """Greatest evidence of one frame."""
 _STOPPING = 0.1

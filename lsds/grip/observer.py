@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lsds.clock import nanoseconds
 from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import SlipEvidence
+from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.carried_load import LEAST_N, CarriedLoad
 from lsds.tactile.soft_finger import speed_of
 
@@ -27,6 +28,9 @@ STEP_M = 1e-4
 """The squeeze has changed if it differs by more than this."""
 FALLS_M_S = 0.04
 """Least speed of a slide in the air: an object of which friction carries nine tenths gains it in 40 ms."""
+WALK_M_S, WALK_RAD_S = 0.14, 16.0
+"""Random walk of the slip velocity, m/s and rad/s per root of a second: the change between successive frames that move,
+less the estimator's own variance, in 14 real recordings of development objects."""
 GRAVITY_M_S2 = 9.81
 """Acceleration of a falling object."""
 
@@ -46,6 +50,7 @@ class GripObserver:
         """Forget the object."""
         self.belief.reset()
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
+        self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
         self._round_s = 0.0
         self._speeds: deque[tuple[int, float]] = deque()
@@ -60,6 +65,8 @@ class GripObserver:
         as where there is no gripper, only the evidence of slip counts.
         """
         self.load.take(seen.t_ns, seen.fingers)
+        estimate, bridged = self._bridge.update(seen.estimate, seen.dt_s)
+        seen = replace(seen, estimate=estimate, bridged=bridged)
         self._round_s += seen.dt_s if seen.dt_s > 0 else 0.0
         self._speeds.append((seen.t_ns, speed_m_s))
         # The arm may still move as fast as was wanted a while ago.

@@ -22,7 +22,10 @@ class GripOptions(BaseModel):
         default=0.1, gt=0, le=1, description="drift of load and limit, natural logarithm per square root of a second"
     )
     jumps_hz: float = Field(
-        default=0.03, gt=0, le=1, description="how often the load jumps (a shove), and friction (a wet surface)"
+        default=0.03,
+        gt=0,
+        le=1,
+        description="how often the load jumps (a shove), friction (a wet surface), and a detector alarms for nothing",
     )
     limit: float = Field(default=0.5, gt=0, le=20, description="median of the limits of unknown objects, N/mm^power")
     spread: float = Field(

@@ -14,6 +14,8 @@ from lsds.testing.outcomes import Needs, NotApplicable
 WATCHED_S = 1.0
 """Time for which a device is watched that must not move."""
 _BRAKE_S = 0.3
+STANDS_M = 1e-5
+"""A device that has moved by less has not moved."""
 
 
 def check_connect_moves_nothing(bench: Bench) -> None:
@@ -95,6 +97,7 @@ def beside(bench: Bench, device: Any) -> Any:
     the first one's motion, or cannot connect."""
     if not bench.virtual:
         return None
+    start = place(bench, device)
     second = bench.build_beside()
     try:
         second.connect()
@@ -102,7 +105,15 @@ def beside(bench: Bench, device: Any) -> Any:
         bench.advance(_BRAKE_S)
         device.stop()
         bench.advance(_BRAKE_S)
+        if math.dist(start, place(bench, device)) < STANDS_M:
+            raise NotApplicable(
+                "the device does not move any more once a second one was built in its cell; let both move the same "
+                "fingers (context.shared)"
+            )
         apart = math.dist(place(bench, device), place(bench, second))
+    except NotApplicable:
+        second.close()
+        raise
     except LsdsError as error:
         second.close()
         raise NotApplicable(f"a second device does not connect beside the first: {error}") from error

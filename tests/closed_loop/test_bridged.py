@@ -16,16 +16,16 @@ def test_the_loop_bridges_three_frames_and_then_abstains():
         blind = [False]
         engine.rig.estimator.update = lambda observation: ABSTAINED if blind[0] else measured(observation)
         for cycle in engine:
-            finger = cycle.fingers[0]
             if blind[0]:
-                seen.append(finger)
-            elif not finger.estimate.abstained and cycle.acting:
-                blind[0], last = True, finger.estimate
+                assert cycle.estimate.abstained, "what was seen is not changed"
+                seen.append(cycle.grip)
+            elif not cycle.estimate.abstained and cycle.acting:
+                blind[0], last = True, cycle.estimate
             if len(seen) == MOST_FRAMES + 2:
                 break
-    assert [finger.bridged for finger in seen] == [1, 2, 3, 0, 0]
-    assert [finger.estimate.abstained for finger in seen] == [False] * 3 + [True] * 2
-    stds = [last.speed_std_m_s, *(finger.estimate.speed_std_m_s for finger in seen[:3])]
+    assert [grip.bridged for grip in seen] == [1, 2, 3, 0, 0]
+    assert [grip.estimate.abstained for grip in seen] == [False] * 3 + [True] * 2
+    stds = [last.speed_std_m_s, *(grip.estimate.speed_std_m_s for grip in seen[:3])]
     assert stds == sorted(stds)
     assert len(set(stds)) == 4
-    assert all(finger.detection.slip is not None for finger in seen), "a detector answers for itself"
+    assert all(grip.detection.slip is not None for grip in seen), "a detector answers for itself"

@@ -71,9 +71,22 @@ def test_a_slide_is_believed_and_its_end_too():
     assert belief.slips < 0.05
 
 
+def test_a_detector_that_only_alarms_is_no_evidence_for_long():
+    """A load that stays while the squeeze grows is that of an object that hangs, whatever the detector says."""
+    belief = GripBelief(OPTIONS, 0.105)
+    hanging(belief, 0.8, 1.5)
+    squeeze_mm = 1.5
+    for _ in range(150):
+        belief.update(0.8, squeeze_mm, FRAME_S, 1.1)
+        squeeze_mm = max(squeeze_mm, min(belief.squeeze_mm(0.25, 1.2, 0.8), 1.2 * squeeze_mm))
+    assert squeeze_mm < 3.0
+    assert belief.slips < 0.5
+
+
 def test_after_a_slide_the_limit_is_known():
     belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
+    sliding(belief, 1.8)
     hanging(belief, 1.0, 2.5)
     needed_mm = (1.0 / LIMIT) ** (1 / OPTIONS.power)
     assert belief.squeeze_mm(0.5, 1.0, 1.0) == pytest.approx(needed_mm, rel=0.15)
@@ -83,6 +96,7 @@ def test_the_published_limit_is_that_of_the_object_within_its_spread():
     belief = GripBelief(OPTIONS, 0.105)
     _, before_n = belief.limit_n(2.5)
     sliding(belief, 1.5)
+    sliding(belief, 1.8)
     hanging(belief, 1.4, 2.5)
     limit_n, std_n = belief.limit_n(2.5)
     assert limit_n == pytest.approx(LIMIT * 2.5**OPTIONS.power, abs=2 * std_n)

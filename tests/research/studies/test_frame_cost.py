@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 from lsds.cli.main import cli
 
-PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "controller")
+PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "grip belief", "controller")
 STEPS = ("views", "tracker (with its views)", "field", "depth and contact", "features")
 OF_IMPRINT = ("relief", "edges", "gel carried along", "registration")
 
