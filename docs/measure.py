@@ -314,7 +314,7 @@ TRACKERS = {
     "blobs, nearest": "peer: OpenCV blobs, nearest match",
     "pyramidal LK": "peer: pyramidal Lucas-Kanade, frame to frame",
 }
-PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "grip belief", "controller")
+PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "controller")
 
 
 def frame() -> dict[str, Any]:

@@ -74,8 +74,11 @@ def hanging(squeeze_mm=1.5, load_n=0.5, **options):
 def slipped(**options):
     """A grip that has slipped, was closed, and holds."""
     grip = hanging(**options)
-    while grip.sent_mm < 1.1 * grip.seized_mm:
-        grip.frame(0.5, slip=True, speed=0.05)
+    for _ in range(50):
+        # Sliding friction follows the squeeze; a load that did not would be that of an object that hangs.
+        grip.frame(0.42 * (grip.squeeze_mm / grip.seized_mm) ** 1.25, slip=True, speed=0.05)
+        if grip.sent_mm > 1.1 * grip.seized_mm:
+            break
     grip.quiet(0.6, 0.2)
     return grip
 
@@ -115,8 +118,9 @@ def test_a_slip_is_caught_without_a_load_too():
 def test_nothing_opens_because_the_load_is_gone():
     grip = slipped()
     held_mm = grip.sent_mm
-    assert grip.quiet(0.1, 4.0) == pytest.approx(held_mm)
-    assert grip.quiet(0.0, 4.0) == pytest.approx(held_mm)
+    fallen_mm = grip.quiet(0.1, 4.0)
+    assert fallen_mm >= held_mm - 1e-9
+    assert grip.quiet(0.0, 4.0) >= fallen_mm - 1e-9
 
 
 def test_nothing_opens_while_the_load_is_stale():
