@@ -92,7 +92,7 @@ def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str]
             raise DataError("the object dropped: nothing can be learnt from that (raise task.first_squeeze_m)")
     if weight_n is None:
         weight_n = fmean(true_n) if true_n else math.nan
-        interval_s = max(1 / finger.sensor.spec.rate_hz for finger in rig.fingers)
+    interval_s = max(1 / finger.sensor.spec.rate_hz for finger in rig.fingers)
     found = _compared(loads, weight_n, config.tactile.shear_kpa_mm)
     return replace(found, answer_s=timer.answer(interval_s).whole_s)
 
@@ -130,16 +130,16 @@ def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, b
     still = sum(stdev(load.shear_n[1] for load in loads[BEFORE][name]) for name in fingers)
     if fmean(sums) < LEAST_RATIO * still or fmean(sums) <= 0:
         raise DataError("the gel shows no load while the object hangs (did it hang? take a heavier one)")
-    if stdev(sums) > STEADY * fmean(sums):
+    noise = stdev(sums) / fmean(sums)
+    if noise > STEADY:
         raise DataError(
-            f"the load scatters by {stdev(sums) / fmean(sums):.0%} while the object hangs: did it slip or swing? "
+            f"the load scatters by {noise:.0%} while the object hangs: did it slip or swing? "
             "(grip more firmly: raise task.first_squeeze_m)"
         )
     scale = carried_n / fmean(sums)
     shares = {name: fmean(each) * scale / weight_n for name, each in forces.items()}
-    std = before_kpa_mm * scale * stdev(sums) / fmean(sums)
-    noise = stdev(sums) / fmean(sums)
-    return GripCalibration(weight_n, before_kpa_mm * scale, std, before_kpa_mm, shares, count, noise)
+    shear_kpa_mm = before_kpa_mm * scale
+    return GripCalibration(weight_n, shear_kpa_mm, noise * shear_kpa_mm, before_kpa_mm, shares, count, noise)
 
 
 def _forces(before: list[ContactLoad], carried: list[ContactLoad]) -> list[float]:

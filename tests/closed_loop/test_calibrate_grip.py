@@ -42,6 +42,15 @@ def test_the_simulated_cell_finds_its_gel_and_the_config_takes_the_file(tmp_path
     assert own.tactile.shear_kpa_mm == 30.0, "what the config says itself counts more"
 
 
+def test_a_weight_that_is_given_counts_as_that_of_the_cell_does(tmp_path, installed_host):
+    out = tmp_path / "grip.toml"
+    result = CliRunner().invoke(calibrate, ["grip", "--mass-g", "299", "--out", str(out), "--json", "-"])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["weight_n"] == pytest.approx(2.93, abs=0.01)
+    assert 0.105 < found["answer_s"] < 0.14
+
+
 def test_two_fingers_share_the_weight_and_one_carries_half():
     both = {name: loads(*[0.1] * 20) for name in ("left", "right")}
     carried = {"left": loads(*[2.0, 2.02] * 10), "right": loads(*[1.0, 1.02] * 10)}
