@@ -106,14 +106,12 @@ def _takes_one(controller: Any) -> bool:
         signature = inspect.signature(controller.update)
     except (AttributeError, TypeError, ValueError):
         return False
+    return _accepts(signature, 1) and not _accepts(signature, 2)
+
+
+def _accepts(signature: inspect.Signature, count: int) -> bool:
     try:
-        signature.bind(None, None)
-    except TypeError:
-        pass
-    else:
-        return False
-    try:
-        signature.bind(None)
+        signature.bind(*(None,) * count)
     except TypeError:
         return False
     return True

@@ -204,12 +204,9 @@ class GripBelief:
         self._greatest = max(ln_ratio, before - dt_s / FORGET_S if math.isfinite(before) else ln_ratio)
         if ln_ratio <= before:
             return 0.0
-        now = _below((ln_ratio - self._ln_r) / (BREAKING * self.options.noise))
-        then = (
-            _below((before - self._ln_r) / (BREAKING * self.options.noise))
-            if math.isfinite(before)
-            else np.zeros_like(now)
-        )
+        std = BREAKING * self.options.noise
+        now = _below((ln_ratio - self._ln_r) / std)
+        then = _below((before - self._ln_r) / std) if math.isfinite(before) else np.zeros_like(now)
         hazard = np.clip((now - then) / np.maximum(1 - then, 1e-9), 0.0, 1.0)
         moved = self.stick * hazard
         self.slide += moved

@@ -66,19 +66,19 @@ class GripObserver:
         """
         self.load.take(seen.t_ns, seen.fingers)
         estimate, bridged = self._bridge.update(seen.estimate, seen.dt_s)
-        seen = replace(seen, estimate=estimate, bridged=bridged)
         self._round_s += seen.dt_s if seen.dt_s > 0 else 0.0
         self._speeds.append((seen.t_ns, speed_m_s))
         # The arm may still move as fast as was wanted a while ago.
         while self._speeds[0][0] < seen.t_ns - nanoseconds(self._answer_s):
             self._speeds.popleft()
-        self._see_squeeze(seen)
+        squeeze_m = self._see_squeeze(seen)
         complete = self._completes(seen.fingers) or not self._believed
         if complete:
-            self._believed = self._believe(seen, supported, speed_m_s)
-        return replace(seen, complete=complete, **self._believed)
+            self._believed = self._believe(seen, squeeze_m, estimate, supported, speed_m_s)
+        return replace(seen, estimate=estimate, bridged=bridged, complete=complete, **self._believed)
 
-    def _see_squeeze(self, seen: GripEstimate) -> None:
+    def _see_squeeze(self, seen: GripEstimate) -> float:
+        """Note touch, and when the squeeze changes; return the squeeze (m)."""
         if math.isfinite(seen.touch_m):
             self._touch_m = seen.touch_m
         elif not math.isfinite(self._touch_m):
@@ -86,6 +86,7 @@ class GripObserver:
         squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_M)
         if not abs(squeeze_m - self._squeeze_m) < STEP_M:
             self._changed_ns, self._squeeze_m = seen.t_ns, squeeze_m
+        return squeeze_m
 
     def _completes(self, fingers: Sequence[FingerCycle]) -> bool:
         """Return whether each finger has shown something since the last round: fingers are seen one after the other,
@@ -95,13 +96,14 @@ class GripObserver:
         self._counted = {finger.finger: finger.observation.t_ns for finger in fingers}
         return True
 
-    def _believe(self, seen: GripEstimate, supported: bool, speed_m_s: float) -> dict[str, Any]:
+    def _believe(
+        self, seen: GripEstimate, squeeze_m: float, estimate: SlipEstimate, supported: bool, speed_m_s: float
+    ) -> dict[str, Any]:
         """Feed the belief with a round; return what it says of the grip."""
         round_s, self._round_s = self._round_s, 0.0
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
-        squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_M)
-        evidence = self._evidence.take(seen.detection, seen.estimate, (seen.t_ns - self._changed_ns) * 1e-9)
+        evidence = self._evidence.take(seen.detection, estimate, (seen.t_ns - self._changed_ns) * 1e-9)
         limit_n = limit_std_n = math.nan
         if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
             self.belief.weigh(evidence, round_s)
@@ -124,7 +126,7 @@ class GripObserver:
             "limit_n": limit_n,
             "limit_std_n": limit_std_n,
             "slips": self.belief.slips,
-            "slip_m_s": self._slide_m_s(arm_m_s, seen.estimate, supported),
+            "slip_m_s": self._slide_m_s(arm_m_s, estimate, supported),
             "required_m": self._required_m,
         }
 

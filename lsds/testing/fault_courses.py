@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any
 
@@ -55,25 +56,15 @@ def _command(command: Any, device: Any) -> Any:
     return device.command(command)
 
 
-def _updates(inputs: Callable[[], Any]) -> Iterator[tuple[int, str, Step]]:
-    items = inputs()
-    for i in range(LONG_NS // FRAME_NS - 1):
-        yield (i + 1) * FRAME_NS, "update()", partial(_update, items[i % len(items)])
+def _updates(inputs: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, str, Step]]:
+    """Yield calls of `update` with the arguments of each input, again and again."""
+    for i, arguments in enumerate(itertools.islice(itertools.cycle(inputs), LONG_NS // FRAME_NS - 1), start=1):
+        yield i * FRAME_NS, "update()", partial(_update, *arguments)
 
 
-def _update(item: Any, algorithm: Any) -> Any:
-    return algorithm.update(item)
-
-
-def _corrections() -> Iterator[tuple[int, str, Step]]:
-    items = grip_inputs("slides")
-    for i in range(LONG_NS // FRAME_NS - 1):
-        grip, wanted = items[i % len(items)]
-        yield (i + 1) * FRAME_NS, "update()", partial(_correct, grip, wanted)
-
-
-def _correct(grip: Any, wanted: Any, controller: Any) -> Any:
-    return controller.update(grip, wanted)
+def _update(*given: Any) -> Any:
+    *arguments, algorithm = given
+    return algorithm.update(*arguments)
 
 
 def _job() -> Iterator[tuple[int, str, Step]]:
@@ -118,10 +109,10 @@ _COURSES: dict[str, Callable[[], Iterator[tuple[int, str, Step]]]] = {
     "gripper": _gripper,
     "arm": _arm,
     "pose_source": _reads,
-    "tracker": lambda: _updates(lambda: frames("slides")),
-    "detector": lambda: _updates(lambda: observations("slides")),
-    "estimator": lambda: _updates(lambda: observations("slides")),
-    "controller": _corrections,
+    "tracker": lambda: _updates(zip(frames("slides"))),
+    "detector": lambda: _updates(zip(observations("slides"))),
+    "estimator": lambda: _updates(zip(observations("slides"))),
+    "controller": lambda: _updates(grip_inputs("slides")),
     "job": _job,
     OBSERVER: _observer,
 }

@@ -1,4 +1,4 @@
-"""Shows the help of a command in a process of its own, and prints which of the named libraries that imports.
+"""Shows the help of a command in a separate process, and prints which of the named libraries that imports.
 
 Run as `python -m lsds.testing.help_probe MODULE:ATTRIBUTE LIBRARY...`.
 """

@@ -19,7 +19,7 @@ KIT_SEED = 0x5EED
 
 @dataclass(frozen=True)
 class Changes:
-    """What a call changed in the process: names of state, and threads that it started."""
+    """Changes of the process by a call: names of state, and threads that were started."""
 
     state: tuple[str, ...]
     threads: tuple[threading.Thread, ...]
