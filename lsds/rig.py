@@ -94,7 +94,7 @@ class Rig:
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
         devices = [chosen[kind] for kind in DEVICE_KINDS if kind in chosen and kind != "sensor"]
         devices = [*sensors.values(), *devices]
-        _require_one_cell(chosen.get("cell"), devices)
+        _require_one_cell(chosen.get("cell"), devices, self.host)
         self.virtual = _is_virtual(config, devices)
         self.thread = CellThread()
         self.deadlines = Deadlines(config.deadlines, virtual=self.virtual)
@@ -373,16 +373,16 @@ class Rig:
             raise ExceptionGroup(f"{doing}: {len(failures)} of {len(self._devices)} devices failed", failures)
 
 
-def _require_one_cell(cell: Backend | None, devices: Sequence[Backend]) -> None:
+def _require_one_cell(cell: Backend | None, devices: Sequence[Backend], host: PluginHost) -> None:
     """Refuse a cell that is reached over the wire together with devices that live in one of this process."""
     inside = [device.spec.name for device in devices if device.spec.in_cell]
     if cell is not None and cell.spec.over_wire and inside:
         problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
         raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
-    _require_felt(devices)
+    _require_felt(devices, host)
 
 
-def _require_felt(devices: Sequence[Backend]) -> None:
+def _require_felt(devices: Sequence[Backend], host: PluginHost) -> None:
     """Refuse a gripper or an arm outside the simulated cell that a sensor is in: the sensor would never feel it."""
     sensor = next((device.spec for device in devices if device.spec.kind == "sensor" and device.spec.in_cell), None)
     if sensor is None:
@@ -390,7 +390,8 @@ def _require_felt(devices: Sequence[Backend]) -> None:
     issues = []
     for spec in (device.spec for device in devices):
         if spec.kind in ("gripper", "arm") and not spec.in_cell:
-            own = KINDS[spec.kind].default
+            joined = [other.spec.name for other in host.backends if other.spec.kind == spec.kind and other.spec.in_cell]
+            own = "', '".join(joined) or KINDS[spec.kind].default
             inside = _who("sensor", sensor.name)
             problem = f"{_who(spec.kind, spec.name)} is not part of the simulated cell that {inside} is in"
             remedy = f"choose '{own}', or a sensor outside the cell; a mock joins with lsds.plant.join and in_cell=True"

@@ -37,8 +37,8 @@ def check(
     """Check that a device, an algorithm, a fault, a wire mock, a study or a command keeps the contract of its kind.
 
     A real device takes one to three minutes, a study twice its own time; all others take 1 to 60 s. Without
-    --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use.
-    docs/plugins.md explains the checks.
+    --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use
+    or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md explains the checks.
 
     \b
     Examples:
@@ -137,12 +137,20 @@ def _report(bench: Bench, results: list[CheckResult], json_file: str | None) -> 
             return
     rows_shown = [(r.name, r.outcome, r.message if r.outcome == "not applicable" else r.rule) for r in results]
     click.echo(table(rows_shown, ("CHECK", "RESULT", "RULE, OR WHY IT DOES NOT APPLY")))
-    for result in results:
-        if result.outcome == "failed":
-            click.echo(f"\n{result.name} failed: " + result.message.replace("\n", "\n  "))
+    for names, message in _causes(results):
+        click.echo(f"\n{', '.join(names)} failed: " + message.replace("\n", "\n  "))
     click.echo("\n" + ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count))
     for line in skipped:
         click.echo(line)
+
+
+def _causes(results: list[CheckResult]) -> list[tuple[list[str], str]]:
+    """Return each message of failed checks once, with the names of the checks that failed with its first line."""
+    causes: dict[str, tuple[list[str], str]] = {}
+    for result in results:
+        if result.outcome == "failed":
+            causes.setdefault(result.message.partition("\n")[0], ([], result.message))[0].append(result.name)
+    return list(causes.values())
 
 
 def _list(bench: Bench, json_file: str | None) -> None:

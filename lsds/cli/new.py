@@ -22,13 +22,14 @@ def new(kind: str, name: str, out: Path | None, distribution: str, force: bool) 
 
     KIND is gripper, arm, sensor, pose_source, tracker, detector, estimator, controller, job, fault, wire_mock, study or
     command. NAME is that of the backend in a config. A device comes as a driver behind an interface, and as a mock that
-    joins the simulated cell. Needs Jinja: pip install 'lsds[new]'.
+    joins the simulated cell. Needs Jinja: pip install 'lsds[new]'. The exit code is 2 for a wrong name, and 5 if a file
+    cannot be written.
 
     \b
     Examples:
       lsds new gripper acme-2f
       lsds new sensor acme-skin --out skin
-      lsds new detector acme-area --distribution acme-lsds
+      lsds new detector acme-area --distribution acme-area
       lsds new controller acme-pid --force
     """
     from lsds.scaffold.names import names_of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -71,7 +72,15 @@ def _lines(error: BaseException) -> list[str]:
     if isinstance(error, BaseExceptionGroup):
         return [line for part in error.exceptions for line in _lines(part)]
     text = str(error) if isinstance(error, AssertionError) else f"{type(error).__name__}: {error}"
+    if not str(error):
+        text = f"{type(error).__name__} without a message{_place(error)}"
     return [text, *(f"  {note}" for note in getattr(error, "__notes__", ()))]
+
+
+def _place(error: BaseException) -> str:
+    """Return the file and line that raised an error, or an empty string."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return f" at {frames[-1].filename}:{frames[-1].lineno}: {frames[-1].line}" if frames else ""
 
 
 def cases(bench: Bench) -> list[Case]:

@@ -19,8 +19,8 @@ TINY_M = 1e-9
 
 
 def check_apertures_are_sound(bench: Bench) -> None:
-    """Every answer is None or a finite aperture within the gripper's stroke, whatever is lacking."""
-    for where, _, aperture_m in _answers(bench):
+    """Every answer is None or a finite absolute aperture within the gripper's stroke, whatever is lacking."""
+    for where, grip, aperture_m in _answers(bench):
         if aperture_m is None:
             continue
         assert isinstance(aperture_m, Real), (
@@ -33,6 +33,11 @@ def check_apertures_are_sound(bench: Bench) -> None:
         assert 0 <= float(aperture_m) <= STROKE_M, (
             f"{where}: update() returned {aperture_m:.4f} m, outside of the stroke 0 to {STROKE_M} m; clamp it, and "
             "answer in metres"
+        )
+        # A grip of the kit never needs more than a few millimetres; zero closes as far as the force limit allows.
+        assert float(aperture_m) == 0 or float(aperture_m) > grip.commanded_m / 2, (
+            f"{where}: update() returned {float(aperture_m) * 1e3:.3f} mm at a commanded aperture of "
+            f"{grip.commanded_m * 1e3:.2f} mm; return the aperture to move to, not the change of it"
         )
 
 

@@ -78,7 +78,8 @@ class _DeviceMachine(RuleBasedStateMachine):
                 sample = self.device.read()
             except (StaleData, EOFError):
                 return
-            assert sample.t_ns <= self.bench.clock.now()
+            late_ns = sample.t_ns - self.bench.clock.now()
+            assert late_ns <= 0, f"the time stamp of a sample lies {late_ns * 1e-9:.4f} s in the future"
         else:
             _expect(self.device.read, LifecycleError)
 

@@ -62,6 +62,12 @@ class AnswersInTicks(HonestController):
         return None if aperture_m is None else aperture_m / 2e-4
 
 
+@caught("controller", corrections.check_apertures_are_sound, "not the change of it")
+class AnswersInSteps(HonestController):
+    def update(self, grip, wanted):
+        return 2e-4 if grip.slips > 0.5 else None
+
+
 @caught("controller", corrections.check_apertures_are_sound, "returned str '28 mm'")
 class ReturnsText(HonestController):
     def update(self, grip, wanted):

@@ -40,6 +40,27 @@ def test_a_failed_check_shows_values_rule_and_guide(capsys, monkeypatch):
     assert "1 passed, 1 failed" in out
 
 
+def test_a_cause_of_several_failures_is_printed_once(capsys, monkeypatch):
+    def lost(self):
+        raise OSError("no route to host")
+
+    monkeypatch.setattr(FakeGripper, "connect", lost)
+    only = [part for name in ("refuses_before_arm", "spec_is_sound") for part in ("--only", name)]
+    assert main(["check", "gripper:fake-gripper", *only]) == 1
+    out = capsys.readouterr().out
+    assert out.count("OSError: no route to host") == 1
+    assert "2 failed" in out
+
+
+def test_an_assertion_without_a_message_names_its_place(capsys, monkeypatch):
+    def silent(self):
+        raise AssertionError
+
+    monkeypatch.setattr(FakeGripper, "connect", silent)
+    assert main(["check", "gripper:fake-gripper", "--only", "refuses_before_arm"]) == 1
+    assert f"AssertionError without a message at {__file__}" in capsys.readouterr().out
+
+
 def test_checks_that_move_a_real_device_are_listed_with_what_they_need(capsys):
     names = ["refuses_what_is_expired", "gripper_stops", "spec_is_sound"]
     assert main(["check", "gripper:real-gripper", *(part for name in names for part in ("--only", name))]) == 0

@@ -161,7 +161,7 @@ def test_the_clock_follows_the_devices(build):
 
 def test_what_moves_outside_the_cell_of_a_simulated_sensor_is_refused(build):
     outside = "gripper 'real-gripper' is not part of the simulated cell that sensor 'fake-sensor' is in"
-    with pytest.raises(ConfigError, match=outside + r" \(choose 'mock-hand-e'") as refused:
+    with pytest.raises(ConfigError, match=outside + r" \(choose 'fake-gripper'") as refused:
         build(gripper={"backend": "real-gripper"})
     assert [issue.path for issue in refused.value.issues] == ["gripper.backend"]
     assert "lsds.plant.join" in str(refused.value)
