@@ -38,7 +38,8 @@ def check(
 
     A real device takes one to three minutes, a study twice its own time; all others take 1 to 60 s. Without
     --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use
-    or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md explains the checks.
+    or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md
+    explains the checks.
 
     \b
     Examples:
