@@ -1,6 +1,6 @@
 """Draw docs/images/house.png from the import graph: `python docs/house.py` (needs the dev extra).
 
-A room is a package, or a module or folder of the core; an arrow runs from who imports to what is imported. Rooms stand
+A room is a package, or a module or folder at the top of the core; an arrow runs from who imports to what is imported. Rooms stand
 on floors, and every arrow points down. An arrow is left out where a longer way leads to the same room, and so are those
 to the ground floor, which all stand on.
 """
@@ -11,7 +11,7 @@ import ast
 from collections import Counter
 from pathlib import Path
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 ROOT = Path(__file__).resolve().parents[1]
 HOMES = {
@@ -24,45 +24,41 @@ HOMES = {
 FLOORS = (
     ("lsds_research",),
     ("lsds_plugins", "lsds_mocks", "lsds_drivers"),
-    ("lsds.cli", "lsds.front"),
-    ("lsds.testing",),
-    ("lsds.calibration",),
-    ("lsds.session", "lsds.tracking"),
-    ("lsds.engine", "lsds.jobs", "lsds.plots"),
-    ("lsds.stop_report",),
-    ("lsds.line", "lsds.actuation", "lsds.states"),
-    ("lsds.rig", "lsds.fusion", "lsds.observers"),
+    ("lsds.cli",),
+    ("lsds.calibration", "lsds.testing"),
+    ("lsds.session",),
+    ("lsds.runtime",),
     ("lsds.config",),
-    ("lsds.plugins", "lsds.models", "lsds.vision", "lsds.plant", "lsds.scaffold"),
-    ("lsds.imprint_step",),
-    ("lsds.grip", "lsds.safety"),
+    ("lsds.jobs", "lsds.registry", "lsds.models"),
+    ("lsds.grip",),
     ("lsds.tactile",),
-    ("lsds.watches", "lsds.fingers", "lsds.answers", "lsds.stages", "lsds.scheduler"),
+    ("lsds.safety",),
     ("lsds.contracts",),
+    ("lsds.support",),
     ("lsds.errors", "lsds.clock"),
 )
 ROOMS = [room for floor in FLOORS for room in floor]
 GROUND = ("lsds.contracts", "lsds.errors", "lsds.clock")
-LINE = (("lsds.engine", "lsds.line"), ("lsds.engine", "lsds.actuation"), ("lsds.line", "lsds.tactile"))
-SAYS = {
+LINE = (("lsds.runtime", "lsds.grip"), ("lsds.runtime", "lsds.safety"), ("lsds.grip", "lsds.tactile"))
+CONTENTS = {
     "lsds_research": "datasets, collecting, learners, evaluation, studies",
     "lsds_plugins": "trackers, detectors, estimators,\ncontrollers, jobs, replay",
     "lsds_mocks": "the simulated cell and\nits devices' wire faces",
     "lsds_drivers": "real hardware",
-    "lsds.engine": "the one line from camera to gripper",
-    "lsds.testing": "checks of plugins",
-    "lsds.jobs": "grasp, hold, watch",
-    "lsds.line": "one finger: frame to slip",
-    "lsds.actuation": "slip to force: the way out",
-    "lsds.states": "gripper, arm, poses",
-    "lsds.stop_report": "what is known after a failure",
-    "lsds.tactile": "gate, field, contact, load, features",
-    "lsds.grip": "belief: load, friction limit, slip",
+    "lsds.cli": "the command line",
+    "lsds.testing": "conformance checks of plugins",
+    "lsds.calibration": "calibration on the user's own cell",
+    "lsds.session": "one run: bring-up, record, summary, pictures",
+    "lsds.runtime": "the engine: from the newest frame to the command",
+    "lsds.config": "TOML to validated options",
+    "lsds.jobs": "grasp, take up, probe, hold, watch",
+    "lsds.registry": "discovery of plugins",
     "lsds.models": "running trained models",
-    "lsds.rig": "devices and algorithms of a cell",
-    "lsds.calibration": "what a cell learns of itself",
-    "lsds.session": "a run, from config to figures",
-    "lsds.contracts": "Protocols and the values that cross them",
+    "lsds.grip": "belief: load, friction limit, slip",
+    "lsds.tactile": "image to markers, field, imprint, load, touch",
+    "lsds.safety": "limits, monitors, call deadlines, validation",
+    "lsds.contracts": "Protocols, and the values that cross them",
+    "lsds.support": "files, extras, processes",
 }
 
 
@@ -133,9 +129,9 @@ def draw(path: Path) -> None:
         axes.annotate("", (x1, y1), (x0, y0), arrowprops=style, zorder=0)
     for room, (x, y) in place.items():
         core = room.startswith("lsds.")
-        text = f"{room}\n{SAYS[room]}" if room in SAYS else room
+        text = f"{room}\n{CONTENTS[room]}" if room in CONTENTS else room
         box = {"boxstyle": "round,pad=0.5", "fc": "#eaf2fb" if core else "#fdf1e2", "ec": "0.3", "lw": 0.8}
-        line = room in ("lsds.engine", "lsds.line", "lsds.actuation")
+        line = room in {end for arrow in LINE for end in arrow}
         axes.text(x, y, text, ha="center", va="center", fontsize=8.5, bbox=box, weight="bold" if line else "normal")
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-len(FLOORS) + 0.4, 0.6)

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 __version__ = "0.1.0"
 
+from lsds.support import former_names
+
 # Not imported: `typing` alone would take longer than this whole module.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,14 +23,16 @@ if TYPE_CHECKING:
 
     from lsds.config import RigConfig, load_config
     from lsds.contracts import Cycle, FingerCycle, Grip, Job, Observation, Setting, Situation, Slide, Twist, Wanted
-    from lsds.engine import Engine
     from lsds.errors import LsdsError, SafetyStop
-    from lsds.front import bring_up
     from lsds.jobs import HoldJob, WatchJob
-    from lsds.plugins import PluginHost
-    from lsds.rig import Rig
+    from lsds.registry import PluginHost
+    from lsds.runtime.engine import Engine
+    from lsds.runtime.rig import Rig
+    from lsds.session.bring_up import bring_up
     from lsds.session.run import Session, run
-    from lsds.tracking import TrackResult, track, watch
+    from lsds.session.track import TrackResult, track, watch
+
+former_names.install()
 
 _HOMES = {
     "lsds.config": ("RigConfig", "load_config"),
@@ -44,14 +48,14 @@ _HOMES = {
         "Twist",
         "Wanted",
     ),
-    "lsds.engine": ("Engine",),
+    "lsds.runtime.engine": ("Engine",),
     "lsds.errors": ("LsdsError", "SafetyStop"),
-    "lsds.front": ("bring_up",),
+    "lsds.session.bring_up": ("bring_up",),
     "lsds.jobs": ("HoldJob", "WatchJob"),
-    "lsds.plugins": ("PluginHost",),
-    "lsds.rig": ("Rig",),
+    "lsds.registry": ("PluginHost",),
+    "lsds.runtime.rig": ("Rig",),
     "lsds.session.run": ("Session", "run"),
-    "lsds.tracking": ("TrackResult", "track", "watch"),
+    "lsds.session.track": ("TrackResult", "track", "watch"),
 }
 """The module of each public name, imported on first use (PEP 562)."""
 

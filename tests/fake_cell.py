@@ -24,9 +24,9 @@ from lsds.contracts import (
     SensorSpec,
     Twist,
 )
+from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import CommandExpired, ConnectFailed, LimitExceeded
-from lsds.lifecycle import LifecycleGuard
-from lsds.plugins import PluginHost, hookimpl
+from lsds.registry import PluginHost, hookimpl
 
 
 class Options(BaseModel):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from importlib.metadata import EntryPoint
 
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 FIRST_PARTY = ("lsds_plugins", "lsds_drivers", "lsds_mocks", "lsds_research")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 
 @hookimpl

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from lsds.calibration.noise import SHARES, ImprintNoise
 from lsds.config.toml import dumps
 from lsds.errors import PluginError
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 if TYPE_CHECKING:
     from lsds.calibration.slip import CalibratedDetector, SlipCalibration

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.config.own import own_section
 from lsds.config.toml import dumps
-from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 from lsds.tactile.carried_load import LEAST_N, CarriedLoad
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from lsds.calibration.answer import AnswerTimer
 from lsds.config.own import own_section
 from lsds.config.toml import dumps
-from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.grip.options import GripOptions
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,11 +11,11 @@ from lsds.calibration.watched import Phase, WatchedPhase
 from lsds.clock import VirtualClock, nanoseconds
 from lsds.config.own import own_section
 from lsds.contracts import BuildContext
-from lsds.engine import Engine
 from lsds.errors import ConfigError, ConfigIssue, DataError, LsdsError, naming
-from lsds.plugins import PluginHost
-from lsds.rig import Rig
-from lsds.tracking import UNASKED, engine_of, only_watching
+from lsds.registry import PluginHost
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
+from lsds.session.track import UNASKED, engine_of, only_watching
 
 if TYPE_CHECKING:
     from lsds.config import BackendSection, RigConfig

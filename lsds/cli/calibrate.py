@@ -93,10 +93,10 @@ def camera(
       lsds calibrate camera http://127.0.0.1:8080/?action=stream --out camera.json
       lsds calibrate camera board.mp4 --square-mm 29.7 --json -
     """
-    from lsds.vision.calibration import BoardFinder
-    from lsds.vision.calibration import calibrate as solve
-    from lsds.vision.camera import save_camera
-    from lsds.vision.fiducials import Board
+    from lsds.calibration.vision.board_views import BoardFinder
+    from lsds.calibration.vision.board_views import calibrate as solve
+    from lsds.calibration.vision.camera import save_camera
+    from lsds.calibration.vision.fiducials import Board
 
     shape = Board(columns, rows, square_mm * 1e-3, marker_mm * 1e-3, legacy=legacy)
     if board is not None:
@@ -128,7 +128,7 @@ def camera(
         }
         save_camera(out, result.camera, notes)
     if plot is not None:
-        from lsds.plots.calibration_plot import plot_calibration
+        from lsds.calibration.picture import plot_calibration
 
         plot_calibration(plot, result, found.views)
     summary = {
@@ -162,8 +162,8 @@ def camera(
 
 
 def _draw(path: Path, shape: object, dictionary: str) -> None:
-    from lsds.plots.calibration_plot import draw_board
-    from lsds.vision.fiducials import Board
+    from lsds.calibration.picture import draw_board
+    from lsds.calibration.vision.fiducials import Board
 
     assert isinstance(shape, Board)
     require_writable(path)

@@ -72,7 +72,7 @@ def grip(
     from lsds.calibration.grip import lifted_weight
     from lsds.config import load_config
     from lsds.config.toml import value_text
-    from lsds.files import write_whole
+    from lsds.support.files import write_whole
 
     def say(text: str) -> None:
         click.echo(text, err=True)

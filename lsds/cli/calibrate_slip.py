@@ -113,8 +113,8 @@ def slip(
     from lsds.calibration.thresholds import Budget
     from lsds.config import load_config
     from lsds.config.toml import value_text
-    from lsds.files import write_whole
-    from lsds.plugins import PluginHost
+    from lsds.registry import PluginHost
+    from lsds.support.files import write_whole
 
     require_recordings([name for _, name in recordings])
     # What an earlier calibration found is not where this one begins.

@@ -11,14 +11,14 @@ import click
 import cv2
 import numpy as np
 
+from lsds.calibration.vision.board_views import View, is_new
 from lsds.clock import WallClock, nanoseconds
 from lsds.errors import ConnectFailed, DataError
-from lsds.vision.calibration import View, is_new
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.vision.calibration import BoardFinder
+    from lsds.calibration.vision.board_views import BoardFinder
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 

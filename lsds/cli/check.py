@@ -11,7 +11,7 @@ from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.cli.plugged import host_of
 
 if TYPE_CHECKING:
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
     from lsds.testing import Bench, CheckResult
 
 
@@ -54,7 +54,7 @@ def check(
       lsds check arm:ur5e --set host=192.168.1.2 --allow-motion
       lsds check arm:mock-ur5e --list
     """
-    from lsds.extras import require
+    from lsds.support.extras import require
 
     require("pytest", "hypothesis", extra="testing", purpose="lsds check")
     require_writable(json_file)
@@ -99,7 +99,7 @@ def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_mot
 
 def _require_checks(bench: Bench, only: tuple[str, ...]) -> None:
     """Raise click.UsageError for the name of a check that does not exist, with a suggestion."""
-    from lsds.plugins.registry import did_you_mean
+    from lsds.registry.backends import did_you_mean
     from lsds.testing import cases
 
     known = [case.name for case in cases(bench)]

@@ -9,7 +9,7 @@ import click
 
 from lsds.cli.output import json_flag, table, write_json
 from lsds.contracts import DEVICE_KINDS
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 CAMERAS = Path("/dev/v4l/by-id")
 SERIAL_PORTS = Path("/dev/serial/by-id")

@@ -8,7 +8,7 @@ import threading
 from pathlib import Path
 from typing import NoReturn
 
-from lsds.calls import LEFT
+from lsds.safety.device_calls import LEFT
 
 #: How long the interpreter may take to end by itself, s.
 GRACE_S = 0.5

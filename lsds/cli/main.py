@@ -146,7 +146,7 @@ def run_command(command: click.Command, name: str, arguments: Sequence[str] | No
             raise
         return _explain(error)
     except ModuleNotFoundError as error:
-        from lsds.extras import explained
+        from lsds.support.extras import explained
 
         missing = None if "--debug" in arguments else explained(error)
         if missing is None:

@@ -13,8 +13,8 @@ from lsds.cli.plugged import host_of
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
-    from lsds.plugins.host import PluginHost
-    from lsds.plugins.registry import Backend
+    from lsds.registry.backends import Backend
+    from lsds.registry.host import PluginHost
 
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 

@@ -21,8 +21,8 @@ from lsds.errors import ConfigError, ConfigIssue, DataError, DeviceError
 
 if TYPE_CHECKING:
     from lsds.contracts.wire import WireMock
-    from lsds.plugins.host import PluginHost
-    from lsds.plugins.registry import Backend
+    from lsds.registry.backends import Backend
+    from lsds.registry.host import PluginHost
 
 
 def serve(
@@ -50,7 +50,7 @@ def serve_rig(path: Path, overrides: tuple[str, ...], *, as_json: bool) -> None:
 
     Raises ConfigError if its cell starts none, ConnectFailed if one does not start, DeviceError if one stops.
     """
-    from lsds.rig import build_cell
+    from lsds.runtime.rig import build_cell
 
     config = load_config(path, overrides)
     cell = build_cell(config, WallClock())

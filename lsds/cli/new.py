@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from lsds.scaffold.plan import PLANS
+from lsds.cli.scaffold.plan import PLANS
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -32,8 +32,8 @@ def new(kind: str, name: str, out: Path | None, distribution: str, force: bool) 
       lsds new detector acme-area --distribution acme-area
       lsds new controller acme-pid --force
     """
-    from lsds.scaffold.names import names_of
-    from lsds.scaffold.write import next_commands, write
+    from lsds.cli.scaffold.names import names_of
+    from lsds.cli.scaffold.write import next_commands, write
 
     names = names_of(kind, name, distribution)
     folder = Path(names.distribution) if out is None else out
@@ -49,7 +49,7 @@ def new(kind: str, name: str, out: Path | None, distribution: str, force: bool) 
 
 def _claims(kind: str, name: str) -> list[str]:
     """Return a warning for each installed distribution that offers a backend of that kind and name."""
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
     remedy = "a config then has to name DISTRIBUTION:NAME"
     return [

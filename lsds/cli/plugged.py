@@ -9,13 +9,13 @@ import click
 from lsds.errors import ContractMismatch, PluginError
 
 if TYPE_CHECKING:
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
 
 def host_of(ctx: click.Context) -> PluginHost:
     """Return the plugin host of this command line: `obj` if it was called with one, else that of the installed
     plugins."""
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
     root = ctx.find_root()
     if not isinstance(root.obj, PluginHost):

@@ -9,8 +9,8 @@ import click
 from lsds.cli.output import plain, table, write_json
 from lsds.contracts.kinds import KINDS
 from lsds.errors import PluginNotFound
-from lsds.plugins.host import PluginHost
-from lsds.plugins.registry import Backend, did_you_mean
+from lsds.registry.backends import Backend, did_you_mean
+from lsds.registry.host import PluginHost
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -28,7 +28,7 @@ def show(name: str, kind: str | None, as_json: bool) -> None:
       lsds plugins show fused --kind detector
       lsds plugins show lsds:mock-hand-e --json
     """
-    from lsds.plugins.describe import described
+    from lsds.registry.describe import described
 
     host = PluginHost()
     found = [described(backend, host) for backend in _named(name, kind, host)]
@@ -86,7 +86,7 @@ def _text(backend: dict[str, Any]) -> str:
 
 
 def _row(option: dict[str, Any]) -> tuple[str, ...]:
-    from lsds.plugins.containment import one_line
+    from lsds.registry.containment import one_line
 
     default = "required" if option["required"] else one_line(repr(option["default"]))
     return option["name"], option["type"], default, option["unit"], option["description"]

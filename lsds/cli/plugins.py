@@ -9,9 +9,9 @@ import click
 from lsds.cli.output import json_flag, require_known, table, write_json
 from lsds.cli.plugin_show import show
 from lsds.contracts.kinds import KINDS
-from lsds.plugins.containment import one_line
-from lsds.plugins.host import PluginHost
-from lsds.plugins.registry import Backend
+from lsds.registry.backends import Backend
+from lsds.registry.containment import one_line
+from lsds.registry.host import PluginHost
 
 
 class PluginsGroup(click.Group):

@@ -14,8 +14,8 @@ from lsds.cli.threads import one_thread
 from lsds.errors import PluginError
 
 if TYPE_CHECKING:
-    from lsds.plugins.host import PluginHost
-    from lsds.plugins.registry import Backend
+    from lsds.registry.backends import Backend
+    from lsds.registry.host import PluginHost
 
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 

@@ -13,11 +13,11 @@ from lsds.cli.progress import Progress
 from lsds.cli.threads import one_thread
 from lsds.contracts.study import StudyTable
 from lsds.errors import DataError, MissingExtra
-from lsds.extras import explained
+from lsds.support.extras import explained
 
 if TYPE_CHECKING:
     from lsds.contracts.study import StudyResult
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
 
 def run_study(host: PluginHost, name: str, options: Mapping[str, Any], seed: int, doing: str) -> StudyResult:

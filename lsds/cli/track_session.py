@@ -12,9 +12,9 @@ import numpy as np
 from lsds.cli.threads import processes
 from lsds.config import load_config
 from lsds.errors import DataError, LsdsError
-from lsds.plugins import PluginHost
-from lsds.processes import DIED, spread
-from lsds.tracking import TrackResult, track
+from lsds.registry import PluginHost
+from lsds.session.track import TrackResult, track
+from lsds.support.processes import DIED, spread
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg")
 #: A reference with at least this many markers shows a whole pad; with fewer it is zoomed or cropped.
@@ -82,7 +82,7 @@ def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 def draw(result: TrackResult, path: Path) -> None:
     """Write the picture of a recording. Raises DataError where the file cannot be written."""
-    from lsds.plots.track_plot import plot_track
+    from lsds.session.pictures.track import plot_track
 
     try:
         plot_track(path, result)

@@ -9,11 +9,11 @@ from typing import Any
 from lsds.config.model import FaultSection, FingerSection, RigConfig
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import ConfigIssue, PluginConflict, PluginError, PluginNotFound
-from lsds.plugins.containment import diverted
-from lsds.plugins.host import PluginHost
-from lsds.plugins.loading import upgrade_or_block
-from lsds.plugins.options import table_issues
-from lsds.plugins.registry import NO_DEVICE, did_you_mean
+from lsds.registry.backends import NO_DEVICE, did_you_mean
+from lsds.registry.containment import diverted
+from lsds.registry.host import PluginHost
+from lsds.registry.loading import upgrade_or_block
+from lsds.registry.options import table_issues
 
 
 def backend_issues(data: dict[str, Any], host: PluginHost) -> Iterator[ConfigIssue]:

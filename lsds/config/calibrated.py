@@ -18,7 +18,7 @@ from lsds.contracts.kinds import CONFIG_KINDS
 from lsds.errors import ConfigError, ConfigIssue
 
 if TYPE_CHECKING:
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
 KEY = "calibration"
 PLAIN = ("tactile", "grip")

@@ -10,7 +10,7 @@ from lsds.config import toml
 from lsds.config.model import RigConfig
 from lsds.config.own import with_own_backends
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 
 def example_config(config: RigConfig | None = None, host: PluginHost | None = None) -> str:

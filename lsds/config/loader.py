@@ -16,8 +16,8 @@ from lsds.config.own import with_own_backends
 from lsds.config.reading import EDITORS_KEY, read_toml
 from lsds.contracts.kinds import CONFIG_KINDS
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.plugins.host import PluginHost
-from lsds.plugins.options import issues_of
+from lsds.registry.host import PluginHost
+from lsds.registry.options import issues_of
 
 
 def load_config(

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, create_model, model_validator
 
 from lsds.contracts.kinds import CONFIG_KINDS, KINDS, Kind
-from lsds.deadlines import DeadlineOptions
+from lsds.contracts.task import TaskOptions
 from lsds.grip.options import GripOptions
-from lsds.plugins.registry import NO_DEVICE
-from lsds.safety import SafetyOptions
+from lsds.registry.backends import NO_DEVICE
+from lsds.safety.deadlines import DeadlineOptions
+from lsds.safety.guard import SafetyOptions
 from lsds.tactile.options import TactileOptions
-from lsds.task import TaskOptions
 
 
 class BackendSection(BaseModel):

@@ -6,7 +6,7 @@ from typing import Any
 
 from lsds.config.model import BackendSection, RigConfig
 from lsds.contracts.kinds import CONFIG_KINDS, Kind
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 
 def with_own_backends(config: RigConfig, host: PluginHost) -> RigConfig:

@@ -9,10 +9,10 @@ from lsds.config.model import RigConfig
 from lsds.config.reading import EDITORS_KEY
 from lsds.contracts.kinds import CONFIG_KINDS, OPTIONAL_KINDS, Kind
 from lsds.errors import PluginError
-from lsds.plugins.containment import one_line
-from lsds.plugins.host import PluginHost
-from lsds.plugins.loading import upgrade_or_block
-from lsds.plugins.registry import NO_DEVICE, Backend
+from lsds.registry.backends import NO_DEVICE, Backend
+from lsds.registry.containment import one_line
+from lsds.registry.host import PluginHost
+from lsds.registry.loading import upgrade_or_block
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -60,7 +60,7 @@ class BuildContext:
 
     `seed` is the seed of the run; derive streams from it with `rng_seed`, so that adding a device does not change the
     noise of another. `shared` returns one object per key for the whole rig. Device mocks share the rig's plant, see
-    `lsds.plant.join`. `default_cell` builds the cell that they join if the rig names none.
+    `lsds.contracts.plant.join`. `default_cell` builds the cell that they join if the rig names none.
     """
 
     clock: Clock

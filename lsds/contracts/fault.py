@@ -14,7 +14,7 @@ class Fault(Protocol):
 
     A fault with an option `severity` takes 1 (hardly noticed) to 5 (the worst). Answers keep their type, and arrays
     their shape and type; errors are LsdsErrors. A fault that breaks this on purpose declares it with an attribute
-    `malformed`, true. `lsds.stages.shared_stages(context)` holds the stages that have begun.
+    `malformed`, true. `lsds.contracts.stages.shared_stages(context)` holds the stages that have begun.
     """
 
     @property

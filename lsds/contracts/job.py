@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from lsds.contracts.cycle import Cycle
     from lsds.contracts.devices import Cell
     from lsds.contracts.finger import FingerCycle
+    from lsds.contracts.task import TaskOptions
     from lsds.contracts.values import ArmSpec, ArmState, GripperSpec, GripperState, PoseSample, Slide, Twist
-    from lsds.task import TaskOptions
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """The plant of a simulated cell as device mocks see it: what they read, what they drive, and how time passes.
 
-`lsds.plant.join` returns the plant of a rig. Lengths are in metres, forces in newtons per finger, times in nanoseconds
+`join` returns the plant of a rig. Lengths are in metres, forces in newtons per finger, times in nanoseconds
 on the rig's clock. In the plane of a pad, x is right and y down in the sensor's image; the origin is the pad's centre.
 """
 
@@ -11,10 +11,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 from lsds.contracts.values import Pose, Twist, Vector2
+from lsds.errors import ConfigError, ConfigIssue
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from lsds.contracts.backend import BuildContext
 
 
 class Moment(NamedTuple):
@@ -186,3 +189,17 @@ class Plant(Protocol):
         `Motion.drive_fingers` and `hold_fingers` then have no effect: actions change the gripper's own object.
         """
         ...
+
+
+def join(context: BuildContext) -> Plant:
+    """Return the plant of the rig's cell, or of the default cell if the rig names none. Call it in a device's factory.
+
+    Declare the device with `BackendSpec(in_cell=True, virtual_time=True)`. Raises ConfigError if there is no cell, or
+    if its plant is not in this process; PluginError if the default cell cannot be built.
+    """
+    cell = context.cell()
+    if isinstance(cell, Plant):
+        return cell
+    problem = f"{type(cell).__name__} has no plant in this process" if cell is not None else "there is no cell"
+    remedy = 'choose one that device mocks can join: [cell] backend = "simulated"'
+    raise ConfigError("rig", [ConfigIssue("cell.backend", f"a device joins the simulated cell, and {problem}", remedy)])

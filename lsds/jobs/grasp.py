@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Protocol
 from lsds.clock import nanoseconds
 from lsds.contracts import Grip
 from lsds.errors import SafetyStop
-from lsds.jobs.touch import TouchGrasp
+from lsds.jobs.find_touch import TouchGrasp
 from lsds.tactile.touch import TouchFinder
 
 if TYPE_CHECKING:
     from lsds.contracts import Setting, Situation
-    from lsds.task import TaskOptions
+    from lsds.contracts.task import TaskOptions
 
 
 GRASP_STAGES = ("reference", "approach", "back off", "touch", "squeeze", "grasp")

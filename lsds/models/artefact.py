@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import DataError, ModelError
-from lsds.files import write_whole
 from lsds.models.intervals import NORMAL_90, Factors
 from lsds.models.signals import UNITS, signal_names
+from lsds.support.files import write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,14 +11,14 @@ from typing import Any
 from lsds.clock import perf_ns, seconds
 from lsds.config import RigConfig, load_config
 from lsds.contracts import CellTruth, Cycle, Frame, Job, MarkerReference
-from lsds.engine import Engine
+from lsds.contracts.stages import Stages
 from lsds.errors import LsdsError, PluginError
-from lsds.observers import Observers
-from lsds.rig import Rig, require_moments
+from lsds.runtime.engine import Engine
+from lsds.runtime.observers import Observers
+from lsds.runtime.rig import Rig, require_moments
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
-from lsds.stages import Stages
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Session:
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
         from lsds.errors import DataError
-        from lsds.session.picture import plot_run
+        from lsds.session.pictures.run import plot_run
 
         if self.reference_frame is None or self.reference is None:
             return

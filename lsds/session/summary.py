@@ -15,9 +15,9 @@ from lsds.contracts import FidelityReporting
 
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
-    from lsds.engine import Engine
-    from lsds.histogram import LogHistogram
-    from lsds.rig import Rig
+    from lsds.runtime.engine import Engine
+    from lsds.runtime.histogram import LogHistogram
+    from lsds.runtime.rig import Rig
     from lsds.session.record import Sample
 
 #: Slip speeds below this count as no slip, m/s.

@@ -17,14 +17,14 @@ import numpy as np
 
 from lsds.clock import nanoseconds
 from lsds.errors import DataError
+from lsds.safety.monitors import Freshness
 from lsds.tactile.unrest import Unrest
-from lsds.watches import Freshness
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import Frame, MarkerTracks, SensorSpec
-    from lsds.safety import SafetyOptions
+    from lsds.safety.guard import SafetyOptions
 
 #: Time that a camera may take for its first frame, s.
 FIRST_FRAME_S = 3.0

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lsds.answers import sound_tracks
 from lsds.contracts import Observation
+from lsds.safety.validation import sound_tracks
 from lsds.tactile.contact_load import load_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor

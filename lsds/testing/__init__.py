@@ -39,7 +39,7 @@ __all__ = ["Bench", "Case", "CheckResult", "cases", "conformance", "run_checks"]
 def __getattr__(name: str) -> Any:
     import importlib
 
-    from lsds.extras import require
+    from lsds.support.extras import require
 
     if name not in _HOMES:
         raise AttributeError(f"module 'lsds.testing' has no attribute '{name}'; it has {', '.join(__all__)}")

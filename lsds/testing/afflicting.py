@@ -10,7 +10,7 @@ from typing import Any
 from lsds.clock import VirtualClock, seconds
 from lsds.contracts import BuildContext
 from lsds.contracts.fault import OBSERVER
-from lsds.stages import START, shared_stages
+from lsds.contracts.stages import START, shared_stages
 from lsds.testing.algorithms import writable
 from lsds.testing.bench import Bench
 from lsds.testing.exact import exact, shown

@@ -12,7 +12,7 @@ from lsds.contracts.backend import BuildContext
 from lsds.contracts.devices import Lifecycle
 from lsds.contracts.kinds import Kind
 from lsds.errors import StaleData
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 T = TypeVar("T")
 

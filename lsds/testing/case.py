@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from lsds.contracts.kinds import Kind
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds.testing.bench import Bench
 from lsds.testing.outcomes import NEEDS, CheckResult, Needs, NotApplicable
 from lsds.testing.pytest_plugin import SKIPPED

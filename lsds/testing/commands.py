@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import click
 
-from lsds.processes import isolated_environment, module_command
+from lsds.support.processes import isolated_environment, module_command
 from lsds.testing.bench import Bench
 from lsds.testing.help_probe import FOUND
 

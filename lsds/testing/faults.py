@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from lsds.contracts.fault import OBSERVER
 from lsds.contracts.kinds import KINDS
+from lsds.contracts.stages import NEVER
 from lsds.errors import ConfigError, LsdsError
-from lsds.stages import NEVER
 from lsds.testing.afflicting import (
     DEVICES,
     Afflicted,
@@ -36,7 +36,7 @@ def check_afflicts_a_part_of_a_rig(bench: Bench) -> None:
     fault = afflicted.fault
     named = fault.target, fault.moment
     names_a_stage = isinstance(fault.moment, str) and bool(fault.moment)
-    assert names_a_stage, f"moment is {fault.moment!r}; return the name of a stage, or lsds.stages.START"
+    assert names_a_stage, f"moment is {fault.moment!r}; return the name of a stage, or lsds.contracts.stages.START"
     list(afflicted.outcomes())
     now = fault.target, fault.moment
     assert now == named, f"target and moment were {named} and are {now}; take them from the options, once"
@@ -120,7 +120,7 @@ def check_nothing_changes_before_its_moment(bench: Bench) -> None:
     afflicted, bare = Afflicted(bench), Afflicted(bench, bare=True)
     difference = first_difference(list(afflicted.outcomes(begins=False)), list(bare.outcomes(begins=False)))
     moment = afflicted.fault.moment
-    remedy = f"do what the part does until lsds.stages.shared_stages(context).began_ns({moment!r}) is a time"
+    remedy = f"do what the part does until lsds.contracts.stages.shared_stages(context).began_ns({moment!r}) is a time"
     assert not difference, f"before its moment {moment!r}, with the fault against without, {difference}; {remedy}"
     difference = log_difference(afflicted.part, bare.part)
     assert not difference, f"before its moment {moment!r}, with the fault against without, {difference}; {remedy}"

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import IO, Any
 
 from lsds.errors import ConnectFailed
-from lsds.processes import isolated_environment, module_command
+from lsds.support.processes import isolated_environment, module_command
 
 START_S = 30.0
 STOP_S = 5.0

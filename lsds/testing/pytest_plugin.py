@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from lsds.clock import VirtualClock
-    from lsds.plugins.host import PluginHost
-    from lsds.rig import Rig
+    from lsds.registry.host import PluginHost
+    from lsds.runtime.rig import Rig
 
 SKIPPED = "lsds check needs"
 """Beginning of the reason with which a check is skipped, before the key of `lsds.testing.outcomes.NEEDS`."""
@@ -49,7 +49,7 @@ def lsds_rig(lsds_faults: Any) -> Iterator[Callable[..., Rig]]:
     def build(*overrides: str, host: PluginHost | None = None, clock: Any = None, **keys: Any) -> Rig:
         from lsds.config.loader import load_config
         from lsds.config.overrides import override_texts
-        from lsds.rig import Rig
+        from lsds.runtime.rig import Rig
 
         if lsds_faults.tables:
             keys["faults"] = lsds_faults.tables
@@ -69,7 +69,7 @@ def lsds_cell(lsds_rig: Callable[..., Rig]) -> Any:
 
     Skips the test if no simulated cell is installed.
     """
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
     host = PluginHost()
     found = [backend for backend in host.backends if (backend.spec.kind, backend.spec.name) == ("cell", "simulated")]
@@ -112,7 +112,7 @@ def isolated_plugins(monkeypatch: pytest.MonkeyPatch) -> Callable[..., PluginHos
     def build(*manifests: Any) -> PluginHost:
         import importlib
 
-        from lsds.plugins.host import BLOCK_VARIABLE, PluginHost
+        from lsds.registry.host import BLOCK_VARIABLE, PluginHost
 
         monkeypatch.delenv(BLOCK_VARIABLE, raising=False)
         host = PluginHost(entry_points=[])

@@ -23,7 +23,7 @@ from lsds.contracts import (
     Twist,
     Wanted,
 )
-from lsds.task import TaskOptions
+from lsds.contracts.task import TaskOptions
 from lsds.testing.gel import Press, draw, grid_px
 from lsds.testing.grips import ABSTAINS, TOUCH_M
 from lsds.testing.stimulus import FRAME_NS, cycles

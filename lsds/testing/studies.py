@@ -11,9 +11,9 @@ from typing import Any
 from lsds.clock import WallClock, perf_ns, seconds
 from lsds.contracts.backend import BuildContext
 from lsds.errors import MissingExtra
-from lsds.extras import explained
-from lsds.plugins.containment import diverted
-from lsds.plugins.options import validated
+from lsds.registry.containment import diverted
+from lsds.registry.options import validated
+from lsds.support.extras import explained
 from lsds.testing.audit import audited
 from lsds.testing.bench import Bench
 from lsds.testing.comparing import alike

@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from lsds.errors import ConnectFailed, DeviceError
-from lsds.processes import isolated_environment, module_command
+from lsds.support.processes import isolated_environment, module_command
 
 START_TIMEOUT_S = 20.0
 STOP_TIMEOUT_S = 5.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lsds.contracts import BackendSpec, Kind
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 _TRACKERS = "lsds_plugins.trackers"
 _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {

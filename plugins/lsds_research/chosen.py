@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 if TYPE_CHECKING:
     from lsds.contracts import Kind
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
 
 
 M = TypeVar("M", bound=BaseModel)

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from lsds.errors import DataError
-from lsds.extras import require
-from lsds.processes import spread
+from lsds.support.extras import require
+from lsds.support.processes import spread
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

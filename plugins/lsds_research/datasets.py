@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.extras import require
-from lsds.files import write_whole
 from lsds.models.signals import SIGNALS, UNITS
+from lsds.support.extras import require
+from lsds.support.files import write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

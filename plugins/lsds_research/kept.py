@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from lsds.errors import DataError
-from lsds.processes import DIED
+from lsds.support.processes import DIED
 from lsds_research.cluster import shared_out
 
 Row = dict[str, Any]

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lsds.cli.threads import one_thread, processes
-from lsds.processes import DIED, spread
+from lsds.support.processes import DIED, spread
 
 if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
@@ -56,7 +56,7 @@ def train(which: tuple[str, str], folder: str) -> str:
     """Train one model; return the scores of its card."""
     from lsds_plugins.models import model_path
 
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
     from lsds_research.datasets import load, merged
     from lsds_research.evaluation.detection import THRESHOLD
     from lsds_research.evaluation.fitting import Model
@@ -114,7 +114,7 @@ def _write_reliability(folder: Path) -> int:
 
     from lsds_plugins.models import model_path
 
-    from lsds.files import write_whole
+    from lsds.support.files import write_whole
     from lsds_research.datasets import load, merged
     from lsds_research.slips.folder import labels_of, read_folder, scored_only
     from lsds_research.slips.refit import refitted

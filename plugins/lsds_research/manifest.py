@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 _LEARNERS = (
     ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest with the paper's settings"),

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lsds.tracking import UNASKED, engine_of
+from lsds.session.track import UNASKED, engine_of
 
 if TYPE_CHECKING:
-    from lsds.engine import Engine
+    from lsds.runtime.engine import Engine
 
 WHOLE_PAD = 50
 """A pad with at least this many dots in view is seen as a whole; one with fewer is zoomed in."""

@@ -15,7 +15,7 @@ from lsds.cli.calibrate import calibrate
 from lsds.config import load_config
 from lsds.contracts import ContactLoad, Grip, GripperState, Situation, Wanted
 from lsds.errors import ConfigError, DataError
-from lsds.tracking import only_watching
+from lsds.session.track import only_watching
 
 
 def loads(*forces_n):

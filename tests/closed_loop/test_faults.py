@@ -14,10 +14,10 @@ from lsds.cli.faults import faults_override
 from lsds.clock import VirtualClock
 from lsds.config import load_config
 from lsds.contracts import BuildContext, Frame
+from lsds.contracts.stages import Stages, shared_stages
 from lsds.errors import ConfigError, StaleData
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds.session.run import run
-from lsds.stages import Stages, shared_stages
 
 ROOT = Path(__file__).resolve().parents[2]
 

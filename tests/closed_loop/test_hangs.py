@@ -8,7 +8,7 @@ import pytest
 
 import lsds
 from lsds.errors import BringUpError, CallHangs, SafetyStop
-from lsds.rig import Rig
+from lsds.runtime.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 QUICK = ("cell.simulated.fidelity=winkler", "task.grip_aperture_m=0.0236", "task.lift_s=4.0")

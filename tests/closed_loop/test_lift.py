@@ -9,9 +9,9 @@ from lsds_plugins.jobs.lift import LiftJob
 from pydantic import ValidationError
 
 from lsds.contracts import Setting, Situation
+from lsds.contracts.task import TaskOptions
 from lsds.errors import SafetyStop
 from lsds.session.run import run
-from lsds.task import TaskOptions
 
 MS = 1_000_000
 ORDER = ["reference", "grasp", "settle", "lift", "hold", "done"]

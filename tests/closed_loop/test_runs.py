@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from lsds.config import load_config
-from lsds.engine import Engine
 from lsds.errors import SafetyStop
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 from lsds.session.record import RunRecord
 from lsds.session.run import run as run_session
 from lsds.session.truth_log import TruthLog

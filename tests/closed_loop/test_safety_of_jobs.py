@@ -14,10 +14,10 @@ from lsds_research.collecting.trials import trials
 
 from lsds.config import load_config
 from lsds.contracts import Frame, Grip, Twist, Wanted
-from lsds.engine import Engine
 from lsds.errors import DeviceError, PluginError, SafetyStop, StaleData
 from lsds.jobs import HoldJob, WatchJob
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 QUICK = ("cell.simulated.fidelity=winkler", "task.grip_aperture_m=0.0236", "task.lift_s=4.0", "task.timeout_s=3.0")

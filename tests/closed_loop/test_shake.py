@@ -17,10 +17,10 @@ from lsds.calibration.sources import built, by_hand, watched_hand, watched_rig
 from lsds.cli.main import main
 from lsds.config import RigConfig, load_config
 from lsds.contracts import ArmState, Pose, Setting, Situation, Twist
+from lsds.contracts.task import TaskOptions
 from lsds.errors import ConfigError, DataError
-from lsds.rig import Rig
+from lsds.runtime.rig import Rig
 from lsds.session.run import run
-from lsds.task import TaskOptions
 from tests.tactile.render import pad_positions, render
 from tests.video_files import write_video
 

@@ -11,11 +11,11 @@ from pydantic import BaseModel, ConfigDict
 
 from lsds.config import check_config
 from lsds.contracts import BackendSpec, Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
-from lsds.engine import Engine
+from lsds.contracts.lifecycle import LifecycleGuard
+from lsds.contracts.plant import join
 from lsds.errors import CommandExpired, ConfigError, LimitExceeded
-from lsds.lifecycle import LifecycleGuard
-from lsds.plant import join
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 from lsds.testing import Bench, cases
 
 pytestmark = pytest.mark.usefixtures("installed_host")

@@ -80,7 +80,7 @@ class GoneCamera:
 
 
 def test_a_pose_source_that_disappears_is_named_with_its_figure(monkeypatch):
-    from lsds.rig import Rig
+    from lsds.runtime.rig import Rig
 
     build = Rig._build
 

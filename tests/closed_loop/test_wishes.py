@@ -7,10 +7,10 @@ import math
 import pytest
 
 import lsds
-from lsds.actuation import Actuation
 from lsds.clock import VirtualClock, WallClock
 from lsds.contracts import GripperState
 from lsds.errors import CommandExpired, PluginError, SafetyStop
+from lsds.runtime.actuation import Actuation
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 WINKLER = "cell.simulated.fidelity=winkler"

@@ -20,8 +20,8 @@ from lsds.contracts import (
     SensorSpec,
     Twist,
 )
+from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import CommandExpired, ConnectionLost, LimitExceeded
-from lsds.lifecycle import LifecycleGuard
 from lsds.testing import gel
 
 

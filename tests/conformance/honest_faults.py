@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from lsds.contracts.stages import START, shared_stages
 from lsds.errors import DeviceTimeout
-from lsds.stages import START, shared_stages
 
 
 class Options(BaseModel):

@@ -126,7 +126,7 @@ class BeginsAtOnce(OffsetFault):
 class BeginsWithAnyStage(OffsetFault):
     @property
     def on(self):
-        from lsds.stages import shared_stages
+        from lsds.contracts.stages import shared_stages
 
         return bool(shared_stages(self.context).names)
 

@@ -16,7 +16,7 @@ from fake_cell import plugin
 from honest import HonestController, HonestDetector, HonestEstimator, HonestJob, HonestTracker
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.testing import Bench, cases
 from lsds.testing import algorithms as every
 from lsds.testing.process_state import kept_state

@@ -11,7 +11,7 @@ from fake_cell import plugin
 from honest_devices import HonestArm, HonestGripper, HonestPoses, HonestSensor
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.testing import Bench, cases
 from lsds.testing.tables import name_of
 

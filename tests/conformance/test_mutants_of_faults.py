@@ -9,7 +9,7 @@ from fake_cell import plugin
 from honest_faults import HONEST_FAULTS, Options
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.testing import Bench, cases
 
 

@@ -12,7 +12,7 @@ from fake_cell import plugin
 from honest_study import HonestStudy, honest_command, honest_group
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.testing import Bench, cases, run_checks
 
 

@@ -7,7 +7,7 @@ import typing
 import pytest
 from pydantic import ValidationError
 
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.tactile.options import TactileOptions
 
 HOST = PluginHost()

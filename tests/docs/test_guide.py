@@ -17,7 +17,7 @@ from lsds.clock import WallClock
 from lsds.config import load_config
 from lsds.contracts import KINDS, BuildContext
 from lsds.errors import ConfigError, ConnectFailed
-from lsds.rig import Rig
+from lsds.runtime.rig import Rig
 from lsds.session.run import _run
 from lsds.testing import Bench, run_checks
 

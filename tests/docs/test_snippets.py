@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from lsds.config import check_config
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]

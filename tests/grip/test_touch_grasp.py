@@ -11,11 +11,11 @@ import pytest
 from lsds_research.collecting.objects import PLANS
 
 from lsds.contracts import Contact, ContactPatch, GripperSpec, GripperState, Setting, Situation, Wanted
+from lsds.contracts.task import TaskOptions
 from lsds.errors import SafetyStop
+from lsds.jobs.find_touch import TouchGrasp
 from lsds.jobs.grasp import Grasp, begin_grasp
-from lsds.jobs.touch import TouchGrasp
 from lsds.session.run import run
-from lsds.task import TaskOptions
 
 pytestmark = pytest.mark.usefixtures("installed_host")
 MS = 1_000_000

@@ -11,10 +11,10 @@ from lsds_plugins.jobs.slide import SlideJob, SlideOptions
 
 from lsds.cli.main import main
 from lsds.contracts import ABSTAINED, Setting, Slide
+from lsds.contracts.task import TaskOptions
 from lsds.errors import ConfigError
 from lsds.grip.wanted_slip import WantedSlip
 from lsds.session.run import run
-from lsds.task import TaskOptions
 from tests.grip.test_belief_control import Grip
 
 SLOWLY = Slide(0.01)

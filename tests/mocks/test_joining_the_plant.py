@@ -1,4 +1,4 @@
-"""A device mock of another distribution joins the simulated cell through `lsds.plant` and nothing else."""
+"""A device mock of another distribution joins the simulated cell through `lsds.contracts.plant` and nothing else."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import pytest
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.contracts.plant import Plant
+from lsds.contracts.plant import Plant, join
 from lsds.errors import ConfigError, PluginNotFound
-from lsds.plant import join
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 MS = 1_000_000
 

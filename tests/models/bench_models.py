@@ -29,8 +29,8 @@ from lsds.config import load_config  # noqa: E402
 from lsds.contracts import BuildContext  # noqa: E402
 from lsds.errors import ModelError  # noqa: E402
 from lsds.models.artefact import Card, save  # noqa: E402
-from lsds.plugins import PluginHost  # noqa: E402
-from lsds.rig import Rig  # noqa: E402
+from lsds.registry import PluginHost  # noqa: E402
+from lsds.runtime.rig import Rig  # noqa: E402
 from lsds.tactile.perception import Perception  # noqa: E402
 
 KINDS = {"detect": "detector", "estimate": "estimator"}

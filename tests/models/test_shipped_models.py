@@ -18,7 +18,7 @@ from lsds.models.artefact import load
 from lsds.models.intervals import NORMAL_90
 from lsds.models.signals import Picker
 from lsds.models.window import Window
-from lsds.tracking import watch
+from lsds.session.track import watch
 
 SHIPPED = [
     *(("detect", name) for name in make.SHIPPED["detection"]),

@@ -6,7 +6,7 @@ FILES = {
     "acme_hangs/__init__.py": "",
     "acme_hangs/manifest.py": """
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 
 @hookimpl

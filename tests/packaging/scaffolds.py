@@ -10,10 +10,10 @@ from pathlib import Path
 
 from installed import FIRST_PARTY
 
-from lsds.plugins import PluginHost
-from lsds.scaffold.names import Names, names_of
-from lsds.scaffold.plan import PLANS
-from lsds.scaffold.write import write
+from lsds.cli.scaffold.names import Names, names_of
+from lsds.cli.scaffold.plan import PLANS
+from lsds.cli.scaffold.write import write
+from lsds.registry import PluginHost
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = [str(ROOT), *(str(ROOT / folder) for folder in ("plugins", "drivers", "mocks"))]

@@ -11,7 +11,7 @@ import inspect
 from collections.abc import Iterator
 from pathlib import Path
 
-MODULES = ("lsds", "lsds.contracts", "lsds.plugins", "lsds.plant", "lsds.testing")
+MODULES = ("lsds", "lsds.contracts", "lsds.registry", "lsds.contracts.plant", "lsds.testing")
 STORED = Path(__file__).with_name("surface.txt")
 
 

@@ -24,7 +24,9 @@ def test_the_top_imports_nothing_heavy(code):
     assert not loaded & {"numpy", "pydantic", "pluggy", "hypothesis", "pytest"}
 
 
-@pytest.mark.parametrize("code", ["import lsds.config", "import lsds.rig", "from lsds.plugins import PluginHost"])
+@pytest.mark.parametrize(
+    "code", ["import lsds.config", "import lsds.runtime.rig", "from lsds.registry import PluginHost"]
+)
 def test_building_a_rig_imports_no_vision_and_no_test_library(code):
     assert not modules_after(code) & (HEAVY | {"hypothesis", "pytest"})
 

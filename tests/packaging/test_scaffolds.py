@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 from scaffolds import SOURCES, write_all
 
+from lsds.cli.scaffold.names import names_of
+from lsds.cli.scaffold.plan import PLANS
+from lsds.cli.scaffold.write import write
 from lsds.config import check_config
-from lsds.engine import Engine
-from lsds.rig import Rig
-from lsds.scaffold.names import names_of
-from lsds.scaffold.plan import PLANS
-from lsds.scaffold.write import write
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 from lsds.testing import Bench, cases
 
 pytest.importorskip("jinja2")

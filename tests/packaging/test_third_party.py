@@ -13,7 +13,7 @@ FILES = {
     "acme_lsds/__init__.py": "",
     "acme_lsds/manifest.py": """
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 
 @hookimpl

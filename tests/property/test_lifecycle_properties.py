@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import Lifecycle
+from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import LifecycleError
-from lsds.lifecycle import LifecycleGuard
 
 N, C, A, X = Lifecycle.NEW, Lifecycle.CONNECTED, Lifecycle.ARMED, Lifecycle.CLOSED
 ALLOWED = {

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.clock import VirtualClock
-from lsds.histogram import LogHistogram
-from lsds.scheduler import Scheduler
+from lsds.runtime.histogram import LogHistogram
+from lsds.runtime.scheduler import Scheduler
 
 periods = st.integers(1, 400)
 

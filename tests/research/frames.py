@@ -9,7 +9,7 @@ from tactile.scenes import SCALE, make_reference, tracks_of
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, ContactPatch, Observation
 from lsds.models.artefact import Card, save
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
 

@@ -22,9 +22,9 @@ from lsds_research.studies.slide import Slid, SlideOptions
 from lsds.config import load_config
 from lsds.contracts import BackendSpec
 from lsds.errors import ConfigError, PluginConflict
-from lsds.plugins import PluginHost
-from lsds.plugins import host as host_module
-from lsds.rig import Rig
+from lsds.registry import PluginHost
+from lsds.registry import host as host_module
+from lsds.runtime.rig import Rig
 
 PACKAGES = ("plugins", "drivers", "mocks", "research")
 CLAIMED = {

@@ -15,10 +15,10 @@ from lsds_research.collecting.objects import FORCES_N, PIPE, PLANS, SEEN, UNSEEN
 from lsds_research.collecting.trials import SPEEDS_M_S, STUDY, trials
 from lsds_research.datasets import COLUMNS, load, read_table
 
+from lsds.calibration.vision.rotation import pose_of
 from lsds.contracts import CellTruth, GripperState, Pose, PoseSample
 from lsds.errors import DataError, MissingExtra, SafetyStop
 from lsds.session.run import run
-from lsds.vision.rotation import pose_of
 
 FAST = ("pose_source.backend=none",)
 _done = {}

@@ -13,9 +13,9 @@ import pytest
 from lsds_research import datasets
 from lsds_research.datasets import COLUMNS, FRAMES, KEYS, LABELS, Dataset, from_rows, joined, load
 
-from lsds import files
 from lsds.errors import DataError
 from lsds.models.signals import SIGNALS, UNITS
+from lsds.support import files
 
 COUNT = 12
 

@@ -22,7 +22,7 @@ from research.synthetic import dataset
 from lsds.errors import DataError
 from lsds.models.artefact import load as load_model
 from lsds.models.intervals import conformal
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 HOST = PluginHost()
 

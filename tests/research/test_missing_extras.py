@@ -8,7 +8,7 @@ import pytest
 from research.synthetic import dataset
 
 from lsds.cli.main import main
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 HOST = PluginHost()
 

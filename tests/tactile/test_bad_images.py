@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tactile.watched_cell import FIRM_M, GRIPS_S, LOOSE_M, recorded, watched
 
-from lsds.line import PATIENCE
+from lsds.runtime.finger_pipeline import PATIENCE
 
 BOTH = pytest.mark.parametrize("backend", ["imprint", "fused"])
 Fault = Callable[[np.ndarray], np.ndarray]

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from tactile.imprinted import HEIGHT, PITCH, WIDTH, Motion, bumps, painted
 
-from lsds.line import PATIENCE
-from lsds.tracking import track
+from lsds.runtime.finger_pipeline import PATIENCE
+from lsds.session.track import track
 
 FLAT = bumps() * 0
 

@@ -10,7 +10,7 @@ import pytest
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, Frame, SensorSpec
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.tactile.options import TactileOptions
 from lsds.tactile.perception import Perception
 from lsds.tactile.working_image import WorkingImage, lamp_order

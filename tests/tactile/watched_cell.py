@@ -20,8 +20,8 @@ from lsds_mocks.devices.ur5e_options import UR5eOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import ArmCommand, BuildContext, GripperCommand, Twist
-from lsds.engine import Engine
-from lsds.tracking import engine_of
+from lsds.runtime.engine import Engine
+from lsds.session.track import engine_of
 
 MS, FAR = 1_000_000, 10**15
 LOOSE_M, FIRM_M = 0.0236, 0.0215

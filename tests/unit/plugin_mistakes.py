@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import EntryPoint
 from types import SimpleNamespace
 
-HEAD = "from lsds.contracts import BackendSpec\nfrom lsds.plugins import hookimpl\n"
+HEAD = "from lsds.contracts import BackendSpec\nfrom lsds.registry import hookimpl\n"
 GOOD_SPEC = 'BackendSpec("gripper", "bad", "fake_cell:FakeGripper", "fake_cell:Options")'
 
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lsds.answers import sound_aperture, sound_detection, sound_estimate, sound_tracks
 from lsds.contracts import ABSTAINED, Detection, MarkerTracks, SlipEstimate
 from lsds.errors import PluginError
+from lsds.safety.validation import sound_aperture, sound_detection, sound_estimate, sound_tracks
 
 TRACKS = MarkerTracks(0, 7, np.zeros((3, 2)), np.array([True, True, False]), np.zeros(3, np.uint8))
 ESTIMATE = SlipEstimate((0.0, 0.01), (0.001, 0.001), 0.0, 0.1, 0.01, 0.001)

@@ -8,9 +8,9 @@ import threading
 
 import pytest
 
-from lsds.calls import LEFT, NAME, Call, CellThread
-from lsds.deadlines import DeadlineOptions, Deadlines
 from lsds.errors import CallHangs, DeviceError
+from lsds.safety.deadlines import DeadlineOptions, Deadlines
+from lsds.safety.device_calls import LEFT, NAME, Call, CellThread
 from tests.wire.waiting import until
 
 QUICK = Call("gripper 'acme'", "read", 0.2, "deadlines.call_s")

@@ -13,7 +13,7 @@ from installed import installed_host
 from lsds.cli import check as module
 from lsds.cli.main import main
 from lsds.contracts import BackendSpec
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 
 @pytest.fixture(autouse=True)

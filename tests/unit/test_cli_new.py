@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from lsds.cli.main import main
+from lsds.cli.scaffold.names import names_of
+from lsds.cli.scaffold.plan import PLANS
 from lsds.contracts import KINDS
 from lsds.errors import ConfigError
-from lsds.scaffold.names import names_of
-from lsds.scaffold.plan import PLANS
 
 pytest.importorskip("jinja2")
 
@@ -73,7 +73,7 @@ def test_a_name_that_is_claimed_is_a_warning(tmp_path, capsys):
 
 
 def test_without_jinja_the_remedy_is_named(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("lsds.extras.importable", lambda name: name != "jinja2")
+    monkeypatch.setattr("lsds.support.extras.importable", lambda name: name != "jinja2")
     assert main(["new", "job", "acme-job", "--out", str(tmp_path / "job")]) == 3
     assert "lsds new needs jinja2, which is not installed; install with: pip install 'lsds[new]'" in (
         capsys.readouterr().err

@@ -12,7 +12,7 @@ import pytest
 
 from lsds.cli.output import plain, table, to_json, write_json
 from lsds.errors import DataError
-from lsds.safety import SafetyOptions
+from lsds.safety.guard import SafetyOptions
 
 
 class Colour(Enum):

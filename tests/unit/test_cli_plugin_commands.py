@@ -12,7 +12,7 @@ from fake_cell import plugin
 from lsds.cli.main import COMMANDS, cli, main
 from lsds.contracts import BackendSpec
 from lsds.errors import ContractMismatch, PluginConflict, PluginLoadError
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 HERE = "unit_command_plugin"
 

@@ -11,7 +11,7 @@ from lsds.cli import plugin_show
 from lsds.cli import plugins as plugins_module
 from lsds.cli.main import main
 from lsds.contracts import BackendSpec
-from lsds.plugins.describe import unit_of
+from lsds.registry.describe import unit_of
 
 
 @pytest.fixture(autouse=True)

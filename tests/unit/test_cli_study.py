@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from lsds.cli.main import cli
 from lsds.contracts import BackendSpec, StudyResult, StudyTable
 from lsds.errors import ConfigError, DataError, MissingExtra, PluginConflict
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 
 class Options(BaseModel):

@@ -13,7 +13,7 @@ from lsds.config.example import example_config
 from lsds.config.overrides import parse_override
 from lsds.contracts import BackendSpec
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 FAKES = "\n".join(f'[{kind}]\nbackend = "{section["backend"]}"' for kind, section in FAKE_RIG.items())
 

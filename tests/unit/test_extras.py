@@ -10,7 +10,7 @@ import pytest
 from lsds.cli import main as module
 from lsds.cli.main import COMMANDS, main
 from lsds.errors import LsdsError, MissingExtra
-from lsds.extras import EXTRAS, explained, importable, require
+from lsds.support.extras import EXTRAS, explained, importable, require
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from lsds.contracts import Contact, GripperState
 from lsds.errors import DeviceFault, SafetyStop
-from lsds.fingers import FingersWatch
+from lsds.safety.gripper_monitor import FingersWatch
 
 MS = 1_000_000
 TICK_M = 2.2e-4

@@ -8,7 +8,7 @@ import pytest
 
 from lsds.contracts import ABSTAINED, BackendSpec, Detection, GripEstimate, GripInput, GripTask, Slide
 from lsds.contracts.former import FormerController, as_controller
-from lsds.plugins.contract import check_contract
+from lsds.registry.contract import check_contract
 from lsds.testing.grips import grip_inputs
 
 SLIDE = Slide(0.01)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import Detection, FingerCycle, SlipEstimate
-from lsds.fusion import fused_detection, fused_estimate
+from lsds.runtime.fusion import fused_detection, fused_estimate
 
 numbers = st.floats(-0.1, 0.1)
 deviations = st.floats(1e-5, 0.1)

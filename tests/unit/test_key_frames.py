@@ -11,7 +11,7 @@ from video_files import write_video
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
-from lsds.tracking import watch
+from lsds.session.track import watch
 
 COUNT = 30
 DOTS = pad_positions()

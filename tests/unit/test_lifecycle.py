@@ -5,8 +5,8 @@ import threading
 import pytest
 
 from lsds.contracts import Lifecycle
+from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import LifecycleError
-from lsds.lifecycle import LifecycleGuard
 
 
 def armed():

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from lsds.observers import Observers
+from lsds.runtime.observers import Observers
 
 
 def test_inline_observers_see_everything_in_order():

@@ -15,8 +15,8 @@ from lsds.config.example import example_config
 from lsds.config.own import own_section, with_own_backends
 from lsds.contracts import CONFIG_KINDS, KINDS, BackendSpec
 from lsds.errors import ConfigError, PluginConflict
-from lsds.plugins import PluginHost
-from lsds.rig import Rig
+from lsds.registry import PluginHost
+from lsds.runtime.rig import Rig
 
 FIRST_PARTY = [
     (f"lsds-{package}", f"lsds_{package}.manifest") for package in ("plugins", "drivers", "mocks", "research")

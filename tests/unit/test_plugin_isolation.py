@@ -18,7 +18,7 @@ from lsds.clock import VirtualClock
 from lsds.config import check_config, json_schema
 from lsds.contracts import BackendSpec, BuildContext
 from lsds.errors import ConfigError, PluginError
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 
 GOOD = BackendSpec("gripper", "good", "fake_cell:FakeGripper", "fake_cell:Options", virtual_time=True)
 
@@ -93,7 +93,7 @@ def test_a_backend_that_cannot_be_built(mistake, with_bad):
     driver, problem, remedy = BUILT[mistake]
     options = ", 'bad_driver:Options'" if "options" in mistake else ", 'fake_cell:Options'"
     host = with_bad(
-        "from lsds.contracts import BackendSpec\nfrom lsds.plugins import hookimpl\n@hookimpl\n"
+        "from lsds.contracts import BackendSpec\nfrom lsds.registry import hookimpl\n@hookimpl\n"
         f"def lsds_backends():\n    return [BackendSpec('gripper', 'bad', 'bad_driver:Thing'{options})]",
         driver,
     )
@@ -214,7 +214,7 @@ MODELS = {
 def test_options_without_a_schema_get_an_unrestricted_table(mistake, with_bad, capsys):
     source, reason = MODELS[mistake]
     host = with_bad(
-        "from lsds.contracts import BackendSpec\nfrom lsds.plugins import hookimpl\n@hookimpl\n"
+        "from lsds.contracts import BackendSpec\nfrom lsds.registry import hookimpl\n@hookimpl\n"
         "def lsds_backends():\n    return [BackendSpec('gripper', 'bad', 'bad_driver:T', 'bad_driver:O')]",
         f"from pydantic import BaseModel, Field\nprint('loud')\n{source}\n",
     )
@@ -231,7 +231,7 @@ def test_options_without_a_schema_get_an_unrestricted_table(mistake, with_bad, c
 
 def test_a_validator_that_raises_is_an_issue_of_its_table(with_bad, fake_rig):
     host = with_bad(
-        "from lsds.contracts import BackendSpec\nfrom lsds.plugins import hookimpl\n@hookimpl\n"
+        "from lsds.contracts import BackendSpec\nfrom lsds.registry import hookimpl\n@hookimpl\n"
         "def lsds_backends():\n    return [BackendSpec('gripper', 'bad', 'bad_driver:T', 'bad_driver:O')]",
         "from pydantic import BaseModel, field_validator\nclass O(BaseModel):\n    x: int = 0\n"
         "    @field_validator('x')\n    @classmethod\n    def check(cls, value): raise KeyError('k')\n",

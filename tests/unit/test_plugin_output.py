@@ -19,15 +19,15 @@ from lsds.clock import VirtualClock
 from lsds.config import json_schema
 from lsds.contracts import BackendSpec, BuildContext
 from lsds.errors import PluginLoadError
-from lsds.plugins import PluginHost
-from lsds.plugins.containment import contained
+from lsds.registry import PluginHost
+from lsds.registry.containment import contained
 
 NOISY = """
 import os, sys
 print("hello from acme")
 os.write(1, b"bytes from acme\\n")
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 @hookimpl
 def lsds_backends():
@@ -47,7 +47,7 @@ FACTORY = """
 import ctypes, os
 print("the factory prints")
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 from pydantic import BaseModel, field_validator
 
 class Options(BaseModel):
@@ -80,7 +80,7 @@ PROGRAM = """
 import sys
 from types import SimpleNamespace
 from importlib.metadata import EntryPoint
-import lsds.plugins.host as host
+import lsds.registry.host as host
 from lsds.cli.main import main
 manifests = sys.argv.pop(1).split(",")
 host.installed_entry_points = lambda group: [EntryPoint(name, name, "lsds") for name in manifests]

@@ -10,8 +10,8 @@ from fake_cell import SPECS, FakeGripper, plugin
 from lsds.clock import VirtualClock
 from lsds.contracts import BackendSpec, BuildContext
 from lsds.errors import ConfigError, ContractMismatch, PluginConflict, PluginLoadError, PluginNotFound
-from lsds.plugins import PluginHost, hookimpl
-from lsds.plugins.contract import check_contract
+from lsds.registry import PluginHost, hookimpl
+from lsds.registry.contract import check_contract
 
 
 class FakeEntryPoint:
@@ -243,7 +243,7 @@ def test_a_proxy_that_answers_by_getattr_is_fine():
 
 def test_listing_plugins_imports_nothing_heavy():
     code = (
-        "import sys; from lsds.plugins import PluginHost; PluginHost().backends\n"
+        "import sys; from lsds.registry import PluginHost; PluginHost().backends\n"
         "heavy = {'cv2', 'torch', 'sklearn', 'matplotlib', 'scipy'} & set(sys.modules)\n"
         "assert not heavy, heavy"
     )

@@ -11,8 +11,8 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
-from lsds import processes
-from lsds.processes import spread
+from lsds.support import processes
+from lsds.support.processes import spread
 
 
 def square(number):
@@ -73,7 +73,7 @@ def test_nothing_is_lost_where_a_crash_falls_between_a_result_and_what_follows_i
 
 SLEEPER = """
 import os, sys, time
-from lsds.processes import spread
+from lsds.support.processes import spread
 def sleep(number):
     print(os.getpid(), flush=True)
     time.sleep(0.5 if number else 0.0)

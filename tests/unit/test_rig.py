@@ -9,7 +9,7 @@ from lsds.clock import VirtualClock, WallClock
 from lsds.config import check_config
 from lsds.contracts import Lifecycle
 from lsds.errors import BringUpError, ConfigError, ConnectFailed, ContractMismatch, PluginNotFound
-from lsds.rig import Rig
+from lsds.runtime.rig import Rig
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_stop_reaches_every_device_and_never_raises(build, clock):
 
 
 def test_a_device_that_hangs_in_stop_keeps_no_other_moving(build, monkeypatch):
-    monkeypatch.setattr("lsds.rig.STOP_S", 0.1)
+    monkeypatch.setattr("lsds.runtime.rig.STOP_S", 0.1)
     rig = build(clock="wall")
     rig.connect()
     monkeypatch.setattr(FakeSensor, "stop", lambda self: time.sleep(1.0))
@@ -164,7 +164,7 @@ def test_what_moves_outside_the_cell_of_a_simulated_sensor_is_refused(build):
     with pytest.raises(ConfigError, match=outside + r" \(choose 'fake-gripper'") as refused:
         build(gripper={"backend": "real-gripper"})
     assert [issue.path for issue in refused.value.issues] == ["gripper.backend"]
-    assert "lsds.plant.join" in str(refused.value)
+    assert "lsds.contracts.plant.join" in str(refused.value)
 
 
 @pytest.mark.parametrize("kind", ["pose_source", "gripper"])

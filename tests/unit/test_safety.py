@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from lsds.clock import WallClock
 from lsds.contracts import ArmCommand, GripperCommand, Twist
 from lsds.errors import LimitExceeded, SafetyStop
-from lsds.safety import Guard, SafetyOptions, Watchdog
+from lsds.safety.guard import Guard, SafetyOptions
+from lsds.safety.watchdog import Watchdog
 
 OPTIONS = SafetyOptions(
     max_grip_force_n=50, max_finger_speed_m_s=0.1, max_arm_speed_m_s=0.05, min_aperture_m=0.002, max_aperture_m=0.04

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from lsds.clock import VirtualClock, WallClock
-from lsds.scheduler import Phase, Scheduler
+from lsds.runtime.scheduler import Phase, Scheduler
 
 MS = 1_000_000
 

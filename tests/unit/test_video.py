@@ -16,9 +16,9 @@ from lsds.clock import VirtualClock
 from lsds.config import load_config
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, StaleData
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
+from lsds.session.track import track_recording
 from lsds.tactile.feature_sets import FEATURE_SETS, NAMES
-from lsds.tracking import track_recording
 from tests.tactile.render import pad_positions, render
 from tests.video_files import write_video
 

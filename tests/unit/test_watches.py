@@ -7,8 +7,8 @@ import pytest
 
 from lsds.contracts import ArmState, Contact, GripperState, Pose, Twist
 from lsds.errors import SafetyStop
+from lsds.safety.monitors import AHEAD_NS, ArrivalWatch, FollowWatch, Freshness
 from lsds.tactile.gate import RepeatedImage
-from lsds.watches import AHEAD_NS, ArrivalWatch, FollowWatch, Freshness
 
 MS = 1_000_000
 

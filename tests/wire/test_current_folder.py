@@ -8,7 +8,7 @@ import pytest
 from lsds_drivers.ur.child import Child
 from lsds_mocks.mock_process import MockProcess
 
-from lsds.processes import spread
+from lsds.support.processes import spread
 from tests.wire.ur.arms import Primary, fresh_host
 
 SHADOWED = ("struct", "signal", "typing", "re", "dataclasses", "random", "json", "marshal", "numpy", "queue")

@@ -15,7 +15,7 @@ import pytest
 
 from lsds.config import load_config
 from lsds.errors import ConfigError
-from lsds.rig import Rig
+from lsds.runtime.rig import Rig
 from tests.wire.ur.arms import fresh_host
 
 pytest.importorskip("rtde_control")

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.calibration.vision.camera import CameraModel, load_camera
+from lsds.calibration.vision.fiducials import Board, Counts, FiducialFinder, Marker, dictionary_of
+from lsds.calibration.vision.rotation import pose_of, rotation_of
 from lsds.contracts import PoseSample
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed, DataError, StaleData
-from lsds.vision.camera import CameraModel, load_camera
-from lsds.vision.fiducials import Board, Counts, FiducialFinder, Marker, dictionary_of
-from lsds.vision.rotation import pose_of, rotation_of
 from lsds_drivers.cameras.address import make_source
 from lsds_drivers.cameras.device import CameraDevice
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from lsds.lifecycle import LifecycleGuard, MotionlessLife
+from lsds.contracts.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_drivers.cameras.pump import FramePump, PumpLimits, Work, stale_limit
 from lsds_drivers.cameras.times import ExposureTimes
 

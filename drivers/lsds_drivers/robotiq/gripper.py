@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds, seconds
 from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
+from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import CommandExpired, DeviceFault, LimitExceeded, StaleData
-from lsds.lifecycle import LifecycleGuard
 from lsds_drivers.robotiq.activation import ANSWER_S, Arming
 from lsds_drivers.robotiq.fault_codes import NOT_ACTIVATED, blocks, device_fault
 from lsds_drivers.robotiq.pump import Counts, Order, Pump

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import seconds
 from lsds.contracts import ArmCommand, ArmSpec, ArmState, Lifecycle, Pose, Quaternion, Twist
+from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import (
     CommandExpired,
     ConnectFailed,
@@ -21,7 +22,6 @@ from lsds.errors import (
     LimitExceeded,
     StaleData,
 )
-from lsds.lifecycle import LifecycleGuard
 from lsds_drivers.ur.child import Child
 from lsds_drivers.ur.options import REACH_M, UrOptions
 from lsds_drivers.ur.packets import Command, Kind, State, pack_command

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lsds.errors import ConnectFailed, ConnectionLost, DeviceTimeout
-from lsds.processes import isolated_environment, module_command
+from lsds.support.processes import isolated_environment, module_command
 from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, pack_request, unpack_reply, unpack_state
 
 END_S = 2.0

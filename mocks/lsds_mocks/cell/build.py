@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.contracts.backend import CELL
+from lsds.contracts.plant import join
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.plant import join
 from lsds_mocks.cell.cell import SimulatedCell
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
-from lsds.plugins.host import PluginHost
-from lsds.plugins.options import validated
+from lsds.registry.host import PluginHost
+from lsds.registry.options import validated
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.link.private_socket import make_private, runtime_folder
 from lsds_mocks.link.remote import NoPlant, RemoteTruth

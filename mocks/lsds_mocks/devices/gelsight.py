@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S
 from lsds.contracts import Frame, SensorSpec
+from lsds.contracts.lifecycle import LifecycleGuard, MotionlessLife
 from lsds.errors import StaleData
-from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_mocks.cell.build import shared_cell
 from lsds_mocks.devices.look import look_of
 from lsds_mocks.devices.shutter import Shutter, Snapshot

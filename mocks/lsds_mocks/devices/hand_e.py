@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
+from lsds.contracts.lifecycle import LifecycleGuard
+from lsds.contracts.plant import join
 from lsds.errors import LimitExceeded
-from lsds.lifecycle import LifecycleGuard
-from lsds.plant import join
 from lsds_mocks.devices.command_line import CommandLine, require_unexpired
 from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_M_S, HandEUnits, from_byte, to_byte
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lsds.calibration.vision.rotation import pose_of
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.contracts import PoseSample
+from lsds.contracts.lifecycle import LifecycleGuard, MotionlessLife
 from lsds.errors import StaleData
-from lsds.lifecycle import LifecycleGuard, MotionlessLife
-from lsds.vision.rotation import pose_of
 from lsds_mocks.cell.build import shared_cell
 from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
@@ -78,7 +78,7 @@ class MockTruthCamera(MotionlessLife):
     """A `PoseSource` in the simulated cell: bodies "gripper" and "object", base <- marker."""
 
     def __init__(self, options: TruthCameraOptions, context: BuildContext) -> None:
-        from lsds.vision.fiducials import FiducialFinder, Marker
+        from lsds.calibration.vision.fiducials import FiducialFinder, Marker
 
         self._options = options
         self._cell = shared_cell(context, NAME)

@@ -10,9 +10,9 @@ import math
 from typing import TYPE_CHECKING
 
 from lsds.contracts import ArmCommand, ArmSpec, ArmState, Lifecycle, Pose, Twist
+from lsds.contracts.lifecycle import LifecycleGuard
+from lsds.contracts.plant import join
 from lsds.errors import DeviceFault, LimitExceeded
-from lsds.lifecycle import LifecycleGuard
-from lsds.plant import join
 from lsds_mocks.devices.command_line import CommandLine, require_unexpired
 
 if TYPE_CHECKING:

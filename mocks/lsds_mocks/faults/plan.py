@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import nanoseconds, seconds
-from lsds.stages import START, shared_stages
+from lsds.contracts.stages import START, shared_stages
 
 if TYPE_CHECKING:
     import numpy as np

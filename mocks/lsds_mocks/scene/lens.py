@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.vision.camera import CameraModel
+from lsds.calibration.vision.camera import CameraModel
 from lsds_mocks.byte_cache import kept
 
 if TYPE_CHECKING:

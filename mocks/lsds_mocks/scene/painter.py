@@ -19,7 +19,7 @@ from lsds_mocks.scene.lens import Rays
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.vision.camera import CameraModel
+    from lsds.calibration.vision.camera import CameraModel
     from lsds_mocks.scene.cards import Card
 
 SAMPLES = 8

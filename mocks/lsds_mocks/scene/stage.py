@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from lsds.calibration.vision.rotation import pose_of, rotation_of
 from lsds.contracts import Pose
-from lsds.vision.rotation import pose_of, rotation_of
 from lsds_mocks.scene.cards import Card, marker_card
 from lsds_mocks.scene.lens import Viewpoint, camera_model
 from lsds_mocks.scene.painter import Layer, Painter

@@ -12,8 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.errors import ConfigError, ConfigIssue
-from lsds.plugins.options import validated
-from lsds.plugins.registry import did_you_mean
+from lsds.registry.backends import did_you_mean
+from lsds.registry.options import validated
 
 if TYPE_CHECKING:
     from lsds.clock import Clock

@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Frame, SensorSpec
+from lsds.contracts.lifecycle import LifecycleGuard, MotionlessLife
 from lsds.errors import ConnectFailed, DataError, StaleData
-from lsds.lifecycle import LifecycleGuard, MotionlessLife
 from lsds_plugins.replay.reader import Picture, Reader, open_reader
 from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 

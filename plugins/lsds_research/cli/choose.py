@@ -93,7 +93,7 @@ def choose(
         click.echo(f"no configuration does it; {_nearest(rows, limits)}", err=True)
         raise SystemExit(1)
     if out is not None:
-        from lsds.files import write_whole
+        from lsds.support.files import write_whole
 
         write_whole(out, text.encode())
     if json_file != "-":

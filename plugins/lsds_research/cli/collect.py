@@ -11,7 +11,7 @@ import click
 from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.threads import MOST_PROCESSES, processes
-from lsds.extras import require
+from lsds.support.extras import require
 
 if TYPE_CHECKING:
     from lsds_research.collecting.trials import Job

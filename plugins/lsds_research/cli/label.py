@@ -121,14 +121,14 @@ def _draw(videos: tuple[Path, ...], folder: Path) -> None:
 def _write(file: Path, picture: NDArray[np.uint8]) -> None:
     import cv2
 
-    from lsds.files import write_whole
+    from lsds.support.files import write_whole
 
     write_whole(file, cv2.imencode(".png", picture[..., ::-1])[1].tobytes())
 
 
 def _window(videos: tuple[Path, ...], labels: Labels, file: Path, labeller: str) -> None:
     from lsds.errors import DataError
-    from lsds.extras import require
+    from lsds.support.extras import require
     from lsds_research.slips.labels import write_labels
     from lsds_research.slips.marking import Marking
 

@@ -11,7 +11,7 @@ from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.threads import MOST_PROCESSES, one_thread, processes
 from lsds.errors import DataError
-from lsds.extras import require
+from lsds.support.extras import require
 
 
 @click.command()
@@ -49,7 +49,7 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
     require("numba", extra="sim", purpose="the reproduction")
     require("matplotlib", extra="plot", purpose="the reproduction")
     one_thread()
-    from lsds.files import write_whole
+    from lsds.support.files import write_whole
     from lsds_research.reproduce.measure import measure
     from lsds_research.reproduce.plot import plot_reproduction
     from lsds_research.reproduce.report import markdown

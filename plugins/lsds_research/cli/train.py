@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
-from lsds.extras import require
-from lsds.plugins.registry import did_you_mean
+from lsds.registry.backends import did_you_mean
+from lsds.support.extras import require
 
 if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
@@ -71,7 +71,7 @@ def train(
     import numpy as np
 
     from lsds.config.overrides import parse_value
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
     from lsds_research.datasets import load, merged
     from lsds_research.evaluation.fitting import Model
     from lsds_research.evaluation.shipping import train as run

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import ModelError
-from lsds.files import write_whole
 from lsds.models.artefact import CLIPS as FORMAT
+from lsds.support.files import write_whole
 from lsds_research.clips.features import FEATURES, FRAMES, logged
 
 if TYPE_CHECKING:

@@ -22,10 +22,10 @@ from lsds import __version__
 from lsds.config import RigConfig, load_config
 from lsds.contracts import Kind
 from lsds.errors import DataError, LsdsError, SafetyStop
-from lsds.files import write_whole
-from lsds.plugins.host import PluginHost
-from lsds.plugins.registry import NO_DEVICE
-from lsds.processes import DIED, spread
+from lsds.registry.backends import NO_DEVICE
+from lsds.registry.host import PluginHost
+from lsds.support.files import write_whole
+from lsds.support.processes import DIED, spread
 from lsds_research.collecting.drive import run_trial
 from lsds_research.collecting.trials import Job, Trial, trials
 from lsds_research.datasets import (

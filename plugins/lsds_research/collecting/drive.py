@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
-from lsds.engine import Engine
 from lsds.errors import DataError
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 from lsds_research.collecting.job import TrialJob
 
 if TYPE_CHECKING:

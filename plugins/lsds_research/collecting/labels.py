@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lsds.calibration.vision.rotation import rotation_of
 from lsds.clock import NS_PER_S
-from lsds.vision.rotation import rotation_of
 from lsds_research.collecting.pose_sync import nearest
 from lsds_research.collecting.pose_velocity import PoseVelocity
 

@@ -21,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.plugins.registry import did_you_mean
+from lsds.registry.backends import did_you_mean
 from lsds_research.collecting.objects import PIPE, PLANS, SEEN, UNSEEN
 
 Job = Literal["detection", "severity", "pipe", "catch", "loads"]

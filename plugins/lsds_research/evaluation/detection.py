@@ -15,7 +15,7 @@ from lsds_research.splits import SplitName, each_and_all, folds, random_folds
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
     from lsds_research.datasets import Dataset
 
 FOLDS = 5

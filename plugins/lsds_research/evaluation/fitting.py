@@ -12,7 +12,7 @@ from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.contracts.learning import Examples, Fitted, Learner
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds_research.slips.labels import PROTOCOL as LABELLED
 from lsds_research.windows import windows
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts.learning import Fitted, Learner
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
     from lsds_research.datasets import Dataset
 
 MOVING_RAD_S = 0.05

@@ -20,7 +20,7 @@ from lsds_research.evaluation.fitting import Model, fit, out_of_fold, task
 from lsds_research.splits import folds
 
 if TYPE_CHECKING:
-    from lsds.plugins.host import PluginHost
+    from lsds.registry.host import PluginHost
     from lsds_research.datasets import Dataset
 
 FOLDS = 5

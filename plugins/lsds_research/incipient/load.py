@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.errors import DataError
 from lsds.models.signals import SIGNALS
-from lsds.processes import DIED, spread
+from lsds.support.processes import DIED, spread
 from lsds_research import datasets
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.datasets import Dataset

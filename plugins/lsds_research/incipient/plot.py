@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 from lsds_research.incipient.folds import by_recording
 from lsds_research.incipient.online import PARTS
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds_research.collecting.objects import UNSEEN
 from lsds_research.datasets import Dataset, load
 from lsds_research.evaluation import detection, severity

@@ -15,9 +15,9 @@ from typing import Any
 from lsds import __version__
 from lsds.clock import perf_ns
 from lsds.errors import DataError, LsdsError
-from lsds.files import write_whole
-from lsds.plugins.host import PluginHost
-from lsds.processes import DIED, spread
+from lsds.registry.host import PluginHost
+from lsds.support.files import write_whole
+from lsds.support.processes import DIED, spread
 from lsds_research.collecting.campaign import collect, differing, study
 from lsds_research.collecting.trials import STUDY
 from lsds_research.datasets import CARD, read_card

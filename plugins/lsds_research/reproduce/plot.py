@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 from lsds_research.collecting.objects import UNSEEN
 
 _SPLITS = ("frames", "recording", "object")

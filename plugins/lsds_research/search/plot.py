@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 
 def plot_search(path: Path, rows: Sequence[dict[str, Any]], keys: Sequence[str]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 
 def plot_risk(path: Path, margins: Sequence[Sequence[float]], limits: Sequence[float]) -> None:

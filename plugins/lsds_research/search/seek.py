@@ -8,7 +8,7 @@ from collections.abc import Generator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lsds.extras import require
+from lsds.support.extras import require
 
 Points = list[NDArray[np.float64]]
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lsds.extras import require
+from lsds.support.extras import require
 
 Points = list[NDArray[np.float64]]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.processes import DIED, spread
+from lsds.support.processes import DIED, spread
 from lsds_research.datasets import Dataset, from_rows, joined
 from lsds_research.slips.labels import NAME, PROTOCOL, Interval, Labels, name_of, read_labels
 from lsds_research.slips.score import Said, scored_frames

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.files import write_whole
+from lsds.support.files import write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

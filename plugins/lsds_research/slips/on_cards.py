@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from lsds_plugins.models import model_path
 
-from lsds.files import write_whole
+from lsds.support.files import write_whole
 from lsds_research.slips.folder import as_dataset, labels_of, read_folder, scored_only
 from lsds_research.slips.labels import PROTOCOL
 from lsds_research.slips.score import Counts, counted

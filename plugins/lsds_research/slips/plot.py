@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 
 def draw(path: Path, curves: Mapping[str, Sequence[tuple[float, float]]], alarms: float, title: str) -> None:

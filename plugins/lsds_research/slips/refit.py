@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds_research.datasets import Dataset, merged
 from lsds_research.evaluation.fitting import Model, fit, task
 from lsds_research.slips.folder import LabelledRecording, as_dataset

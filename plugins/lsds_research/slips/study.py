@@ -13,8 +13,8 @@ import numpy as np
 from lsds.calibration.thresholds import Budget, exceeds, threshold, transferable
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
-from lsds.extras import importable, require
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
+from lsds.support.extras import importable, require
 from lsds_research.chosen import chosen
 from lsds_research.datasets import load, merged
 from lsds_research.make_models import FUSED_THRESHOLD, OWN, training_part

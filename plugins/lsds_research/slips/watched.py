@@ -17,7 +17,7 @@ from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, LsdsError, naming
 from lsds.models.signals import SIGNALS, signals_of
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from lsds.tactile.reference import brightness
 from lsds.tactile.working_image import WIDTH_PX
 from lsds_research.perceived import WHOLE_PAD, perceived

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lsds.config import RigConfig, load_config
-from lsds.engine import Engine
-from lsds.rig import Rig
+from lsds.runtime.engine import Engine
+from lsds.runtime.rig import Rig
 from lsds.session.truth_log import TruthLog
 
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.clock import NS_PER_S, VirtualClock, nanoseconds, perf_ns
 from lsds.contracts.study import StudyResult, Value
-from lsds.scheduler import Phase, Scheduler
+from lsds.runtime.scheduler import Phase, Scheduler
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -115,7 +115,7 @@ def measure(
         if tick is not None:
             tick(done, repeats)
     return (
-        _summary("lsds.scheduler", ours, bookkeeping=True),
+        _summary("lsds.runtime.scheduler", ours, bookkeeping=True),
         _summary("sched (standard library)", peers, bookkeeping=False),
     )
 

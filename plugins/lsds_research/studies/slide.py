@@ -16,9 +16,9 @@ from lsds.config.overrides import override_texts
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError, LsdsError
-from lsds.plugins.host import PluginHost
-from lsds.processes import DIED, spread
+from lsds.registry.host import PluginHost
 from lsds.session.run import run
+from lsds.support.processes import DIED, spread
 from lsds_research.chosen import with_own_defaults
 from lsds_research.collecting.objects import PLANS
 

@@ -13,7 +13,7 @@ from research.frames import fit_and_save
 from research.synthetic import dataset
 
 from lsds.cli.main import cli
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 
 @pytest.fixture

@@ -17,12 +17,12 @@ from lsds_mocks.wire.cameras.truth_camera import TruthCamera
 from lsds_mocks.wire.mjpeg.camera import CameraMock
 from lsds_mocks.wire.mjpeg.options import CameraOptions
 
+from lsds.calibration.vision.camera import save_camera
+from lsds.calibration.vision.rotation import quaternion_of
 from lsds.clock import WallClock, nanoseconds
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, StaleData
-from lsds.plugins import PluginHost
-from lsds.vision.camera import save_camera
-from lsds.vision.rotation import quaternion_of
+from lsds.registry import PluginHost
 from tests.wire.waiting import until
 
 HOST = PluginHost()

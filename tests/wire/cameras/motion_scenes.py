@@ -9,7 +9,7 @@ from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
 from lsds_research.collecting.pose_velocity import PoseVelocity
 
-from lsds.vision.fiducials import FiducialFinder, Marker
+from lsds.calibration.vision.fiducials import FiducialFinder, Marker
 
 RATE_HZ = 60.0
 EXPOSURE_S = 0.004

@@ -10,11 +10,11 @@ import pytest
 from board_views import COLUMNS, DICTIONARY, MARKER_MM, ROWS, SQUARE_MM, Views
 from camera_rig import served, time_camera
 
+from lsds.calibration.vision.board_views import BoardFinder, calibrate
+from lsds.calibration.vision.camera import CameraModel, load_camera, save_camera
+from lsds.calibration.vision.fiducials import Board, FiducialFinder
 from lsds.cli.main import main
 from lsds.errors import DataError
-from lsds.vision.calibration import BoardFinder, calibrate
-from lsds.vision.camera import CameraModel, load_camera, save_camera
-from lsds.vision.fiducials import Board, FiducialFinder
 
 BOARD = Board(COLUMNS, ROWS, SQUARE_MM * 1e-3, MARKER_MM * 1e-3)
 

@@ -17,12 +17,12 @@ from lsds_mocks.scene.painter import Painter
 from lsds_mocks.scene.stage import DICTIONARY, FACING, MARKERS, VIEWPOINT, Stage, truth_pose
 from motion_scenes import finder, in_base, slip_speeds, swinging
 
+from lsds.calibration.vision.edges import refined_corners
+from lsds.calibration.vision.fiducials import FiducialFinder, Marker
+from lsds.calibration.vision.rotation import angle_between, quaternion_of, rotation_of
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import ConfigError, ConnectFailed
-from lsds.vision.edges import refined_corners
-from lsds.vision.fiducials import FiducialFinder, Marker
-from lsds.vision.rotation import angle_between, quaternion_of, rotation_of
 
 STAGE = Stage(640, 480, [1])
 SMALL = Stage(160, 120, [1])

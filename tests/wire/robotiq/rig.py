@@ -16,7 +16,7 @@ from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc
 
 from lsds.clock import NS_PER_S, VirtualClock, WallClock
 from lsds.contracts import BuildContext, GripperCommand
-from lsds.plugins import PluginHost
+from lsds.registry import PluginHost
 from tests.wire.waiting import until
 
 HOST = PluginHost()

@@ -23,7 +23,7 @@ from lsds_mocks.wire.ur.script.compiler import compile_script
 from lsds_mocks.wire.ur.variables import IN, output_type, packer
 
 from lsds.errors import ConfigError
-from lsds.plugins.options import validated
+from lsds.registry.options import validated
 from tests.wire.ur.arms import Primary
 from tests.wire.ur.rtde_client import Client
 

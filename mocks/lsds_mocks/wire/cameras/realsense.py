@@ -13,7 +13,7 @@ from lsds.errors import ConnectFailed
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.vision.camera import CameraModel
+    from lsds.calibration.vision.camera import CameraModel
 
 DEPTH_M = 0.45
 """What its depth pictures show everywhere: a recording has a depth stream, and nothing here measures by it."""

@@ -6,8 +6,8 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lsds.calibration.vision.camera import save_camera
 from lsds.clock import NS_PER_S, nanoseconds
-from lsds.vision.camera import save_camera
 from lsds_mocks.scene.stage import Stage
 from lsds_mocks.wire.cameras.links import scene_link
 from lsds_mocks.wire.cameras.realsense import record

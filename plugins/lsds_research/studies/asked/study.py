@@ -12,8 +12,8 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
-from lsds.processes import DIED, spread
+from lsds.registry.host import PluginHost
+from lsds.support.processes import DIED, spread
 from lsds_research.chosen import chosen
 from lsds_research.collecting.trials import Job, Trial, trials
 from lsds_research.metrics import MOVING_M_S

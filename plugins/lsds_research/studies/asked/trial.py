@@ -12,8 +12,8 @@ import numpy as np
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import LsdsError
-from lsds.plugins.host import PluginHost
-from lsds.tracking import UNASKED
+from lsds.registry.host import PluginHost
+from lsds.session.track import UNASKED
 from lsds_research.collecting.campaign import PRESETS
 from lsds_research.collecting.drive import run_trial
 

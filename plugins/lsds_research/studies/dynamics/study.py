@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lsds.contracts.study import StudyResult, Value
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 from lsds_research.studies.dynamics.integrators import (
     GRAVITY_M_S2,
     IN_PRODUCT,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 COLOURS = {"harmless": "#cfe8cf", "squeezed": "#f2dd8a", "stopped": "#7fa8d9", "missed": "#d9534f"}
 

@@ -12,8 +12,8 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
-from lsds.plugins.registry import OWN_DISTRIBUTION
+from lsds.registry.backends import OWN_DISTRIBUTION
+from lsds.registry.host import PluginHost
 from lsds_research.chosen import chosen, with_own_defaults
 from lsds_research.kept import run_kept
 from lsds_research.studies.faults.case import OPENED_M, Case, run_case

@@ -18,13 +18,13 @@ import numpy as np
 from lsds.clock import perf_ns
 from lsds.config import load_config
 from lsds.contracts import FingerCycle, Frame, GripEstimate, GripTask
-from lsds.engine import Engine
 from lsds.errors import DataError
-from lsds.extras import importable
 from lsds.grip.observer import GripObserver
-from lsds.plugins import PluginHost
-from lsds.quiet import quiet_process
-from lsds.rig import Rig
+from lsds.registry import PluginHost
+from lsds.runtime.engine import Engine
+from lsds.runtime.quiet import quiet_process
+from lsds.runtime.rig import Rig
+from lsds.support.extras import importable
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from lsds.config import RigConfig
     from lsds.contracts import SensorSpec
-    from lsds.plugins import PluginHost
+    from lsds.registry import PluginHost
 
 #: Libraries of the training extra that the chain calls.
 NEEDS = ("sklearn", "torch", "onnx")

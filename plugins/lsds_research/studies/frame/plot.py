@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 from lsds_research.studies.frame.cost import FrameCost
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 LEAST_MM = 0.02
 

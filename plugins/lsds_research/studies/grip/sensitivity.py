@@ -10,7 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -12,7 +12,7 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds_research.chosen import chosen
 from lsds_research.collecting.objects import PLANS
 from lsds_research.kept import run_kept

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 _PANELS = (("slip_mm", "slip (mm, simulated)"), ("steady", "steady grip over what is needed (simulated)"))
 _COLOURS = {"margin": "tab:blue", "pd": "tab:orange"}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds_research.chosen import chosen, with_own_defaults
 from lsds_research.kept import run_kept
 from lsds_research.studies.grip.lift import lift

@@ -18,7 +18,7 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
+from lsds.registry.host import PluginHost
 from lsds_research.datasets import Dataset, load
 from lsds_research.evaluation import detection, severity
 from lsds_research.evaluation.fitting import Model, Task, fit, labelled, task

@@ -21,8 +21,8 @@ from lsds.contracts.study import StudyResult, Value
 from lsds.errors import DataError
 from lsds.models.artefact import Artefact
 from lsds.models.artefact import load as load_model
-from lsds.plugins.host import PluginHost
-from lsds.plugins.registry import did_you_mean
+from lsds.registry.backends import did_you_mean
+from lsds.registry.host import PluginHost
 from lsds_research.datasets import Dataset, load
 from lsds_research.evaluation import detection, severity
 from lsds_research.evaluation.fitting import labelled, task

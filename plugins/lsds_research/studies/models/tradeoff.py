@@ -21,12 +21,12 @@ from lsds.clock import perf_ns
 from lsds.config import load_config
 from lsds.contracts import BuildContext, Observation
 from lsds.contracts.study import StudyResult, Value
-from lsds.extras import require
 from lsds.models.artefact import Card, save
 from lsds.models.intervals import SPEED
 from lsds.models.running import RunningModel
-from lsds.plugins.host import PluginHost
-from lsds.rig import Rig
+from lsds.registry.host import PluginHost
+from lsds.runtime.rig import Rig
+from lsds.support.extras import require
 from lsds.tactile.perception import Perception
 from lsds_research.datasets import Dataset
 from lsds_research.evaluation import detection, severity

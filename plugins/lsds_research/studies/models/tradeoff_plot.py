@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 
 if TYPE_CHECKING:
     from lsds.contracts.study import Value

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from lsds.contracts import ContactPatch, DeformationField
     from lsds.contracts.study import Value
-    from lsds.engine import Engine
+    from lsds.runtime.engine import Engine
     from lsds.tactile.imprint.relief import Relief
 
     Plane = NDArray[np.float32]

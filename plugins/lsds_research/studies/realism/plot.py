@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.plots.figure import new_figure
+from lsds.session.pictures.figure import new_figure
 from lsds_research.studies.realism.imprint import BANDS, MOTIONS, band_name
 from lsds_research.studies.realism.quantities import QUANTITIES, Quantity
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lsds.tracking import TrackResult
+    from lsds.session.track import TrackResult
 
     Floats = NDArray[np.float64]
 

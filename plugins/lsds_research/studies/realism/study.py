@@ -17,8 +17,8 @@ from lsds.config.toml import value_text
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable, Value
 from lsds.errors import DataError
-from lsds.plugins.host import PluginHost
-from lsds.tracking import TrackResult, track_recording
+from lsds.registry.host import PluginHost
+from lsds.session.track import TrackResult, track_recording
 from lsds_research.studies.realism.camera import camera_row, camera_table
 from lsds_research.studies.realism.clips import draw
 from lsds_research.studies.realism.film import film, write

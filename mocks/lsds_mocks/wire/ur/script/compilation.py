@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds, seconds
-from lsds.processes import module_command
+from lsds.support.processes import module_command
 from lsds_mocks.wire.ur.script.compiler import LONGEST, Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
 

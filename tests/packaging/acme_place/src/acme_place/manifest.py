@@ -1,7 +1,7 @@
 """What this plugin offers."""
 
 from lsds.contracts import BackendSpec
-from lsds.plugins import hookimpl
+from lsds.registry import hookimpl
 
 
 @hookimpl

@@ -1,0 +1,1 @@
+"""The running cell: from the newest frame to the command, on a schedule."""

@@ -1,0 +1,153 @@
+"""The line of one finger: from its sensor's frame to what slip that shows.
+
+    sensor -> gate -> reference, or: tracker -> field -> contact -> features -> detector -> estimator
+
+`FingerLine.take` is that line, in that order. Its state (reference, tracker, windows) is one finger's own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.clock import nanoseconds
+from lsds.contracts import FingerCycle
+from lsds.errors import DataError, LsdsError, StaleData, raised_by
+from lsds.runtime.imprint_step import ImprintStep
+from lsds.safety.validation import sound_detection, sound_estimate
+from lsds.tactile.gate import FrameGate, check_image
+from lsds.tactile.perception import Perception
+from lsds.tactile.reference import ReferenceCollector, brightness
+
+if TYPE_CHECKING:
+    from lsds.contracts import Frame, MarkerTracks
+    from lsds.runtime.rig import Finger, Rig
+
+#: With fewer of its dots followed than this share, for more than so many frames in a row, a recording's gel has leapt.
+LEAST_FOLLOWED, PATIENCE = 0.5, 12
+#: A camera that opens dim settles within this time. A frame this much brighter than a recording's reference, by then,
+#: shows that the reference is of the time before. Many public recordings open with 0.7 of their light: no harm is done.
+SETTLING_S, BRIGHTER = 1.0, 1.6
+
+
+class FingerLine:
+    """One finger at work. `newest` is the last frame with what was made of it, None before the first.
+
+    `taken_anew` are the frames that a recording's reference was taken from again, because the gel had leapt (its first
+    frames show another state, or it moved by more than a pitch at once) or the camera had not settled. A running cell
+    stops instead, and waits for the camera.
+    """
+
+    def __init__(self, finger: Finger, rig: Rig, start_ns: int, *, live: bool = True) -> None:
+        config = rig.config
+        self.finger = finger
+        self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
+        self.newest: FingerCycle | None = None
+        self.taken_anew: list[int] = []
+        self._live, self._lost = live, 0
+        self._reference = ReferenceCollector(config.tactile.reference_frames)
+        self._seq = -1
+        self._names = tuple(f"{kind} '{config.section(kind).backend}'" for kind in ("tracker", "detector", "estimator"))
+        self._calls = rig.thread.calls
+        self._reading = rig.deadline(finger.sensor, "read")
+        self._updates = tuple(rig.deadlines.of(name, "update") for name in self._names)
+        self.imprint = ImprintStep(self._calls, rig.deadlines.of(f"imprint of {finger.label}", "follow"))
+        self.perception = Perception(
+            finger.tracker,
+            finger.sensor.spec,
+            config.tactile,
+            tracker_name=self._names[0],
+            imprint_step=self.imprint,
+        )
+
+    @property
+    def referenced(self) -> bool:
+        """Whether the untouched gel was seen."""
+        return self.perception.reference is not None
+
+    def read(self, now_ns: int) -> Frame | None:
+        """Read the sensor; return its frame where it is a new one.
+
+        Raises EOFError where a recording has ended, SafetyStop where nothing usable came for too long.
+        """
+        try:
+            frame = self._calls.make(self._reading, self.finger.sensor.read)
+        except StaleData as error:
+            self.gate.silent(str(error), now_ns)
+            return None
+        except DataError as error:
+            self.gate.refuse(str(error), now_ns)
+            return None
+        if frame.seq == self._seq:
+            self.gate.silent("", now_ns)
+            return None
+        self._seq = frame.seq
+        return frame
+
+    def take(self, frame: Frame, now_ns: int, *, depends: bool) -> FingerCycle | None:
+        """Take a new frame along the line; return what it shows, None where it cannot be used or is the reference.
+
+        `depends` tells the gate whether an object or a moving arm depends on what is seen. Raises SafetyStop where
+        nothing usable came for too long, PluginError, and DataError for an unusable reference.
+        """
+        if not self.gate.admit(frame, now_ns, depends=depends):
+            return None
+        finger, (tracker, detector, estimator), make = self.finger, self._names, self._calls.make
+        tracking, detecting, estimating = self._updates
+        at_work = tracker
+        try:
+            if not self.referenced:
+                make(tracking, self._take_reference, frame, now_ns)
+                return None
+            try:
+                observation, tracks = make(tracking, self.perception.observe, frame)
+                if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._take_anew(frame):
+                    return None
+                at_work = detector
+                detection = sound_detection(detector, make(detecting, finger.detector.update, observation), frame.seq)
+                at_work = estimator
+                estimate = sound_estimate(estimator, make(estimating, finger.estimator.update, observation), frame.seq)
+            except DataError as error:
+                self.gate.refuse(str(error), now_ns, frame.seq)
+                return None
+        except LsdsError:
+            raise
+        except Exception as error:
+            raise raised_by(at_work, error, f"frame {frame.seq}") from error
+        self.newest = FingerCycle(finger.name, frame, tracks, observation, detection, estimate, finger.opposite)
+        return self.newest
+
+    def _has_leapt(self, tracks: MarkerTracks) -> bool:
+        """Tell whether most dots have been lost for so long that the reference is not of this gel any more."""
+        self._lost = self._lost + 1 if np.count_nonzero(tracks.valid) < LEAST_FOLLOWED * len(tracks.valid) else 0
+        return self._lost > PATIENCE
+
+    def _was_dim(self, frame: Frame) -> bool:
+        """Tell whether the reference was taken while the camera had not settled, now that it shows more light."""
+        reference = self.perception.reference_frame
+        if reference is None or frame.t_ns - reference.t_ns > nanoseconds(SETTLING_S):
+            return False
+        return brightness(frame) > BRIGHTER * brightness(reference)
+
+    def _take_anew(self, frame: Frame) -> bool:
+        """Take a frame as the reference, whatever touches it; return whether it shows a grid of dots."""
+        self._lost = 0
+        try:
+            self.perception.start([frame])
+        except DataError:
+            return False
+        self.finger.detector.reset()
+        self.finger.estimator.reset()
+        self.taken_anew.append(frame.seq)
+        return True
+
+    def _take_reference(self, frame: Frame, now_ns: int) -> None:
+        try:
+            check_image(frame, self.finger.sensor.spec)
+        except DataError as error:
+            self.gate.refuse(str(error), now_ns, frame.seq)
+            return
+        self.gate.good(now_ns)
+        if self._reference.add(frame):
+            self.perception.start(self._reference.frames)

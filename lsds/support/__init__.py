@@ -1,0 +1,1 @@
+"""Atomic files, optional libraries, and worker processes."""
