@@ -1,8 +1,8 @@
 """Draw docs/images/house.png from the import graph: `python docs/house.py` (needs the dev extra).
 
-A room is a package, or a module or folder at the top of the core; an arrow runs from who imports to what is imported. Rooms stand
-on floors, and every arrow points down. An arrow is left out where a longer way leads to the same room, and so are those
-to the ground floor, which all stand on.
+A room is a package, or a module or folder at the top of the core; an arrow runs from who imports to what is
+imported. Rooms stand on floors, and every arrow points down. An arrow is left out if a longer way leads to the same
+room, and so are those to the ground floor, which all stand on.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ FLOORS = (
     ("lsds.errors", "lsds.clock"),
 )
 ROOMS = [room for floor in FLOORS for room in floor]
-GROUND = ("lsds.contracts", "lsds.errors", "lsds.clock")
-LINE = (("lsds.runtime", "lsds.grip"), ("lsds.runtime", "lsds.safety"), ("lsds.grip", "lsds.tactile"))
+GROUND = ("lsds.contracts", "lsds.support", "lsds.errors", "lsds.clock")
+LINE = (("lsds.runtime", "lsds.grip"), ("lsds.grip", "lsds.tactile"), ("lsds.tactile", "lsds.safety"))
 CONTENTS = {
     "lsds_research": "datasets, collecting, learners, evaluation, studies",
     "lsds_plugins": "trackers, detectors, estimators,\ncontrollers, jobs, replay",
@@ -121,7 +121,7 @@ def draw(path: Path) -> None:
     for level, rooms in enumerate(FLOORS):
         for index, room in enumerate(rooms):
             place[room] = ((index + 0.5) / len(rooms), -level)
-    for here, there in direct(arrows()):
+    for here, there in dict.fromkeys([*direct(arrows()), *LINE]):
         (x0, y0), (x1, y1) = place[here], place[there]
         bold = (here, there) in LINE
         style = {"arrowstyle": "-|>", "color": "#2c6fbb" if bold else "0.6", "lw": 2.2 if bold else 0.9}
