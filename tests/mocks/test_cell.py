@@ -129,7 +129,7 @@ def test_a_cell_says_how_it_was_simulated_and_what_not_to_believe():
         rig.until(1300)
     report = gentle.cell.fidelity()
     assert report["model"] == "winkler"
-    assert "nothing checks" in report["summary"]
+    assert "is not checked" in report["summary"]
     assert report["warnings"] == []
     report = firm.cell.fidelity()
     assert report["model"] == "auto"

@@ -343,7 +343,7 @@ end
 
 
 def test_an_address_is_taken_once(host):
-    with pytest.raises(ConnectFailed, match="another mock has it; give each arm its own address"):
+    with pytest.raises(ConnectFailed, match="another mock may use it; give each arm its own address"):
         MockProcess("ur5e", {"host": host}).start()
 
 
