@@ -105,7 +105,7 @@ class MockTruthCamera(MotionlessLife):
                 self._cell.unwatch(self._shutter)
 
     def read(self) -> PoseSample:
-        """Return the poses in the newest readable picture. Raises StaleData before the first one, or if it is too old."""
+        """Return the poses in the newest readable picture. Raises StaleData before the first one or if too old."""
         self._guard.require_readable()
         now = self._clock.now()
         self._cell.advance(now)
