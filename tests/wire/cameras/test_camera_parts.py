@@ -92,7 +92,7 @@ def test_no_bytes_bring_the_jpeg_reader_down(noise, cut):
 @pytest.mark.parametrize(
     ("data", "word"),
     [
-        (b"", "no JPEG"),
+        (b"", "not a JPEG"),
         (JPEG[:-200], "no end"),
         (torn(JPEG), "torn"),
         (encode(np.zeros((240, 320, 3), np.uint8), 90), "black"),

@@ -38,7 +38,7 @@ def test_a_port_that_is_not_there():
 
 def test_a_file_that_is_no_port(tmp_path):
     (tmp_path / "file").write_text("")
-    assert "no serial port" in refusal("hand-e", port=str(tmp_path / "file"))
+    assert "not a serial port" in refusal("hand-e", port=str(tmp_path / "file"))
 
 
 def test_a_port_that_is_not_ours(monkeypatch):
@@ -163,7 +163,7 @@ def test_calibrating_on_an_object_is_refused(tmp_path):
     with serving(tmp_path, activated=True, object_mm=20) as mock:
         gripper = build("hand-e", options_for("hand-e", mock) | {"calibrate": True})
         gripper.connect()
-        with pytest.raises(DeviceFault, match="take away"):
+        with pytest.raises(DeviceFault, match="remove any object"):
             gripper.arm()
         gripper.close()
 
