@@ -1,7 +1,8 @@
-"""A cache that forgets by bytes: what was used longest ago goes first when the arrays kept get too many.
+"""A cache with a limit in bytes, which drops the least recently used values first.
 
-A cache bounded by a count keeps as much memory as its values happen to hold. Here all caches of a process share one
-budget. A value in use lives on by its user's own reference; the cache only forgets it, and makes it anew when asked.
+The memory of a cache with a limited number of entries depends on the size of its values. Here all caches of a process
+share one budget in bytes. A dropped value stays alive while its user references it; the cache makes it again on the
+next request.
 """
 
 from __future__ import annotations
@@ -19,20 +20,19 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 BUDGET_BYTES = 192 * 2**20
-"""Of all values that `kept` keeps in a process. The tables of one gel hold 100 to 150 MB for the default grids, each
-size of contact adds some megabytes, and the stamps of one dot are 9 MB: runs on one gel, of a few objects in turns,
-recompute nothing."""
+"""Limit of all values that `kept` caches in a process. The tables of one gel take 100 to 150 MB for the default grids,
+each size of contact adds some megabytes, and the stamps of one marker take 9 MB, so alternating runs of a few objects
+on one gel recompute nothing."""
 ENTRY_BYTES = 1024
-"""Size of an entry besides its arrays. Without it, values without arrays would never be dropped."""
+"""Size of an entry without its arrays. Without it, values without arrays would never be dropped."""
 _ATOMS = (int, float, complex, str, type(None), type, FunctionType, BuiltinFunctionType, MethodType, ModuleType)
 
 
 class ByteCache:
-    """Values by key, from the one used longest ago to the newest; together with their keys they hold at most `budget`
-    bytes. Any thread may use it.
+    """Values by key, in order of last use; values and keys together hold at most `budget` bytes. It is thread-safe.
 
-    Arrays that several entries hold count once. Every entry is measured again whenever one is added, so what a value
-    has come to hold meanwhile counts too.
+    An array in several entries counts once. Adding an entry measures all entries again, so growth of a cached value
+    counts, too.
     """
 
     def __init__(self, budget: int) -> None:
@@ -41,9 +41,9 @@ class ByteCache:
         self._lock = Lock()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return the value of a key, and make it if it is missing. A value larger than the budget is not kept.
+        """Return the value of a key, and make it if it is missing. A value larger than the budget is not cached.
 
-        Threads that ask at the same time may each make one; all of them get the one that was there first.
+        Concurrent threads may each make a value; all of them get the one that was stored first.
         """
         with self._lock:
             if key in self._values:
@@ -51,7 +51,7 @@ class ByteCache:
                 value: T = self._values[key]
                 return value
         made = make()
-        # Not under the lock: who else asks need not wait for it.
+        # Measure without the lock, so that other threads need not wait.
         fits = held_bytes(made) + ENTRY_BYTES <= self._budget
         with self._lock:
             value = self._values.get(key, made)
@@ -70,7 +70,7 @@ class ByteCache:
             return held_bytes(*self._values.keys(), *self._values.values()) + ENTRY_BYTES * len(self._values)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Drop all entries."""
         with self._lock:
             self._values.clear()
 
@@ -81,7 +81,7 @@ class ByteCache:
         return key in self._values
 
     def _forget(self) -> list[Any]:
-        """Drop the oldest entries, so that the newest fit; return what they held."""
+        """Drop the oldest entries so that the newest fit; return the dropped entries."""
         seen: set[int] = set()
         total, fitting = 0, 0
         for key, value in reversed(self._values.items()):
@@ -102,7 +102,7 @@ def held_bytes(*values: object, seen: set[int] | None = None) -> int:
         if isinstance(item, _ATOMS):
             continue
         if isinstance(item, np.ndarray):
-            # A view keeps all of the array alive that it looks into.
+            # A view keeps its whole base array alive.
             while isinstance(item.base, np.ndarray):
                 item = item.base
         if id(item) in seen:
@@ -118,7 +118,7 @@ def held_bytes(*values: object, seen: set[int] | None = None) -> int:
 
 
 def _parts(item: Any) -> Iterable[Any]:
-    """Return what an object holds, listed at once: another thread may add to it."""
+    """Return a list of the objects that an object holds; a copy, because another thread may add to it."""
     if isinstance(item, dict):
         return [*item.keys(), *item.values()]
     if isinstance(item, tuple | list | set | frozenset | deque):

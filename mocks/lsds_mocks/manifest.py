@@ -1,4 +1,4 @@
-"""What this package offers to lsds. Light on purpose: listing plugins must not import numpy or cv2."""
+"""Backends that this package registers with lsds. Listing plugins must not import numpy or cv2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A wire mock in a process of its own, from Python: for tests and for rigs that start their mocks themselves."""
+"""Runs a wire mock in a separate process, for tests and for rigs that start their own mocks."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ STOP_TIMEOUT_S = 5.0
 
 
 class MockProcess:
-    """Runs `lsds mock NAME --control`. A context manager: starts on entry, and ends with everything it opened on exit.
+    """Runs `lsds mock NAME --control`. As a context manager it starts on entry and stops on exit.
 
-    `options` are the mock's own, by field name, with `faults` as a list of tables. The mock ends with this process,
-    however that ends, because its standard input ends.
+    `options` are the mock's options by field name, with `faults` as a list of tables. The mock also ends when this
+    process ends in any way, because that closes the mock's standard input.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any] | None = None, *, seed: int = 0) -> None:
@@ -38,16 +38,16 @@ class MockProcess:
 
     @property
     def pid(self) -> int:
-        """Process id. Raises DeviceError where it is not running."""
+        """Process id. Raises DeviceError if the mock is not running."""
         return self._running().pid
 
     @property
     def alive(self) -> bool:
-        """Whether it runs."""
+        """Whether the mock is running."""
         return self._process is not None and self._process.poll() is None
 
     def start(self) -> Self:
-        """Start it and wait until it listens. Raises ConnectFailed with what it printed where it does not."""
+        """Start the mock and wait until it listens. Raises ConnectFailed with its error output if it does not."""
         environment = isolated_environment({"PYTHONUNBUFFERED": "1"})
         self._process = subprocess.Popen(
             module_command("lsds.cli.main", "mock", *self._arguments()),
@@ -75,7 +75,7 @@ class MockProcess:
         return self
 
     def inject(self, kind: str, **fault: Any) -> None:
-        """Begin a fault now. Raises DeviceError where the mock refuses it."""
+        """Begin a fault now. Raises DeviceError if the mock refuses it."""
         process = self._running()
         assert process.stdin is not None
         process.stdin.write(json.dumps({"kind": kind, **fault}) + "\n")
@@ -85,13 +85,13 @@ class MockProcess:
             raise DeviceError(f"mock {self.name}", str(answer.get("error")))
 
     def ask_to_end(self) -> None:
-        """Tell it to end, without waiting."""
+        """Request the mock to end, without waiting."""
         if self._process is not None and self._process.stdin is not None:
             with contextlib.suppress(OSError):
                 self._process.stdin.close()
 
     def stop(self) -> None:
-        """End it: by the end of its input first, by force if that does not help."""
+        """Stop the mock: close its input, and kill it if it does not end in time."""
         process = self._process
         if process is None:
             return
@@ -119,7 +119,7 @@ class MockProcess:
 
     @property
     def complaints(self) -> str:
-        """What it has written to standard error so far; empty for a mock that is well."""
+        """Standard error output so far; empty if the mock reports no problem."""
         return "".join(self._errors)
 
     # -- inside -------------------------------------------------------------------------------------------
@@ -143,7 +143,7 @@ class MockProcess:
 
     def _running(self) -> subprocess.Popen[str]:
         if self._process is None or self._process.poll() is not None:
-            raise DeviceError(f"mock {self.name}", f"is not running; it said: {self.complaints.strip() or 'nothing'}")
+            raise DeviceError(f"mock {self.name}", f"is not running; error output: {self.complaints.strip() or 'none'}")
         return self._process
 
     def _answer(self, timeout_s: float) -> dict[str, Any]:
@@ -154,8 +154,8 @@ class MockProcess:
         if not line:
             if self._process is not None and self._process.poll() is not None:
                 self._readers[1].join(1.0)
-            said = self.complaints.strip().removeprefix("error: ") or "it said nothing"
-            raise ConnectFailed(f"mock {self.name}", f"did not start: {said}", remedy="its options: lsds mock --help")
+            reason = self.complaints.strip().removeprefix("error: ") or "no error output"
+            raise ConnectFailed(f"mock {self.name}", f"did not start: {reason}", remedy="its options: lsds mock --help")
         answer: dict[str, Any] = json.loads(line)
         return answer
 

@@ -52,7 +52,7 @@ class MockRig:
 
 
 def make_rig(seed=1, *, cell=None, sensor=None, gripper=None, arm=None, start_ns=0, ready=True):
-    """A cell on the coarsest fixed grid, unless `cell` says otherwise: the gel's audits have tests of their own."""
+    """Return a rig with a cell on the coarsest fixed grid unless `cell` sets another; other tests cover gel audits."""
     cell = {"fidelity": "pad", "grid": 1, **(cell or {})}
     context = BuildContext(VirtualClock(start_ns), seed)
     rig = MockRig(

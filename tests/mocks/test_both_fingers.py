@@ -1,4 +1,4 @@
-"""The right finger sees the left finger's gel in a mirror: dots, depth and turning, under lamps of its own."""
+"""The right finger's image mirrors the left finger's gel (markers, depth, rotation), but not the lamps."""
 
 import numpy as np
 import pytest

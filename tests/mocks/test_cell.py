@@ -119,7 +119,7 @@ def test_a_clock_that_starts_late_works_alike():
     assert rig.cell.truth().supported
 
 
-def test_a_cell_says_how_it_was_simulated_and_what_not_to_believe():
+def test_a_cell_reports_its_model_and_its_limits():
     gentle, firm = (make_rig(cell={"fidelity": model}) for model in ("winkler", "auto"))
     for rig, aperture in ((gentle, 0.0245), (firm, 0.0205)):
         rig.until(100)
@@ -129,7 +129,7 @@ def test_a_cell_says_how_it_was_simulated_and_what_not_to_believe():
         rig.until(1300)
     report = gentle.cell.fidelity()
     assert report["model"] == "winkler"
-    assert "nothing checks" in report["summary"]
+    assert "is not checked" in report["summary"]
     assert report["warnings"] == []
     report = firm.cell.fidelity()
     assert report["model"] == "auto"

@@ -33,7 +33,7 @@ def test_the_same_seed_gives_the_same_relief_and_another_another():
     assert not np.array_equal(grain()._slopes, Grain(5.0, 0.4, np.random.default_rng(2))._slopes)
 
 
-def test_heights_are_as_high_and_features_as_large_as_told():
+def test_heights_and_features_have_the_given_size():
     slopes = grain()._slopes.astype(float)
     # Heights from the slopes along x, by Fourier's integral; what does not vary along x has none.
     kx = np.fft.rfftfreq(SAMPLES, PITCH_M)[None, :]
@@ -95,5 +95,5 @@ deep = np.full((len(shader.y_m), len(shader.x_m)), 1e-4, np.float32)
 shader.lit(deep, (Grain(4.0, 0.4, np.random.default_rng(1)), (1e-3, np.float64(0.0), 0.1)))
 assert known and grain._paint.signatures == known, (known, grain._paint.signatures)
 """
-    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False)
-    assert told.returncode == 0, told.stderr
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stderr

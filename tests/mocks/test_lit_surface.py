@@ -45,7 +45,7 @@ def slopes(shape):
     return np.gradient(depth, PX_M, axis=1), np.gradient(depth, PX_M, axis=0)
 
 
-def test_lamps_stand_on_the_side_that_is_bright_and_as_high_as_the_fall_off_says():
+def test_lamps_are_on_the_bright_side_at_the_height_of_the_fall_off():
     heights = [lamp_height_mm(channel) for channel in range(3)]
     assert 10 < heights[0] < 30
     assert 30 < heights[2] < 60
@@ -153,7 +153,7 @@ def test_numbered_gels_lie_in_the_measured_ranges_and_fill_them():
     assert specimen.draw(7) == specimen.draw(7)
 
 
-def test_what_is_set_counts_before_what_the_numbered_gel_says():
+def test_options_override_the_numbered_gel():
     look, set_look = look_of(GelSightOptions(gel=7)), look_of(GelSightOptions(gel=7, dot_diameter_px=9.0, wear=0.0))
     assert look.dot_diameter_px == specimen.draw(7).dot_diameter_px
     assert look.pitch == specimen.draw(7).pitch

@@ -19,7 +19,7 @@ def load(target):
 def test_every_backend_builds_with_its_default_options():
     context = BuildContext(VirtualClock(), 0)
     for spec in lsds_backends():
-        # What is reached over a wire runs on real time: its clients do.
+        # Wire mocks run on real time, like their clients.
         assert spec.virtual_time != (spec.kind in ("wire_mock", "study", "fault") or spec.over_wire)
         assert spec.summary
         assert bool(spec.extra) == bool(spec.requires)
@@ -60,7 +60,7 @@ from lsds.contracts import BuildContext
 from lsds.errors import PluginLoadError
 from lsds_mocks.manifest import lsds_backends
 from installed import installed_host
-host, told = installed_host(), {}
+host, messages = installed_host(), {}
 for spec in lsds_backends():
     for target in (spec.options, None if spec.requires else spec.factory):
         if target:
@@ -69,21 +69,21 @@ for spec in lsds_backends():
         try:
             host.build(spec.kind, spec.name, {}, BuildContext(VirtualClock(), 0))
         except PluginLoadError as error:
-            told[f"{spec.kind} {spec.name}"] = str(error)
-print(json.dumps(told))
+            messages[f"{spec.kind} {spec.name}"] = str(error)
+print(json.dumps(messages))
 """
 
 
-def test_without_numba_what_needs_it_says_how_to_get_it_and_the_rest_can_be_used():
+def test_without_numba_its_users_report_the_remedy_and_the_rest_works():
     folders = [str(Path(__file__).resolve().parents[1]), *sys.path]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
     run = subprocess.run(
         [sys.executable, "-c", WITHOUT_NUMBA], env=environment, capture_output=True, text=True, check=False
     )
     assert run.returncode == 0, run.stderr
-    told = json.loads(run.stdout)
-    assert told.keys() == {f"{spec.kind} {spec.name}" for spec in lsds_backends() if "numba" in spec.requires}
-    assert "cell simulated" in told
-    assert all("needs numba" in text and "lsds[sim]" in text and "\n" not in text for text in told.values())
+    messages = json.loads(run.stdout)
+    assert messages.keys() == {f"{spec.kind} {spec.name}" for spec in lsds_backends() if "numba" in spec.requires}
+    assert "cell simulated" in messages
+    assert all("needs numba" in text and "lsds[sim]" in text and "\n" not in text for text in messages.values())
     free = {spec.name for spec in lsds_backends() if not spec.requires and spec.kind != "fault"}
     assert free == {"hand-e", "robotiq-2f-85", "robotiq-2f-140", "ur5e"}

@@ -32,7 +32,7 @@ def centroids(frame, blank, near, half=12):
 
 
 @pytest.mark.parametrize("lift", [False, True])
-def test_dots_are_where_the_truth_says(lift):
+def test_markers_are_at_their_true_positions(lift):
     rig, blank = gripped(CLEAN, lift), gripped(CLEAN | {"pad": "none"}, lift)
     frame, plain = rig.sensor.read(), blank.sensor.read()
     truth = rig.sensor.marker_truth()
@@ -91,7 +91,7 @@ def test_colour_follows_the_slope():
     rest = make_rig(sensor=CLEAN | {"pad": "none", "gel_variation": 0.0})
     rest.until(300)
     change = rig.sensor.read().image.astype(float) - rest.sensor.read().image
-    slope = 0.02 * 0.0625e-3 / 12.5e-3 * 1000  # 20 px beside the axis, depth falls outward
+    slope = 0.02 * 0.0625e-3 / 12.5e-3 * 1000  # 20 px from the axis, depth falls outward
     left, right = change[110:131, 140].mean(axis=0), change[110:131, 180].mean(axis=0)
     # Measured was the mean over the image; in its middle, which is brighter, colours answer more.
     assert (left - right) / 2 == pytest.approx(np.array([-14, 84, 11]) * slope, rel=0.3, abs=1.5)

@@ -1,4 +1,4 @@
-"""An object that turns in the grip: at rest, let go, and against the case with one unknown."""
+"""An object that rotates in the grip: at rest, released, and compared with the case of one unknown."""
 
 import math
 
@@ -79,7 +79,7 @@ def test_with_the_centre_between_the_pads_it_is_the_vertical_case():
 
 
 @pytest.mark.parametrize("gel", gels(), ids=["winkler", "pad"])
-def test_let_go_it_falls_freely_without_turning(gel):
+def test_released_it_falls_freely_without_rotation(gel):
     *_, (motion, _) = hang(gel, centre=(5e-3, 3e-3), depth=1e-9, steps=100)
     assert motion.velocity_m_s == pytest.approx(-GRAVITY_M_S2 * 0.2, rel=1e-3)
     assert motion.rate_rad_s == pytest.approx(0.0, abs=1e-3)

@@ -73,7 +73,7 @@ def test_the_pipe_follows_the_arm_that_holds_it(address):
             link.close()
 
 
-def test_rubbish_throws_out_its_sender_and_nobody_else(address):
+def test_invalid_packets_disconnect_only_their_sender(address):
     truth = RemoteTruth(address)
     try:
         for rubbish in (b"\x02", b"\x01\x09", b"\x04" + b"x" * 40, b"\xff" * 9):
@@ -86,7 +86,7 @@ def test_rubbish_throws_out_its_sender_and_nobody_else(address):
         truth.close()
 
 
-def test_one_plant_an_address_and_nobody_at_none(address, tmp_path):
+def test_one_plant_per_address_and_none_at_an_unused_one(address, tmp_path):
     with pytest.raises(ConnectFailed, match="another plant serves at"):
         MockProcess("plant", {"socket": address}).start()
     with pytest.raises(ConnectFailed, match=r"no plant at .*start it first"):

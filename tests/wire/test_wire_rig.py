@@ -48,7 +48,7 @@ def overrides(folder):
         f"cell.wire.mocks.truth-camera.port={truth_port}",
         f"cell.wire.mocks.truth-camera.calibration={calibration}",
         f"cell.wire.socket={folder / 'plant.sock'}",
-        # Seven processes beside a test run on two cores: what a cell must not bear is borne here.
+        # Seven processes share two cores with a test run, so these limits are wider than in a cell.
         "safety.stale_after_s=1.5",
         "safety.watchdog_s=3.0",
         "safety.frozen_after_s=3.0",
@@ -147,7 +147,7 @@ def test_a_cell_on_the_wire_refuses_devices_that_would_live_in_another():
         Rig(load_config(RIG, ["arm.backend=mock-ur5e"]))
 
 
-def test_what_is_wrong_with_a_mocks_table_is_told_as_for_any_option():
+def test_errors_of_a_mocks_table_are_reported_as_for_any_option():
     changes = ["cell.wire.mocks.hand-e.latncy_ms=3", "cell.wire.mocks.ur5e.model=ur7"]
     with pytest.raises(ConfigError) as caught:
         Rig(load_config(RIG, changes))

@@ -81,7 +81,7 @@ class ArucoPoseSource(CameraDevice[PoseSample]):
     def _own_calibration(self, image: NDArray[np.uint8]) -> CameraModel:
         intrinsics = getattr(self._source, "intrinsics", None)
         if intrinsics is None:
-            raise StaleData(NAME, "the camera has not told its intrinsics")
+            raise StaleData(NAME, "the camera has not reported its intrinsics")
         matrix, distortion = intrinsics
         return CameraModel(matrix, distortion, (image.shape[1], image.shape[0]))
 

@@ -49,7 +49,7 @@ class CameraDevice(MotionlessLife, Generic[T]):
 
     @property
     def lost(self) -> int:
-        """How often the camera was lost since it was connected."""
+        """Number of times the camera was lost since `connect`."""
         return self._pump.lost
 
     def connect(self) -> None:
@@ -59,7 +59,7 @@ class CameraDevice(MotionlessLife, Generic[T]):
             self._pump.start()
 
     def close(self) -> None:
-        """End the thread and give the camera back."""
+        """End the thread and release the camera."""
         with self._guard.closing() as first:
             if first:
                 self._pump.close()

@@ -36,7 +36,7 @@ class HttpSource:
         self._local = False
 
     def open(self, timeout_s: float) -> None:
-        """Ask for the stream. Raises ConnectFailed."""
+        """Request the stream. Raises ConnectFailed."""
         address = urlsplit(self._url)
         make = http.client.HTTPSConnection if address.scheme == "https" else http.client.HTTPConnection
         try:

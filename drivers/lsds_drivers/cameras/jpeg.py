@@ -26,9 +26,9 @@ _ALONE = frozenset((0x01, *range(0xD0, 0xD8)))
 
 
 def decode(jpeg: bytes, reduction: Reduction) -> NDArray[np.uint8]:
-    """Return the picture as uint8 RGB, smaller by what `reduction` allows. Raises DataError where it is damaged."""
+    """Return the picture as uint8 RGB, reduced as far as `reduction` allows. Raises DataError if it is damaged."""
     if not jpeg.startswith(START):
-        raise DataError("the frame is no JPEG (damaged on the way)")
+        raise DataError("the frame is not a JPEG (damaged on the way)")
     if END not in jpeg[-64:]:  # some cameras pad behind the end
         raise DataError("the frame has no end (cut short on the way)")
     factor = reduction(*size(jpeg))
@@ -55,7 +55,7 @@ def require_whole(image: NDArray[np.uint8]) -> None:
 
 
 def size(jpeg: bytes) -> tuple[int, int]:
-    """Return (width, height) from the header. Raises DataError where there is none."""
+    """Return (width, height) from the header. Raises DataError if it has no size."""
     for marker, at, length in _segments(jpeg):
         if marker in _SIZES and length >= 7:
             return int.from_bytes(jpeg[at + 5 : at + 7]), int.from_bytes(jpeg[at + 3 : at + 5])
@@ -63,9 +63,9 @@ def size(jpeg: bytes) -> tuple[int, int]:
 
 
 def end_of(data: bytes | bytearray, begin: int = 0) -> int | None:
-    """Return where the JPEG that begins at `begin` ends, None where its end has not come yet.
+    """Return the end of the JPEG that begins at `begin`; None if the end has not arrived yet.
 
-    Raises DataError where there is no JPEG: the headers are walked, because their tables may hold the end mark's bytes.
+    It parses the headers, because their tables may contain the end marker's bytes. Raises DataError without a JPEG.
     """
     if len(data) < begin + 2:
         return None
@@ -83,7 +83,7 @@ def end_of(data: bytes | bytearray, begin: int = 0) -> int | None:
 
 
 def _segments(data: bytes | bytearray, begin: int = 0) -> list[tuple[int, int, int]]:
-    """Return the header's segments that are complete: (marker, where its length stands, length with those bytes)."""
+    """Return the complete segments of the header: (marker, position of its length field, length with that field)."""
     found = []
     at = begin + 2
     while at + 4 <= len(data) and data[at] == 0xFF:

@@ -13,7 +13,7 @@ _PATIENCE = 4 * 1024 * 1024
 
 
 class Part(NamedTuple):
-    """One part: headers by lower-case name, body, and when its headers had come (monotonic ns)."""
+    """One part: headers by lower-case name, body, and arrival time of the headers (monotonic ns)."""
 
     headers: dict[str, str]
     body: bytes
@@ -35,7 +35,7 @@ class PartReader:
         self._data = bytearray()
 
     def next(self) -> Part:
-        """Return the next part. Raises DataError for one damaged part, ProtocolFault for a stream that is none."""
+        """Return the next part. Raises DataError for a damaged part, ProtocolFault if the stream is not multipart."""
         self._skip_to_mark()
         headers = self._headers()
         arrived_ns = self._now()

@@ -71,7 +71,7 @@ class OpenCvSource:
             self._began_ns = None
 
     def _due(self, at_s: float) -> int:
-        """Wait until a frame of the file is due; return when that is."""
+        """Wait until a frame of the file is due; return its due time."""
         now = time.monotonic_ns()
         if self._began_ns is None:
             self._began_ns = now - round(at_s * NS_PER_S)

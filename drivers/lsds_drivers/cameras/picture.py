@@ -52,8 +52,10 @@ class Picture:
         return next((f for f in _FACTORS if inner_width >= f * need[0] and inner_height >= f * need[1]), 1)
 
     def of(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the tactile picture, a new uint8 RGB array (height, width, 3). Raises DataError where too little is
-        left of the camera's."""
+        """Return the tactile picture, a new uint8 RGB array (height, width, 3).
+
+        Raises DataError if the camera's picture is too small after cropping.
+        """
         crop = self.crop
         rows, columns = image.shape[:2]
         x, y = int(columns * crop.border), int(rows * crop.border)

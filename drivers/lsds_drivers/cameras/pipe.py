@@ -44,7 +44,7 @@ class PipeSource:
         while True:
             end = self._end()
             if end is None and time.monotonic() > deadline:
-                raise DeviceTimeout(self._device, f"{self._path}: no picture came for {timeout_s:.1f} s: who writes?")
+                raise DeviceTimeout(self._device, f"{self._path}: no picture for {timeout_s:.1f} s: who writes?")
             if end is not None:
                 jpeg, began_ns = bytes(self._data[:end]), self._began_ns
                 del self._data[:end]

@@ -133,7 +133,7 @@ class FramePump(Generic[T]):
     def newest(self) -> T:
         """Return the newest result.
 
-        Raises DataError once for a damaged picture, StaleData where the newest is too old or there is none yet, and
+        Raises DataError once for a damaged picture, StaleData before the first picture or if the newest is too old, and
         EOFError after the last picture of a recording.
         """
         with self._lock:
@@ -154,7 +154,7 @@ class FramePump(Generic[T]):
 
     @property
     def stale_after_s(self) -> float:
-        """How old the newest frame may be."""
+        """Maximum age of the newest frame (s)."""
         if self._limits.stale_after_s is not None:
             return self._limits.stale_after_s
         return max(0.5, _STALE_FRAMES * (self._interval_s or 0.0))
@@ -205,7 +205,7 @@ class FramePump(Generic[T]):
             self._take(shot, seq)
 
     def _patience_s(self) -> float:
-        """How long to wait for the next picture; for the first good one, what is left of the time to connect."""
+        """Time limit for the next picture; for the first good one, the remaining time to connect."""
         if self._first.is_set():
             return self._limits.silence_s
         return max(0.05, seconds(self._due_ns - self._clock.now()))

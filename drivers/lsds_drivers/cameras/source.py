@@ -39,8 +39,8 @@ class FrameSource(Protocol):
         ...
 
     def shot(self, timeout_s: float) -> Shot:
-        """Wait for the next picture. Raises DataError for one damaged picture, DeviceError where the camera is gone
-        or silent, EOFError where a recording has ended."""
+        """Wait for the next picture. Raises DataError for a damaged picture, DeviceError if the camera is lost or
+        silent, EOFError at the end of a recording."""
         ...
 
     def interrupt(self) -> None:

@@ -46,8 +46,8 @@ class CameraSensor(CameraDevice[Frame]):
     def read(self) -> Frame:
         """Return the newest frame.
 
-        Raises StaleData before the first, where the newest is too old and where the picture has stood still for too
-        long; DataError, once, for a damaged frame; EOFError where a recording has ended.
+        Raises StaleData before the first frame, if the newest is too old, and if the picture has not changed for too
+        long; DataError, once, for a damaged frame; EOFError at the end of a recording.
         """
         self._guard.require_readable()
         frame = self._pump.newest()

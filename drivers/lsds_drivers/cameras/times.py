@@ -29,7 +29,7 @@ class ExposureTimes:
         self._delay_ns = nanoseconds(delay_s)
         self._last_ns: int | None = None
         self.from_device = False
-        """Whether the last time was the device's own."""
+        """Whether the last time was the device's time stamp."""
 
     def of(self, arrived_ns: int, stamp_ns: int | None) -> int:
         """Return the exposure's time (monotonic ns), later than that of any picture before."""

@@ -1,4 +1,4 @@
-"""Arming: reset, activate, and measure the end counts if requested. Only here the gripper moves without a command."""
+"""Arming: reset, activation, and optional calibration of the end counts. Only arming moves without a command."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 ANSWER_S = 2.0
 """Time limit for a status after a write, or for a write: allows several lost frames in a row."""
 _SETTLE_NS = 50_000_000
-"""A fault cleared by the rising edge may still be reported for a few refreshes."""
+"""Time after the rising edge for which the status may still show a fault that the edge has cleared."""
 _CALIBRATION = (128, 0)
-"""Speed and force while the end counts are measured: half, and the least."""
+"""Speed and force counts during calibration: half the speed, minimum force."""
 _END_TOLERANCE = 15
-"""Counts between the configured and the measured end that are still taken for the end and not for an object."""
+"""Maximum difference between the configured and the measured end count; a greater one means that there is an object."""
 
 
 class Arming:
@@ -37,7 +37,7 @@ class Arming:
 
     def is_active(self) -> bool:
         """Return whether the gripper is active without a fault, from a new status. Raises DeviceTimeout."""
-        status = self._await(lambda _status: True, ANSWER_S, self._clock.now(), "did not tell its status")
+        status = self._await(lambda _status: True, ANSWER_S, self._clock.now(), "did not report its status")
         return status.activation is Activation.ACTIVE and not blocks(status.fault)
 
     def activate(self, timeout_s: float) -> None:
@@ -55,7 +55,7 @@ class Arming:
             raise device_fault(self._device, status.fault, status.controller_fault)
 
     def calibrate(self, figures: Figures, timeout_s: float) -> Figures:
-        """Close and open slowly; return the figures with the counts that were reached. Raises DeviceFault."""
+        """Close and open slowly; return the figures with the measured end counts. Raises DeviceFault."""
         closed = self._end_count(255, figures.closed_count, timeout_s)
         opened = self._end_count(0, figures.open_count, timeout_s)
         return replace(figures, open_count=opened, closed_count=closed)
@@ -71,19 +71,19 @@ class Arming:
         if abs(status.position - expected) > _END_TOLERANCE:
             raise DeviceFault(
                 self._device,
-                f"stopped at count {status.position} where about {expected} was to be reached",
-                remedy="take away what is between or around the fingers, or correct open_count and closed_count",
+                f"stopped at count {status.position} instead of about {expected}",
+                remedy="remove any object from the fingers, or correct open_count and closed_count",
             )
         return status.position
 
     def _write(self, order: Order) -> int:
-        """Send and wait until it is written; return when (ns)."""
+        """Send an order and wait until it is written; return the time of the write (ns)."""
         self._require_wanted()
         self._pump.post(order)
         sent = self._pump.wait_sent(order, ANSWER_S)
         self._require_wanted()
         if not sent:
-            raise self._silence("could not be told to begin")
+            raise self._silence("did not acknowledge the request to begin")
         return self._clock.now()
 
     def _await(self, done: Callable[[Status], bool], timeout_s: float, since_ns: int, otherwise: str) -> Status:
@@ -95,7 +95,7 @@ class Arming:
 
     def _require_wanted(self) -> None:
         if self._pump.halts != self._halts:
-            raise DeviceFault(self._device, "stop() came while it was being armed", remedy="arm() it again")
+            raise DeviceFault(self._device, "stop() interrupted the arming", remedy="arm() it again")
 
     def _silence(self, what: str) -> DeviceError:
         cause = self._pump.error

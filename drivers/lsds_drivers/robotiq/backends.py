@@ -1,4 +1,4 @@
-"""The driver backends: each a gripper over a transport."""
+"""Factories of the driver backends, each a gripper over a transport."""
 
 from __future__ import annotations
 

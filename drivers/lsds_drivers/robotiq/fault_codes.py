@@ -1,4 +1,4 @@
-"""The gripper's fault codes (gFLT) in words, with what a person at the cell can do."""
+"""The gripper's fault codes (gFLT) in words, with a remedy for the operator."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ NOT_ACTIVATED, RELEASING = 0x07, 0x0B
 
 
 class Fault(NamedTuple):
-    """One code. `blocks` means that commands are not executed until a person has acted."""
+    """One fault code. `blocks` means that the gripper executes no commands until an operator has acted."""
 
     problem: str
     remedy: str
@@ -26,7 +26,7 @@ FAULTS: dict[int, Fault] = {
     0x09: Fault("it had no communication for a second", "nothing to do once it answers again", blocks=False),
     0x0A: Fault("its supply voltage is too low", f"check the 24 V supply and the coupling's contacts, {_REARM}"),
     0x0B: Fault("an automatic release is under way", f"wait for its end, {_REARM}"),
-    0x0C: Fault("an internal fault", f"switch its power off and on, {_REARM}; call Robotiq where it stays"),
+    0x0C: Fault("an internal fault", f"switch its power off and on, {_REARM}; call Robotiq if it persists"),
     0x0D: Fault("its activation failed", f"take away what is between or around the fingers, {_REARM}"),
     0x0E: Fault("overcurrent", f"free the fingers and lower the force, {_REARM}"),
     0x0F: Fault("an automatic release has ended", f"take the object away, {_REARM}"),
@@ -34,7 +34,7 @@ FAULTS: dict[int, Fault] = {
 
 
 def device_fault(device: str, code: int, controller: int = 0) -> DeviceFault:
-    """Return the error for a fault code; `controller` is the universal controller's own (kFLT)."""
+    """Return the error for a fault code; `controller` is the fault code of the universal controller (kFLT)."""
     fault = FAULTS.get(code) or Fault("a fault that its manual does not list", f"look at its LED, {_REARM}")
     problem = fault.problem + (f", and its controller reports {controller:#x}" if controller else "")
     return DeviceFault(device, problem, remedy=fault.remedy, code=f"0x{code:02X}")

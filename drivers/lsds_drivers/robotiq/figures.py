@@ -1,5 +1,5 @@
-"""Conversion between SI units and counts. Position: 0 open to 255 closed, of which a gripper reaches a part; the rest
-linear.
+"""Conversion between SI units and counts. Positions range from 0 (open) to 255 (closed), of which a gripper reaches a
+part; all conversions are linear.
 
 Robotiq manuals: Hand-E 50 mm, 20 to 150 mm/s, 20 to 185 N; 2F-85 85 mm, 20 to 150 mm/s, 20 to 235 N; 2F-140 140 mm,
 30 to 250 mm/s, 10 to 125 N.
@@ -32,11 +32,11 @@ class Figures:
         return self.stroke_m / (self.closed_count - self.open_count)
 
     def aperture_m(self, count: int) -> float:
-        """Return the aperture of a position count; those beyond the ends are the ends."""
+        """Return the aperture of a position count, clamped to the ends of the stroke."""
         return (self.closed_count - min(max(count, self.open_count), self.closed_count)) * self.resolution_m
 
     def motion(self, command: GripperCommand) -> Motion:
-        """Return the nearest counts that this gripper can be asked for."""
+        """Return the nearest counts that this gripper accepts."""
         position = round(self.closed_count - command.aperture_m / self.resolution_m)
         return Motion(
             min(max(position, self.open_count), self.closed_count),

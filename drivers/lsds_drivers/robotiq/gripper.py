@@ -1,4 +1,4 @@
-"""The gripper: life cycle, reading and commanding, over any transport. See `lsds.contracts.Gripper`."""
+"""The gripper driver: life cycle, reads and commands over any transport. See `lsds.contracts.Gripper`."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from lsds_drivers.robotiq.transport import Transport
 
 STOP_S = 0.8
-"""Time that `stop` waits for its execution; if it is exceeded, the stop is still sent later."""
+"""Time limit of `stop` (s); a stop that takes longer is still sent later."""
 CLOSE_S = 2.0
 ECHO_NS = 50_000_000
-"""A gripper that does not show an acknowledged request for this time does not refresh its registers. The manual states
-200 Hz ("Control"); ten times that is assumed to cover a URCap's controller, too."""
+"""Time without the echo of an acknowledged request after which the registers count as not refreshed. The manual states
+a refresh rate of 200 Hz ("Control"); ten periods are assumed to cover a URCap's controller, too."""
 
 _CONTACT = {Detection.CONTACT_OPENING: Contact.OPENING, Detection.CONTACT_CLOSING: Contact.CLOSING}
 
@@ -87,7 +87,7 @@ class RobotiqGripper:
     def arm(self) -> None:
         """Activate if it is not active (full close and open), and calibrate if the options request it.
 
-        Raises DeviceFault with the gripper's code, DeviceTimeout, ProtocolFault; ended by `stop` from elsewhere.
+        Raises DeviceFault with the gripper's code, DeviceTimeout, ProtocolFault. A `stop` from another thread ends it.
         """
         with self._guard.arming(), self._while_arming():
             arming = Arming(self.device, self._pump, self._clock)
@@ -100,7 +100,7 @@ class RobotiqGripper:
                 self._calibrated = True
 
     def stop(self) -> None:
-        """Stop the fingers where they are, by clearing the go-to bit. Returns within a second; never raises.
+        """Stop the fingers at their present aperture by clearing the go-to bit. Returns within a second; never raises.
 
         If the gripper does not answer in that time, the stop is sent as soon as it answers again.
         """
@@ -125,9 +125,9 @@ class RobotiqGripper:
     def read(self) -> GripperState:
         """Return the newest state. Does no I/O.
 
-        Raises LifecycleError; StaleData where the newest is older than `stale_after_ms` (its cause is the last
-        request's DeviceTimeout, ProtocolFault or ConnectFailed) or the registers stand still; DeviceFault with the
-        gripper's code for a fault that keeps it from obeying, or where it has lost its activation.
+        Raises LifecycleError; StaleData if the newest state is older than `stale_after_ms` (its cause is the last
+        request's DeviceTimeout, ProtocolFault or ConnectFailed) or the registers are not refreshed; DeviceFault with
+        the gripper's code if a fault blocks commands or the gripper has lost its activation.
         """
         self._guard.require_readable()
         sample = self._pump.newest
@@ -151,7 +151,7 @@ class RobotiqGripper:
     def command(self, command: GripperCommand) -> GripperCommand:
         """Pass a motion to the I/O thread; return it as rounded to the gripper's counts. Does no I/O.
 
-        It replaces a motion that was not sent yet. It is sent before it expires or not at all; `counts` shows which.
+        It replaces a motion that was not sent yet. An expired motion is not sent; `counts` shows the outcome.
         Raises LifecycleError, LimitExceeded (not finite), CommandExpired, StaleData, DeviceFault.
         """
         self._guard.require_armed()
@@ -181,9 +181,9 @@ class RobotiqGripper:
         """Release in an emergency: a slow full motion, after which the gripper accepts commands only after arming
         again.
 
-        Only this call requests it. Not part of the `Gripper` contract. Returns when it is sent; `read` then raises
-        DeviceFault with code 0x0B, and 0x0F at its end. Raises LifecycleError before `arm`, StaleData where it could
-        not be sent.
+        Only this call requests it; it is not part of the `Gripper` contract. It returns once the request is sent;
+        `read` then raises DeviceFault with code 0x0B, and 0x0F at the end. Raises LifecycleError before `arm`,
+        StaleData if the request could not be sent.
         """
         self._guard.require_armed("automatic_release")
         order = Order(ACTIVATE | RELEASE | (RELEASE_OPENING if opening else 0), None)

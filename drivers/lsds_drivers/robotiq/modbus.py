@@ -20,23 +20,23 @@ if TYPE_CHECKING:
 
 _HOLDING, _INPUT, _WRITE = 3, 4, 16
 _ASKS = tuple((function, count) for count in range(3, 9) for function in (_INPUT, _HOLDING))
-"""The ways to request the status, each recognized by its answer: a function, and how many registers, of which the first
-three have a meaning."""
+"""Status requests (function, number of registers), which differ in their answers; the first three registers have a
+meaning."""
 _PLAIN = 2
-"""Those of three registers; the others are for losses, where the gripper is found to answer them."""
+"""Number of requests for three registers; the others follow losses, if the gripper answers them."""
 _LEAST_S = 0.015
 QUIET_S = 0.02
-"""Silence after which no late answer can arrive: a USB adapter may delay one by 16 ms."""
+"""Silence after which no late answer can arrive (s); a USB adapter may delay an answer by 16 ms."""
 
 
 class ModbusTransport:
     """A `Transport` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
 
-    RTU answers do not identify their request. So that a late answer is not assigned to a later request, one that was
-    not answered is not repeated within `timeout_s`: the status is requested in another way, whose answer differs. After
-    a damaged answer, and before a write that follows a lost one, the line must be silent.
+    RTU answers do not identify their request. To avoid assigning a late answer to a later request, an unanswered
+    request is not repeated within `timeout_s`; instead, the status is requested with another function or length, whose
+    answer differs. After a damaged answer, and before a write that follows a lost one, the line must be silent.
 
-    A lost frame costs as long as answers usually take, twice (`Patience`), not `timeout_s`.
+    A lost frame costs twice the usual answer time (`Patience`), not `timeout_s`.
     """
 
     def __init__(self, device: str, port: str, slave: int, baud: int, timeout_s: float) -> None:
@@ -102,7 +102,7 @@ class ModbusTransport:
         ask = client.read_holding_registers if function == _HOLDING else client.read_input_registers
         answer = self._exchange(way, ask, STATUS_REGISTER, count=count)
         came = len(answer.registers) if answer.function_code == function else 0
-        # One that answers with three registers to any request is understood, too, where it can be no late answer.
+        # Also accept three registers in answer to any request, unless that could be a late answer.
         if came != count and (came != _ASKS[0][1] or self._is_unanswered((function, came))):
             self._patience.late()
             raise self._spoilt("an answer that belongs to another request")
@@ -127,13 +127,13 @@ class ModbusTransport:
 
     def _ready(self) -> Any:
         client = self._client
-        # Without its socket pymodbus would open one of its own.
+        # Without this socket pymodbus would open another one.
         if client is None or client.socket is None:
             raise self._lost()
         return client
 
     def _way(self) -> tuple[int, int]:
-        """Return the first way to request the status whose answer cannot be that of an earlier request."""
+        """Return the first status request whose answer cannot be mistaken for that of an earlier request."""
         if self._untried and self._answered:
             return self._untried.pop(0)
         for way in self._ways:
@@ -178,10 +178,10 @@ class ModbusTransport:
         return answer
 
     def _wait(self, wait_s: float) -> float:
-        """Set how long the next answer is waited for."""
+        """Set the time limit for the next answer."""
         client = self._ready()
         client.comm_params.timeout_connect = client.transaction.comm_params.timeout_connect = wait_s
-        # Left alone, pymodbus closes a socket after a few lost frames in a row.
+        # By default, pymodbus closes a socket after a few consecutive lost frames.
         client.transaction.count_until_disconnect = client.transaction.max_until_disconnect
         if not isinstance(client.socket, socket.socket):
             client.socket.timeout = wait_s
@@ -190,7 +190,7 @@ class ModbusTransport:
     def _drain(self) -> None:
         """Discard unexpected bytes; after a failure, until the line has been silent for long enough.
 
-        Raises OSError where the other end has gone.
+        Raises OSError if the peer has closed the connection.
         """
         quiet_s = QUIET_S if self._unsettled else 0.0
         link = self._ready().socket
@@ -221,8 +221,8 @@ class ModbusTransport:
     def _lost(self) -> ConnectFailed:
         return ConnectFailed(
             self._device,
-            f"{self._port} has gone away or was closed by the other end",
-            remedy="check the cable; one client at a time can have it",
+            f"{self._port} has disappeared or was closed by the other end",
+            remedy="check the cable; only one client at a time can use it",
         )
 
 

@@ -30,7 +30,7 @@ class GripperOptions(BaseModel):
         default=100.0,
         gt=0,
         le=5000,
-        description="longest that an answer can take; a request is repeated sooner, where answers usually come sooner",
+        description="maximum time for an answer; a request is repeated sooner if answers usually arrive sooner",
     )
     connect_timeout_s: float = Field(default=2.0, gt=0, le=60, description="time limit of connect()")
     activation_timeout_s: float = Field(default=5.0, gt=0, le=60, description="time limit of an activation")
@@ -91,7 +91,7 @@ class HandEOptions(GripperOptions):
     def _known_form(cls, port: str) -> str:
         tcp_address(port)
         if not port:
-            raise ValueError("is empty; `lsds devices` lists the ports that there are")
+            raise ValueError("is empty; `lsds devices` lists the available ports")
         return port
 
 

@@ -1,17 +1,17 @@
-"""How long to wait for an answer before asking again: as long as answers take on this line, not as long as they may."""
+"""Adaptive time limit for an answer before the request is repeated, learned from the answers on this line."""
 
 from __future__ import annotations
 
 _TIMES, _MORE_S = 2.0, 0.005
-"""An answer is given up after so many times the slowest of late, and a little more."""
+"""The time limit is the slowest recent answer time multiplied by `_TIMES`, plus `_MORE_S`."""
 _FORGETS = 0.98
-"""Share of the slowest that remains with each faster answer."""
+"""Factor by which each faster answer reduces the remembered slowest answer time."""
 _STEADY = 8
-"""Silences in a row after which the wait grows: the line may have become slower than it was."""
+"""Number of consecutive missing answers after which the wait grows, because the line may have become slower."""
 
 
 class Patience:
-    """Learns from answers. The wait is between `least_s` and `most_s`, which is what the first answer gets."""
+    """Learns from answers. The wait is between `least_s` and `most_s`; it starts with `most_s`."""
 
     def __init__(self, least_s: float, most_s: float) -> None:
         self._least_s = min(least_s, most_s)
@@ -27,14 +27,14 @@ class Patience:
         return min(self._most_s, wait_s * float(2**doublings))
 
     def answered(self, after_s: float) -> None:
-        """Learn that an answer came after a time."""
+        """Record the time that an answer took."""
         self._slowest_s = max(after_s, _FORGETS * self._slowest_s if self._slowest_s < self._most_s else 0.0)
         self._silences = 0
 
     def silent(self) -> None:
-        """Learn that none came."""
+        """Record a missing answer."""
         self._silences += 1
 
     def late(self) -> None:
-        """Learn that one came when it had been given up."""
+        """Record an answer that arrived after the time limit."""
         self._slowest_s = min(self._most_s, max(self._slowest_s, self.wait_s))

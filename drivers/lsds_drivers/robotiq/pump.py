@@ -1,7 +1,7 @@
 """The I/O thread: polls the status, sends the newest command, reopens a lost port.
 
-Only this thread uses the transport. Callers leave one order at a time, which a newer one replaces, and read the newest
-status; neither waits for a request.
+Only this thread uses the transport. Callers submit one order at a time, which replaces a pending one, and read the
+newest status; neither waits for a request.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lsds_drivers.robotiq.sign_of_life import SignOfLife
 from lsds_drivers.robotiq.transport import Transport
 
 SPACING_NS = 5_000_000
-"""The registers are refreshed at 200 Hz: no more requests than that."""
+"""Minimum time between requests (ns): the refresh period of the registers (200 Hz)."""
 BACK_OFF_NS = (50_000_000, 1_000_000_000)
 """First and longest pause between attempts to open the port."""
 TRUSTED_NS = 250_000_000
@@ -36,7 +36,7 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """An order to write. `expires_ns` is None for the steps of arming, which are waited for."""
+    """An order to write. `expires_ns` is None for the steps of arming, which wait for their execution."""
 
     action: int
     motion: Motion | None
@@ -105,7 +105,7 @@ class Pump:
 
     @property
     def unechoed_ns(self) -> int | None:
-        """Time (ns) of the first acknowledged request that the status does not show, None while it shows the last."""
+        """Time (ns) of the first acknowledged request missing in the status; None if it shows the last one."""
         return self._unechoed_ns if self._unechoed_ns is not None else self._life.unanswered_ns
 
     @property
@@ -114,7 +114,7 @@ class Pump:
         return self._halts_wanted
 
     def open(self, timeout_s: float) -> None:
-        """Open the transport, get a first status, start the thread. Raises ConnectFailed, everything closed again."""
+        """Open the transport, get a first status, start the thread. On ConnectFailed everything is closed again."""
         try:
             self._first_status(self._clock.now() + nanoseconds(timeout_s))
         except BaseException:
@@ -124,7 +124,7 @@ class Pump:
         self._thread.start()
 
     def post(self, order: Order) -> None:
-        """Leave an order; it replaces one that was not sent yet."""
+        """Submit an order; it replaces one that was not sent yet."""
         with self._wake:
             if self._order is not None:
                 self.counts.replaced += 1
@@ -132,7 +132,7 @@ class Pump:
             self._wake.notify_all()
 
     def halt(self, timeout_s: float) -> bool:
-        """End motion as soon as the transport can carry it, instead of any order; return whether that was done.
+        """End motion as soon as possible, in place of any pending order; return whether that was done in time.
 
         A stop that could not be sent in time is sent as soon as the gripper answers again.
         """
@@ -181,7 +181,7 @@ class Pump:
             self._transport.close()
 
     def _first_status(self, deadline_ns: int) -> None:
-        """Open and poll until there is a status; raise ConnectFailed where there is none by then."""
+        """Open and poll until a status arrives. Raises ConnectFailed at the deadline."""
         opened = False
         while True:
             try:
@@ -191,8 +191,8 @@ class Pump:
                 self._poll()
                 return
             except ConnectFailed as error:
-                # A port that cannot be opened is a final failure; one that opened and closed may still have had its
-                # last client.
+                # A port that cannot be opened is a final failure; a port that opened and then closed may still have
+                # been in use by its previous client.
                 if not opened or self._clock.now() >= deadline_ns:
                     raise
                 self._failed(error)
@@ -233,7 +233,7 @@ class Pump:
                 self._wake.notify_all()
 
     def _turn(self) -> None:
-        """Wait until something may be sent, and make one request."""
+        """Wait until a request is allowed, and make one."""
         with self._wake:
             while not self._ending:
                 now = self._clock.now()
@@ -271,7 +271,7 @@ class Pump:
             self._poll()
 
     def _take(self) -> Order | None:
-        """Return the order to send, None where there is none or it must not be sent any more."""
+        """Return the order to send; None without an order, or if it must not be sent any more."""
         order = self._order
         if order is None:
             return None
@@ -289,7 +289,7 @@ class Pump:
         return order
 
     def _send(self, order: Order) -> None:
-        # A request may be carried out although its acknowledgement is lost: the echo then shows either motion.
+        # The gripper may execute a request whose acknowledgement is lost; the echo then shows either motion.
         self._certain = False
         self._write(order.action, order.motion)
         with self._wake:
@@ -306,8 +306,7 @@ class Pump:
             self._wake.notify_all()
 
     def _halt(self, halts: int) -> None:
-        """Clear the go-to bit; the fingers stay where they are. An activation or a release can only be ended by a
-        reset."""
+        """Clear the go-to bit, which stops the fingers. Only a reset can end an activation or a release."""
         sample = self._newest
         assert sample is not None
         before = sample.status
@@ -339,7 +338,7 @@ class Pump:
             self._wake.notify_all()
 
     def _await_echo(self, sample: Sample | None) -> None:
-        """Note since when the echo lags behind the motion sent last."""
+        """Record since when the echo lags behind the last motion."""
         if not self._certain or self._sent is None or sample is None or sample.status.echo == self._sent[1].position:
             self._unechoed_ns = None
         elif self._unechoed_ns is None:

@@ -24,7 +24,7 @@ class Activation(IntEnum):
 
 
 class Detection(IntEnum):
-    """gOBJ; without a meaning while gGTO is 0."""
+    """gOBJ, which has no meaning while gGTO is 0."""
 
     MOVING = 0
     CONTACT_OPENING = 1
@@ -71,7 +71,7 @@ class Motion(NamedTuple):
 
 
 def command_words(action: int, motion: Motion | None) -> list[int]:
-    """Return the registers that carry an action, and a motion where there is one; without, only the first is sent."""
+    """Return the registers for an action and a motion; without a motion, only the first register."""
     if motion is None:
         return [action << 8]
     return [action << 8, motion.position, motion.speed << 8 | motion.force]

@@ -38,12 +38,12 @@ def _refusal(device: str, port: str, error: Exception) -> ConnectFailed:
         )
     if number in (errno.EACCES, errno.EPERM):
         group = _group(port)
-        remedy = f"join its group: sudo usermod -aG {group} $USER, then log in anew"
+        remedy = f"join its group: sudo usermod -aG {group} $USER, then log in again"
         return ConnectFailed(device, f"no permission for {port}", remedy=remedy)
     if number in (errno.EBUSY, errno.EAGAIN):
         return ConnectFailed(device, f"{port} is in use", remedy=f"end the program that has it: fuser -v {port}")
     if number in (errno.ENOTTY, errno.EINVAL, errno.EISDIR, errno.ENOTDIR):
-        return ConnectFailed(device, f"{port} is no serial port", remedy="see `lsds devices`")
+        return ConnectFailed(device, f"{port} is not a serial port", remedy="see `lsds devices`")
     return ConnectFailed(device, f"cannot open {port}: {error}", remedy="see `lsds devices`")
 
 

@@ -1,8 +1,8 @@
-"""A test of a gripper at rest: are its registers still refreshed?
+"""Test whether a gripper at rest still refreshes its registers.
 
-A gripper that holds an object repeats one status, and so does one whose firmware has stopped. The test clears the go-to
-bit, waits until the status shows it, and sets it again. It never writes a position: the gripper holds where it is, then
-goes on with its last motion. That this moves nothing is the manuals' statement; it was not tried on a real gripper.
+A gripper that holds an object repeats one status, and so does a gripper whose firmware has stopped. The test clears the
+go-to bit, waits until the status shows it, and sets it again. It never writes a position: the gripper holds its
+aperture, then resumes its last motion. According to the manuals this moves nothing; it was not tried on a real gripper.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class _Phase(Enum):
 
 
 class SignOfLife:
-    """Plans the test; does no I/O. `period_ns` is the time without any change of the status after which it begins; 0
-    for no test."""
+    """Plans the test; does no I/O. `period_ns` is the time without a change of the status after which a test begins; 0
+    disables tests."""
 
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
@@ -39,22 +39,24 @@ class SignOfLife:
         return self._since_ns if self._phase is _Phase.CLEARING else None
 
     def defers(self, motion: Motion | None) -> bool:
-        """Return whether a motion has to wait until the status shows the cleared bit: one to where the fingers are
-        sent already. It would set the bit before the gripper has answered, and change nothing otherwise."""
+        """Return whether a motion has to wait until the status shows the cleared bit.
+
+        That applies to a motion to the present target, which would set the bit too early and have no other effect.
+        """
         if self._phase is not _Phase.CLEARING or motion is None or self._last is None:
             return False
         return motion.position == self._last.echo
 
     @property
     def pending(self) -> bool:
-        """Whether a test is in progress, which is to end soon."""
+        """Whether a test is in progress, which should end soon."""
         return self._phase is not _Phase.IDLE
 
     def overtaken(self, motion: Motion | None, now_ns: int) -> None:
         """Record another acknowledged request, which sets or clears the bit itself; a test in progress ends.
 
-        It is no sign of life: a stream of requests for one position changes nothing in the status. After a test, one
-        for that position sets the bit as the test would have done.
+        Such requests are no sign of life, because repeated requests for one position do not change the status. After a
+        test, a request for that position sets the bit as the test would have done.
         """
         same = motion is not None and self._last is not None and motion.position == self._last.echo
         self._phase = _Phase.SETTLING if same and self.pending else _Phase.IDLE
@@ -67,7 +69,7 @@ class SignOfLife:
             self._phase = _Phase.RESTORING
 
     def request(self, now_ns: int) -> int | None:
-        """Return the action byte to write now, None for none."""
+        """Return the action byte to write now, or None."""
         status = self._last
         if status is None or status.activation is not Activation.ACTIVE:
             return None
@@ -79,7 +81,7 @@ class SignOfLife:
         return None
 
     def sending(self, action: int, now_ns: int) -> None:
-        """Record a request of this test before it is written: it may be carried out without being acknowledged."""
+        """Record a request of this test before it is written, because it may be executed without acknowledgement."""
         if action & GO_TO:
             self._phase = _Phase.SETTLING
         else:
@@ -87,7 +89,7 @@ class SignOfLife:
         self._since_ns = now_ns
 
     def shown(self, status: Status, now_ns: int) -> Status:
-        """Take a new status; return it with the go-to bit and the detection of before a test in progress."""
+        """Process a new status; during a test, return it with the go-to bit and the detection from before the test."""
         changed, self._last = status != self._last, status
         if changed:
             self._changed_ns = now_ns

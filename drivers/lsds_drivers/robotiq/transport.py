@@ -32,5 +32,5 @@ class Transport(Protocol):
         ...
 
     def write(self, action: int, motion: Motion | None) -> None:
-        """Write the action byte, and a motion where there is one; the request's counts stay as they are without."""
+        """Write the action byte and, unless None, a motion; without one the requested counts stay unchanged."""
         ...

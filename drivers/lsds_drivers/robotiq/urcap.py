@@ -84,7 +84,7 @@ class UrcapTransport:
     # -- inside -------------------------------------------------------------------------------------------
 
     def _exchange(self, request: bytes, lines: int) -> bytes:
-        """Send; return an answer of so many lines, or an acknowledgement where `lines` is 0."""
+        """Send a request; return its answer of `lines` lines, or an acknowledgement if `lines` is 0."""
         connection = self._socket
         if connection is None:
             raise self._lost()
@@ -137,7 +137,7 @@ class UrcapTransport:
             if words[1] == "?":
                 raise DeviceFault(
                     self._device,
-                    f"the robot's controller does not tell {name}",
+                    f"the robot's controller does not report {name}",
                     remedy="release the emergency stop and switch the robot's power on",
                 )
             if not words[1].isascii() or not words[1].isdigit() or int(words[1]) > _LIMITS.get(name, 255):

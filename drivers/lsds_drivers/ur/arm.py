@@ -91,7 +91,7 @@ class UrArm:
             self._armed_child, self._armed_ns = child, time.monotonic_ns() + PROGRAM_SHOWS_NS
 
     def stop(self) -> None:
-        """Decelerate to rest: by the child or, if it has ended, by the controller's dashboard."""
+        """Decelerate to rest through the child or, if it has ended, through the controller's dashboard."""
         child = self._child
         if child is None or self._guard.state is Lifecycle.CLOSED:
             return
@@ -102,7 +102,7 @@ class UrArm:
 
     @property
     def stop_result(self) -> str:
-        """The dashboard's answer to the last stop that needed it because the connection was lost; "" for none."""
+        """Result of the last stop through the dashboard, which is used if the connection is lost; "" without one."""
         return self._stop_result
 
     def disarm(self) -> None:
@@ -128,7 +128,7 @@ class UrArm:
     def read(self) -> ArmState:
         """Return the newest state.
 
-        Raises DeviceError once where the connection was lost, and StaleData until it is back.
+        Raises DeviceError once if the connection was lost, then StaleData until it is restored.
         """
         self._guard.require_readable()
         fault, self._fault = self._fault, None
@@ -136,7 +136,7 @@ class UrArm:
             raise fault
         state = self._child.state if self._child is not None else None
         if state is None:
-            raise StaleData(self._name, "no state has come yet", remedy="wait for the first one and read again")
+            raise StaleData(self._name, "no state has arrived yet", remedy="wait for the first one and read again")
         age_s = seconds(self._clock.now() - state.t_ns)
         if age_s * 1e3 > self.options.stale_after_ms:
             remedy = "see whether the controller still runs, and the network"
@@ -144,7 +144,7 @@ class UrArm:
         return _arm_state(state)
 
     def command(self, command: ArmCommand) -> ArmCommand:
-        """Send; speed and acceleration are limited to the options' own.
+        """Send a command, limited to the speeds and the acceleration of the options; return it as sent.
 
         Raises LifecycleError, LimitExceeded (not finite, acceleration not positive), CommandExpired, DeviceFault in a
         protective stop and after a lost connection.

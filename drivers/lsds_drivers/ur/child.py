@@ -44,7 +44,7 @@ class Child:
             raise ConnectFailed(name, f"its process cannot be started: {error}") from error
         finally:
             theirs.close()
-        self._said: list[str] = []
+        self._stderr: list[str] = []
         self._threads = [
             threading.Thread(target=self._hear, name=f"{name} states", daemon=True),
             threading.Thread(target=self._note, name=f"{name} messages", daemon=True),
@@ -65,7 +65,7 @@ class Child:
             return False
 
     def request(self, kind: Kind, timeout_s: float) -> Reply:
-        """Send a request and return its reply. Raises DeviceTimeout, and DeviceError where the child has ended."""
+        """Send a request and return its reply. Raises DeviceTimeout, and DeviceError if the child has ended."""
         self._requests += 1
         self.send(pack_request(kind, self._requests))
         return self.await_reply(timeout_s)
@@ -73,7 +73,7 @@ class Child:
     def await_reply(self, timeout_s: float) -> Reply:
         """Return the reply to the last request; ignores late replies to earlier requests.
 
-        Raises DeviceTimeout, and DeviceError where the child has ended.
+        Raises DeviceTimeout, and DeviceError if the child has ended.
         """
         deadline = time.monotonic() + timeout_s
         with self._changed:
@@ -92,7 +92,7 @@ class Child:
         return ConnectionLost(self._name, ended.problem, remedy=ended.remedy or "reconnect", code=ended.code)
 
     def close(self) -> None:
-        """End the child: by request first, then by force."""
+        """End the child: first by request, then by force."""
         self.send(bytes([Kind.QUIT]))
         try:
             self._process.wait(END_S)
@@ -119,23 +119,23 @@ class Child:
             if data[0] == Kind.STATE:
                 self.state = unpack_state(data)
             elif data[0] == Kind.DONE:
-                self._tell(reply=unpack_reply(data))
+                self._publish(reply=unpack_reply(data))
             elif data[0] == Kind.FAILED:
                 failed = unpack_reply(data)
-        self._tell(ended=failed or self._autopsy())
+        self._publish(ended=failed or self._autopsy())
 
     def _autopsy(self) -> Reply:
         try:
             code = self._process.wait(END_S)
         except subprocess.TimeoutExpired:
-            return Reply("its process does not talk any more", "reconnect")
+            return Reply("its process does not respond any more", "reconnect")
         if code < 0:
             name = signal.Signals(-code).name
             return Reply(f"ur_rtde's process was ended by {name}", "reconnect; the controller has stopped", -code)
-        said = " ".join("".join(self._said).split())[-300:]
-        return Reply(f"ur_rtde's process has ended{': ' + said if said else ''}", "reconnect", code)
+        output = " ".join("".join(self._stderr).split())[-300:]
+        return Reply(f"ur_rtde's process has ended{': ' + output if output else ''}", "reconnect", code)
 
-    def _tell(self, *, reply: Reply | None = None, ended: Reply | None = None) -> None:
+    def _publish(self, *, reply: Reply | None = None, ended: Reply | None = None) -> None:
         with self._changed:
             if reply is not None:
                 self._reply = reply
@@ -146,5 +146,5 @@ class Child:
     def _note(self) -> None:
         assert self._process.stderr is not None
         for line in self._process.stderr:
-            self._said.append(line)
-            del self._said[:-20]
+            self._stderr.append(line)
+            del self._stderr[:-20]

@@ -7,7 +7,8 @@ from collections import deque
 WINDOW = 64
 """Number of arrivals among which the fastest is used: a quarter of a second at 250 Hz.
 
-Long enough to contain an undelayed one, short enough to adapt soon after the controller's clock has stood still.
+The window is long enough to contain an undelayed arrival, and short enough to adapt soon after the controller's clock
+has stopped for a while.
 """
 
 

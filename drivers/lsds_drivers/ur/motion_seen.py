@@ -1,22 +1,22 @@
-"""Motion of the arm as shown by its states: at rest or not, since when, and whether it slows down."""
+"""Detection of the arm's motion from its states: at rest or moving, since when, and whether it decelerates."""
 
 from __future__ import annotations
 
 import math
 
 REST_M_S, REST_RAD_S = 5e-3, 2e-2
-"""States below this, and below half of the fastest that was seen since the arm was set in motion, or commanded to stop,
-show it at rest."""
+"""Speeds below which a state shows rest, if they are also below half of the fastest speed since the last start of a
+motion or of a stop."""
 LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
-"""But not below this, where a controller's own noise begins."""
+"""Speeds below which a state always shows rest: the noise of the controller."""
 _SLOWS = 0.99
 
 
 class MotionSeen:
-    """Times are arrivals (monotonic ns), 0 for never: `judged_ns` of the newest state; `rests_ns` and `runs_ns` since
-    when all states show rest, or motion; `slowed_ns` when it was last seen to slow down since it was told to stop.
+    """Arrival times of states (monotonic ns); 0 for never. One thread writes, another reads.
 
-    One thread writes, another reads.
+    `judged_ns`: the newest state. `rests_ns`, `runs_ns`: the first of the latest states that all show rest, or motion.
+    `slowed_ns`: the last state that shows deceleration since the command to stop.
     """
 
     def __init__(self) -> None:
@@ -27,8 +27,8 @@ class MotionSeen:
         """Start a motion from rest: the fastest speed is measured from now on."""
         self._fastest = 0.0, 0.0
 
-    def told_to_stop(self) -> None:
-        """Start a stop: earlier states do not show whether the arm obeys it."""
+    def begin_stop(self) -> None:
+        """Record the command to stop; earlier states do not show whether the arm obeys it."""
         self._fastest = 0.0, 0.0
         self.rests_ns, self._slowest, self.slowed_ns = 0, math.inf, 0
 

@@ -37,8 +37,7 @@ class Command(NamedTuple):
 
 
 class State(NamedTuple):
-    """The last state of the controller. `pose` holds a rotation vector; `safety_bits` and the modes are the
-    controller's."""
+    """The last state of the controller, with its `safety_bits` and modes. `pose` contains a rotation vector."""
 
     t_ns: int
     seq: int
@@ -50,8 +49,7 @@ class State(NamedTuple):
 
 
 class Reply(NamedTuple):
-    """The result of a request; `problem` is empty on success. `request` is its number, 0 for the connecting at the
-    start."""
+    """The result of a request; `problem` is empty on success. `request` is its number, 0 for the initial connection."""
 
     problem: str = ""
     remedy: str = ""

@@ -78,11 +78,11 @@ class Worker:
         self._seq = 0
         self._command: Command | None = None
         self._sent_ns = 0
-        # Whether it has been commanded to move and not been seen at rest since; when it was commanded to stop, 0 if it
-        # was not; whether the controller has refused a motion since.
+        # Whether the arm was commanded to move and has not been at rest since; time of the command to stop, 0 without
+        # one; whether the controller has refused a motion since.
         self._moving, self._halted_ns, self._refused, self._refused_ns = False, 0, False, 0
         self._two_states_ns = 2e9 / options["state_rate_hz"]
-        # Whether its program has been seen to run since it was armed; whether it is over, whatever runs there now.
+        # Whether our program has run since arming; whether it has ended, even if another program runs now.
         self._played = self._ended = False
         self._seen = MotionSeen()
 
@@ -175,13 +175,13 @@ class Worker:
         self._send(pack_state(state))
         self._seen.judge(state.speed, now)
 
-    def _runtime(self, told: int) -> int:
+    def _runtime(self, reported: int) -> int:
         """Return the state of our program; after it has ended, a program of another client may be running."""
-        if told == PLAYING:
+        if reported == PLAYING:
             self._played = True
         elif self._played:
             self._ended = True
-        return STOPPED if self._ended else told
+        return STOPPED if self._ended else reported
 
     def _drive(self) -> None:
         """Send the present command if it is new or has to be renewed; brake if it has expired.
@@ -192,7 +192,7 @@ class Worker:
         if control is None or self._refused or self._ended:
             self._command = None
         if control is None or self._ended:
-            # Not fed until it is armed again, so that the controller's watchdog ends any running program.
+            # Do not feed the watchdog until the next arming, so that it ends any running program.
             return
         now = time.monotonic_ns()
         if self._refused:
@@ -212,7 +212,7 @@ class Worker:
         taken = self._control.speedL(twist, acceleration, SPEED_T_S)
         if time.monotonic_ns() - self._sent_ns > REFUSES_NS:
             # ur_rtde may have reconnected meanwhile and started a new program without a watchdog.
-            raise Lost("took too long to take a motion")
+            raise Lost("took too long to accept a motion")
         if not taken:
             self._refuse()
 
@@ -222,17 +222,17 @@ class Worker:
             self._refused, self._refused_ns = True, time.monotonic_ns()
 
     def _halt(self) -> None:
-        """Start to decelerate. Not by speedStop, which waits for rest and would not feed the watchdog meanwhile."""
+        """Start to decelerate. speedStop is unsuitable, because it waits for rest without feeding the watchdog."""
         self._command = None
         if self._control is None or not (self._moving or self._seen.runs_ns):
             return
         if not self._halted_ns:
             self._moving, self._halted_ns = True, time.monotonic_ns()
-            self._seen.told_to_stop()
+            self._seen.begin_stop()
         self._send_speed(_STILL, self._options["stop_acceleration_m_s2"])
 
     def _end_motion(self, control: Any) -> None:
-        """End the speed control of an arm at rest, which takes no time."""
+        """End the speed control of an arm at rest, which returns at once."""
         with contextlib.suppress(RuntimeError):
             if control.speedStop(self._options["stop_acceleration_m_s2"]):
                 return
@@ -251,22 +251,22 @@ class Worker:
         if state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT:
             self._ended = True
         elif now - self._refused_ns > REFUSES_NS + self._two_states_ns:
-            raise Lost("did not take a motion or a stop, and does not say why")
+            raise Lost("refused a motion or a stop without a reason")
 
     def _rest(self, control: Any, now: int) -> None:
         """Without a command: check that the arm comes to rest and stays there; if so, feed the watchdog."""
         settles_ns, seen = SETTLES_NS + self._two_states_ns, self._seen
         if not self._moving:
             if seen.runs_ns and seen.judged_ns - seen.runs_ns > SETTLES_NS:
-                raise Lost("moves, though nobody commands it")
+                raise Lost("moves without a command")
         elif seen.rests_ns and seen.judged_ns - max(seen.rests_ns, seen.slowed_ns) > RESTS_NS:
             self._moving, self._halted_ns = False, 0
             self._end_motion(control)
         elif now - max(self._halted_ns, seen.judged_ns) > settles_ns:
-            # No states: from here on the controller's watchdog stops the arm.
+            # Without states, let the controller's watchdog stop the arm.
             self._ended = True
         elif not seen.rests_ns and now - max(self._halted_ns, seen.slowed_ns) > settles_ns:
-            raise Lost("was told to stop, and does not slow down")
+            raise Lost("does not slow down after the command to stop")
         if now - self._sent_ns < RESEND_NS:
             return
         if self._moving:
@@ -294,11 +294,11 @@ class Worker:
                 self._control.setPayload(options["payload_kg"], options["payload_cog_m"])
             if not self._control.setWatchdog(options["watchdog_hz"]):
                 self._disarm()
-                return Reply("does not take its watchdog, without which it could run on", _CONTROL)
+                return Reply("does not accept its watchdog, without which it could continue to move", _CONTROL)
             self._begin()
         except (RuntimeError, OSError) as error:
             self._disarm()
-            return Reply(f"does not take control: {_plain(error)}", _CONTROL)
+            return Reply(f"does not grant control: {_plain(error)}", _CONTROL)
         return Reply()
 
     def _begin(self) -> None:

@@ -36,7 +36,7 @@ _GRAIN = 0x62A1
 
 
 def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
-    """Make the object's surface; its relief is the object's own, the same in every run."""
+    """Return the object's surface; its relief depends on the object only, so it is the same in every run."""
     if options.height_map:
         return height_map(
             Path(options.height_map), mm_per_px=options.height_map_mm_per_px, range_mm=options.height_map_range_mm
@@ -48,9 +48,9 @@ def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
 
 
 def build_grain(options: CellOptions) -> Grain | None:
-    """Make the fine relief of the object's surface, the object's own as well; None for one without.
+    """Return the fine relief of the object's surface, the same in every run; None without one.
 
-    A height map is the whole of a surface.
+    A height map already contains the whole surface, so it has no additional relief.
     """
     if not options.grain_um or options.height_map:
         return None
@@ -59,7 +59,7 @@ def build_grain(options: CellOptions) -> Grain | None:
 
 
 def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelModel:
-    """Make the gel of the tier asked for."""
+    """Return the gel model of the configured tier."""
     if options.fidelity == "winkler":
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
         return WinklerGel(shape, material, kernel=kernel)
@@ -80,7 +80,7 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
 
 
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
-    """Make the plant; `seed` draws the object's surface and the arm's vibration."""
+    """Return the plant; `seed` draws the object's surface and the arm's vibration."""
     material = GelMaterial(
         modulus_pa=options.modulus_mpa * 1e6,
         poisson=options.poisson,
@@ -128,7 +128,7 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
 
 
 def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
-    """Make a cell that starts at the clock's present."""
+    """Return a cell that starts at the clock's present."""
     return SimulatedCell(
         build_plant(options, context.rng_seed("plant")),
         step_ns=round(options.step_ms * 1e6),
@@ -139,7 +139,7 @@ def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
 
 
 def build_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
-    """Factory of the cell backend `simulated`: installs the cell that the rig's mocks will find."""
+    """Return the cell of the backend `simulated`, installed so that the rig's mocks share it."""
     return context.shared(CELL, lambda: make_cell(options, context))
 
 

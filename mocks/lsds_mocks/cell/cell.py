@@ -27,15 +27,15 @@ KEPT_STEPS = 256
 
 
 class Camera(Protocol):
-    """Something that takes the gel's state at instants it chooses in advance."""
+    """Records the gel's state at instants that it chooses in advance."""
 
     @property
     def next_exposure_ns(self) -> int:
-        """When it exposes next."""
+        """Time of the next exposure."""
         ...
 
     def expose(self, touch: GelTouch) -> None:
-        """Take the gel at `next_exposure_ns`, and choose the next instant."""
+        """Record the gel at `next_exposure_ns`, and choose the next instant."""
         ...
 
 
@@ -57,24 +57,24 @@ class SimulatedCell:
 
     @property
     def t_ns(self) -> int:
-        """The time of the physics: the end of the last step."""
+        """Time of the physics: the end of the last step."""
         return self._t_ns
 
     @property
     def can_turn(self) -> bool:
-        """Whether the arm may turn the pads: only a clamped object is modelled under it."""
+        """Whether the arm may rotate the pads, which is modelled only for a clamped object."""
         return self.plant.parameters.clamped
 
     def connect(self) -> None:
-        """Nothing to do: the physics is here."""
+        """Do nothing: the physics is in this process."""
 
     def close(self) -> None:
-        """Drop the commands that have not taken effect: they hold the devices, which hold the cell, so all of a run
-        would wait for the garbage collector."""
+        """Drop pending commands: they reference the devices, which reference the cell, so the whole run would otherwise
+        stay in memory until the garbage collector runs."""
         self._queue.clear()
 
     def advance(self, t_ns: int) -> None:
-        """Do all whole steps that end by `t_ns`."""
+        """Perform all whole steps that end by `t_ns`."""
         with self._lock:
             while self._t_ns + self.step_ns <= t_ns:
                 self._step()
@@ -90,13 +90,13 @@ class SimulatedCell:
             report = getattr(self.plant.gel, "report", None)
             if report is None:
                 warnings = strain_warnings(self.plant.greatest_strain)
-                summary = f"{self._model}: nothing checks its error (simulated)"
+                summary = f"{self._model}: its error is not checked (simulated)"
                 return {"model": self._model, "summary": summary, "warnings": warnings}
             found = report()
             return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
 
     def history(self) -> tuple[CellTruth, ...]:
-        """Return the truth of each step kept, oldest first; empty unless the option `history_s` is set."""
+        """Return the truth of each recorded step, oldest first; empty unless the option `history_s` is set."""
         with self._lock:
             return tuple(self._history)
 
@@ -113,7 +113,7 @@ class SimulatedCell:
             return self._moments[0]
 
     def watch(self, camera: Camera) -> None:
-        """Add a camera, which exposes from now on."""
+        """Add a camera that exposes from now on."""
         with self._lock:
             self._cameras.append(camera)
 

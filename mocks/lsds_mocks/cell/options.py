@@ -10,7 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from lsds_mocks.objects.catalogue import CATALOGUE, ObjectName, ShapeName, TextureName
 
 _PROPORTIONS = (1.0, 10.0)
-"""Of a pad: a higher one is a post, and the matrices of a flatter one outgrow a common computer."""
+"""Range of a pad's width and height over its thickness: higher pads are posts, and the matrices of flatter ones exceed
+the memory of a common computer."""
 
 
 class CellOptions(BaseModel):

@@ -65,7 +65,7 @@ class ProcessCell:
         self._closing = False
 
     def connect(self) -> None:
-        """Connect to a running plant and reset its object; if there is none, start it and all mocks.
+        """Connect to a running plant and reset its object; without one, start the plant and all mocks.
 
         Raises ConnectFailed.
         """
@@ -81,7 +81,7 @@ class ProcessCell:
         self._truth = RemoteTruth(self.socket)
 
     def start(self) -> dict[str, Mapping[str, str]]:
-        """Start plant and mocks; return the addresses of each. Raises ConnectFailed, with all of them ended again."""
+        """Start plant and mocks; return the addresses of each. On ConnectFailed all of them are stopped."""
         if not self.options.socket:
             make_private(Path(self.socket).parent)
         wanted = [("plant", {"socket": self.socket, **_changed(self.options.plant)})]
@@ -104,21 +104,21 @@ class ProcessCell:
         return next((process.name for process in self._processes if not process.alive), "")
 
     def advance(self, t_ns: int) -> None:
-        """Nothing to do: the plant runs in real time."""
+        """Do nothing: the plant runs in real time."""
 
     def truth(self) -> CellTruth:
-        """Return the plant's newest truth. Raises StaleData where it has stopped, ConnectFailed before `connect`."""
+        """Return the plant's newest truth. Raises StaleData if it has stopped, ConnectFailed before `connect`."""
         if self._truth is None:
             raise ConnectFailed("cell wire", "is not connected", remedy="connect() first")
         return self._truth.truth(self._clock.now(), STALE_S)
 
     def close(self) -> None:
-        """End what it has started."""
+        """Disconnect, and stop the processes that this cell has started."""
         self._closing = True
         if self._truth is not None:
             self._truth.close()
             self._truth = None
-        # The mocks end side by side, the plant that they look at after them.
+        # The mocks end in parallel; the plant, on which they depend, ends after them.
         for mock in self._processes[1:]:
             mock.ask_to_end()
         while self._processes:

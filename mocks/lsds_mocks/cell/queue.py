@@ -1,4 +1,4 @@
-"""Commands on their way to the plant, ordered by when they take effect and not by who called first."""
+"""Pending commands to the plant, ordered by the time at which they take effect, not by the order of calls."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class CommandQueue:
             heapq.heappush(self._heap, (t_ns, source, number, action))
 
     def due(self, t_ns: int) -> Iterator[Action]:
-        """Take out, in order, what is due at `t_ns`."""
+        """Remove and yield, in order, the actions that are due at `t_ns`."""
         while self._heap and self._heap[0][0] <= t_ns:
             with self._lock:
                 action = heapq.heappop(self._heap)[3]
             yield action
 
     def clear(self) -> None:
-        """Drop everything that is not due yet."""
+        """Drop all pending actions."""
         with self._lock:
             self._heap.clear()

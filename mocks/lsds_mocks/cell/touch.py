@@ -1,4 +1,4 @@
-"""The gel of a finger at one instant, as cameras take it."""
+"""The gel of a finger at one instant, as recorded by cameras."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Mock devices, face 1: in process, on the rig's clock, with the timing and the resolution of the real ones."""
+"""In-process mock devices on the rig's clock, with the timing and resolution of the real devices."""

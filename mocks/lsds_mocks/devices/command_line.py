@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class CommandLine:
     """Sends actions to the cell under one device's name.
 
-    An action takes effect `latency` after it was sent, rounded up to the device's own cycle, never before an earlier
-    one. A stop takes effect at once and cancels what was sent before it and has not taken effect.
+    An action takes effect `latency` after it was sent, rounded up to the device's cycle, never before an earlier
+    action. A stop takes effect at once and cancels all pending actions.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class CommandLine:
         self._stops: list[int] = []
 
     def send(self, now_ns: int, action: Action, *, lost: float = 0.0) -> int:
-        """Send; return when it takes effect (ns). With probability `lost` it never does."""
+        """Send an action; return when it takes effect (ns). With probability `lost` it never does."""
         spread, fate = self._rng.uniform(-1, 1), self._rng.random()
         latency_ns = max(0.0, self._latency_ms - 0.5e-6 * self._cycle_ns + spread * self._jitter_ms) * 1e6
         effect_ns = math.ceil((now_ns + latency_ns) / self._cycle_ns) * self._cycle_ns
@@ -43,7 +43,7 @@ class CommandLine:
         return effect_ns
 
     def post(self, effect_ns: int, action: Action) -> None:
-        """Let an action take effect at an instant unless a stop comes before it."""
+        """Schedule an action for an instant; a stop before that instant cancels it."""
         generation = len(self._stops)
 
         def unless_stopped(motion: Motion) -> None:
@@ -53,7 +53,7 @@ class CommandLine:
         self._cell.post(effect_ns, self._name, unless_stopped)
 
     def stop(self, now_ns: int, action: Action) -> None:
-        """Let `action` take effect at once, ahead of all that is under way."""
+        """Perform `action` at once and cancel all pending actions."""
         self._stops.append(now_ns)
         self._cell.post(now_ns, self._name, action)
 

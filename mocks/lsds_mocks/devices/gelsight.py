@@ -28,8 +28,11 @@ NAME = "mock-gelsight-mini"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkerTruth:
-    """Exact dot centres at an instant: `xy_px` and undeformed `rest_px` (N, 2) in pixels of the sensor's own image, row
-    by row of the pad; `contact_fraction` is the part of the image that the object touches."""
+    """Exact marker centres at an instant: displaced `xy_px` and undeformed `rest_px`, both (N, 2).
+
+    They are in pixels of the sensor's image, row by row of the pad. `contact_fraction` is the part of the image that
+    the object touches.
+    """
 
     t_ns: int
     seq: int
@@ -39,7 +42,7 @@ class MarkerTruth:
 
 
 class MockGelSightMini(MotionlessLife):
-    """A `TactileSensor` on either finger of the simulated cell; `lsds_mocks.optics.renderer` says what each sees."""
+    """A `TactileSensor` on either finger of the simulated cell; `lsds_mocks.optics.renderer` describes their views."""
 
     def __init__(self, options: GelSightOptions, context: BuildContext) -> None:
         self.options = options
@@ -74,7 +77,7 @@ class MockGelSightMini(MotionlessLife):
             self.cell.advance(now)
             self._shutter = Shutter(self.options, now, self._seed)
             self.cell.watch(self._shutter)
-            # The gel's matrices from forces to dots take ten milliseconds to make: not in the first frame's time.
+            # Making the gel's matrices takes ten milliseconds, for which the first frame should not wait.
             self._renderer.prepare()
             self._renderer.markers(self.cell.plant.gel, self.cell.gel_state())
 
@@ -85,7 +88,7 @@ class MockGelSightMini(MotionlessLife):
                 self.cell.unwatch(self._shutter)
 
     def read(self) -> Frame:
-        """Return the newest readable frame. Raises StaleData before the first and when the newest is too old."""
+        """Return the newest readable frame. Raises StaleData before the first frame and when the newest is too old."""
         self._guard.require_readable()
         now = self._clock.now()
         self.cell.advance(now)
@@ -100,9 +103,9 @@ class MockGelSightMini(MotionlessLife):
         return self._shown[1]
 
     def marker_truth(self, seq: int | None = None) -> MarkerTruth:
-        """Return exact dots of the last frame read, or of frame `seq` while it is among the last 64 exposed.
+        """Return exact markers of the last frame read, or of frame `seq` while it is among the last 64 exposed.
 
-        Raises LookupError where there is no such frame.
+        Raises LookupError if there is no such frame.
         """
         snapshot = self._shown[0] if self._shown is not None and seq is None else None
         if snapshot is None and self._shutter is not None:

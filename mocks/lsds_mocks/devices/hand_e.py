@@ -44,7 +44,7 @@ class MockHandE:
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
+        """The lifecycle state of the device."""
         return self._guard.state
 
     @property
@@ -64,7 +64,7 @@ class MockHandE:
             self._connected_ns = self._clock.now()
 
     def arm(self) -> None:
-        """Activate: full close and full open where it is not activated yet, waited for on the rig's clock."""
+        """Activate the gripper if necessary (full close and full open), waiting on the rig's clock."""
         with self._guard.arming():
             if not self.options.activated:
                 now = self._clock.now()
@@ -73,7 +73,7 @@ class MockHandE:
                 self._clock.sleep_until(now + ACTIVATION_NS)
 
     def stop(self) -> None:
-        """Stop the fingers where they are; never opens."""
+        """Stop the fingers at their present aperture; never opens."""
         if self._guard.state not in (Lifecycle.NEW, Lifecycle.CLOSED):
             self._line.stop(self._clock.now(), _hold)
 
@@ -106,9 +106,9 @@ class MockHandE:
         )
 
     def command(self, command: GripperCommand) -> GripperCommand:
-        """Send position, speed and force bytes; return what they mean.
+        """Send position, speed and force bytes; return the command that they encode.
 
-        Raises LifecycleError, LimitExceeded where a value is not finite, CommandExpired.
+        Raises LifecycleError, LimitExceeded if a value is not finite, CommandExpired.
         """
         self._guard.require_armed()
         if not all(map(math.isfinite, (command.aperture_m, command.speed_m_s, command.force_n))):
@@ -123,7 +123,7 @@ class MockHandE:
 
 
 class _go:
-    """Go to an aperture at a speed with a force limit."""
+    """Action that moves the fingers to an aperture at a speed with a force limit."""
 
     def __init__(self, aperture_m: float, speed_m_s: float, force_n: float) -> None:
         self.aperture_m = aperture_m

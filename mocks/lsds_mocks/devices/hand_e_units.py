@@ -1,4 +1,4 @@
-"""Between SI units and the bytes of a Hand-E: position ticks, speed byte, force byte.
+"""Conversions between SI units and the bytes of a Hand-E: position ticks, speed byte, force byte.
 
 Robotiq Hand-E manual: position 0 open to 255 closed (about 3 to 228 are reached in practice), speed 0..255 for
 20..150 mm/s, force 0..255 for 20..185 N, both linear.

@@ -1,4 +1,4 @@
-"""How a sensor's images look, from its options and the numbered gel that it carries."""
+"""Appearance of a sensor's images, from its options and its numbered gel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def look_of(options: GelSightOptions) -> Look:
-    """Return the optical part. Options that are set take precedence over those of the numbered gel."""
+    """Return the appearance. Options that are set take precedence over those of the numbered gel."""
     gel = None if options.gel is None else specimen.draw(options.gel)
 
     def of_gel(name: str) -> float:

@@ -20,8 +20,10 @@ KEPT = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
-    """One exposure: what the gel was at `t_ns`. `image_of` is the (t_ns, seq) whose image it shows: its own, or an
-    earlier one where the camera repeats itself."""
+    """One exposure: the gel's state at `t_ns`.
+
+    `image_of` is the (t_ns, seq) of the image that it shows: its own, or an earlier one if the camera repeats a frame.
+    """
 
     seq: int
     t_ns: int
@@ -31,8 +33,10 @@ class Snapshot:
 
 
 class Shutter:
-    """Exposes on a jittered schedule drawn frame by frame from its own random stream, so that nothing that is read
-    or not read changes it. Keeps snapshots until they are superseded."""
+    """Exposes on a jittered schedule and keeps snapshots until they are superseded.
+
+    The schedule is drawn frame by frame from a separate random stream, so that it does not depend on reads.
+    """
 
     def __init__(self, options: GelSightOptions, start_ns: int, seed: list[int]) -> None:
         self._options = options
@@ -49,11 +53,11 @@ class Shutter:
 
     @property
     def next_exposure_ns(self) -> int:
-        """When the next frame is exposed."""
+        """Time of the next exposure."""
         return self._next_ns
 
     def expose(self, touch: GelTouch) -> None:
-        """Take the state of `next_exposure_ns`."""
+        """Record the state at `next_exposure_ns`."""
         options, t_ns, seq, state = self._options, self._next_ns, self._seq, touch.state
         lost, repeated, tail = self._rng.random(), self._rng.random(), self._rng.exponential()
         latency_ns = round((options.latency_ms + options.latency_jitter_ms * min(tail, 8.0)) * 1e6)

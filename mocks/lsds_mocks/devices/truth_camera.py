@@ -1,7 +1,7 @@
-"""Pose source `mock-truth-camera`: sees the simulated cell through rendered pictures, on the cell's own time.
+"""Pose source `mock-truth-camera`: measures poses in rendered pictures of the simulated cell, on the cell's time.
 
-It uses pixels only: the markers are detected in the rendered picture as with a real camera, with noise, blur and
-latency. `CellTruth` has the true state.
+It uses pixels only: it detects the markers in the rendered picture as with a real camera, with noise, blur and latency.
+`CellTruth` has the true state.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class _Exposure(NamedTuple):
 
 
 class _Shutter:
-    """Takes the scene at a fixed rate while the cell steps, and keeps what has not been superseded."""
+    """Records the scene at a fixed rate while the cell steps, and keeps exposures until they are superseded."""
 
     def __init__(self, cell: SimulatedCell, options: TruthCameraOptions, start_ns: int) -> None:
         self._cell = cell
@@ -48,11 +48,11 @@ class _Shutter:
 
     @property
     def next_exposure_ns(self) -> int:
-        """When it exposes next: the middle of the exposure."""
+        """Time of the next exposure: its middle."""
         return self._start_ns + round((self._seq + 1) * NS_PER_S / self._options.rate_hz)
 
     def expose(self, touch: Touch) -> None:
-        """Take the scene at `next_exposure_ns`, from where things are at the step's end and how fast they move."""
+        """Record the scene at `next_exposure_ns`, extrapolated from positions and velocities at the step's end."""
         t_ns, plant = self.next_exposure_ns, self._cell.plant
         late_s = (self._cell.t_ns + self._cell.step_ns - t_ns) / NS_PER_S
         half_s = self._options.exposure_ms * 1e-3 / 2
@@ -67,7 +67,7 @@ class _Shutter:
         self.newest(t_ns)
 
     def newest(self, now_ns: int) -> _Exposure | None:
-        """Return the newest exposure that has become readable, and forget those before it."""
+        """Return the newest readable exposure, and drop older ones."""
         latency_ns = nanoseconds(self._options.latency_ms * 1e-3)
         while len(self.waiting) >= 2 and self.waiting[1].t_ns + latency_ns <= now_ns:
             self.waiting.popleft()
@@ -105,7 +105,7 @@ class MockTruthCamera(MotionlessLife):
                 self._cell.unwatch(self._shutter)
 
     def read(self) -> PoseSample:
-        """Return the poses in the newest readable picture. Raises StaleData before the first, or where it is old."""
+        """Return the poses in the newest readable picture. Raises StaleData before the first one or if too old."""
         self._guard.require_readable()
         now = self._clock.now()
         self._cell.advance(now)

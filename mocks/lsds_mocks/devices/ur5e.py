@@ -1,7 +1,7 @@
 """Mock UR5e: follows vertical Cartesian velocities of the TCP, with the controller's 500 Hz grid and limits.
 
-The plant models vertical motion, and turning about the pads' normal (y of the base) where the object is clamped;
-commands with any other part are refused rather than ignored. Once it has turned, up is along the pads' own axis.
+The plant models vertical motion and, if the object is clamped, rotation about the pads' normal (y of the base). A
+command with any other component is refused instead of being ignored. After a rotation, up is along the pads' axis.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CYCLE_NS = 2_000_000
 REACH_M = 0.85
 TCP_X_M, TCP_Y_M = 0.4, 0.0
 TURN_LIMIT_RAD_S, TURN_RAD_S2 = 3.14, 40.0
-"""The wrist's speed, and how fast it gets there."""
+"""The wrist's maximum speed and acceleration."""
 
 
 class MockUR5e:
@@ -51,7 +51,7 @@ class MockUR5e:
 
     @property
     def lifecycle(self) -> Lifecycle:
-        """Where the device is in its life."""
+        """The lifecycle state of the device."""
         return self._guard.state
 
     @property
@@ -65,7 +65,7 @@ class MockUR5e:
             self._connected_ns = self._clock.now()
 
     def arm(self) -> None:
-        """Make it commandable; clears a protective stop, as a person at the pendant would."""
+        """Accept commands; clears a protective stop, as an operator at the pendant would."""
         with self._guard.arming():
             self._protective_stop = False
 
@@ -102,7 +102,7 @@ class MockUR5e:
         )
 
     def command(self, command: ArmCommand) -> ArmCommand:
-        """Send; speed and acceleration are limited to the arm's own.
+        """Send a command, limited to the arm's speed and acceleration; return the command that was sent.
 
         Raises LifecycleError, LimitExceeded (not finite, not vertical, acceleration not positive), CommandExpired,
         DeviceFault while in protective stop.

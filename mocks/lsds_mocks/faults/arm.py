@@ -16,7 +16,7 @@ _LONG_S = 0.1
 
 
 class _ProtectiveStop(Moved):
-    """The controller has stopped the arm, and takes no command."""
+    """The controller has stopped the arm and accepts no command."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
@@ -30,7 +30,7 @@ class _ProtectiveStop(Moved):
         state: ArmState = super().read()
         return state
 
-    def said(self, state: ArmState) -> ArmState:
+    def reported(self, state: ArmState) -> ArmState:
         return replace(state, protective_stop=True)
 
     def sent(self, command: ArmCommand) -> ArmCommand | None:
@@ -42,7 +42,7 @@ class _Lags(Later):
 
 
 class _Slow(Moved):
-    """It is slowed down, and says that it was sent what it was told."""
+    """The arm moves more slowly than commanded, but reports the commanded twist as sent."""
 
     def sent(self, command: ArmCommand) -> ArmCommand | None:
         x, y, z = (self._plan.level * v for v in command.twist.linear_m_s)
@@ -52,9 +52,9 @@ class _Slow(Moved):
 
 
 class _Gone(Moved):
-    """Neither states nor commands are answered."""
+    """The arm answers neither reads nor commands."""
 
-    def said(self, state: ArmState) -> ArmState:
+    def reported(self, state: ArmState) -> ArmState:
         raise self._silence()
 
     def sent(self, command: ArmCommand) -> ArmCommand | None:

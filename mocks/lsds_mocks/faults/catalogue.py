@@ -1,4 +1,4 @@
-"""The catalogue of faults. Light on purpose: listing plugins reads it."""
+"""The catalogue of faults. It imports no heavy module, because listing plugins reads it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A fault: its name, its factory within `lsds_mocks.faults`, what it does, and what its five severities are: values
-    with their unit, or none where it has no scale. A `malformed` one changes the type or the shape of what it
-    returns, or raises what is no `LsdsError`."""
+    """A fault: its name, its factory within `lsds_mocks.faults` and its effect.
+
+    `levels` are the values of the five severities, in `unit`; empty if the fault has no scale. A `malformed` fault
+    changes the type or the shape of the returned value, or raises an exception that is not an `LsdsError`.
+    """
 
     name: str
     factory: str
@@ -20,7 +22,7 @@ class Entry:
 
     @property
     def target(self) -> str:
-        """What it afflicts, by the first word of its name."""
+        """The kind of part that it affects: the first word of its name."""
         return self.name.partition("-")[0]
 
 
@@ -29,7 +31,7 @@ DELAYS_S = (0.02, 0.05, 0.1, 0.2, 0.5)
 FRAMES = (1, 2, 4, 8, 16)
 
 CATALOGUE = (
-    # -- what the camera shows
+    # -- camera: images
     Entry(
         "camera-dark", "images:dark", "the image darkens, at last to black", (0.3, 0.6, 0.8, 0.95, 1.0), "of the light"
     ),
@@ -59,7 +61,7 @@ CATALOGUE = (
         "of it",
     ),
     Entry("camera-loose-gel", "images:loose_gel", "the gel slides off its window", (5, 20, 50, 100, 300), "px/s"),
-    # -- how its frames come
+    # -- camera: frame stream
     Entry("camera-frozen", "stream:frozen", "no new frame comes"),
     Entry("camera-repeats", "stream:repeats", "frames come, all with the last image"),
     Entry("camera-late", "stream:late", "frames come later, stamped truly", DELAYS_S, "s"),
@@ -80,12 +82,12 @@ CATALOGUE = (
     Entry("gripper-time-out", "gripper:time_out", "answers do not come", SHARES, "of them"),
     Entry("gripper-crc", "gripper:crc", "answers have a wrong check sum", SHARES, "of them"),
     Entry("gripper-refuses", "gripper:refuses", "it answers each command with an exception"),
-    Entry("gripper-fault", "gripper:own_fault", "it reports a fault of its own, and stands still"),
+    Entry("gripper-fault", "gripper:own_fault", "it reports an internal fault and stands still"),
     Entry("gripper-no-power", "gripper:no_power", "it has lost its power: nothing moves, nothing answers"),
     Entry(
         "gripper-offset",
         "gripper:offset",
-        "it tells an aperture that is too great",
+        "it reports an aperture that is too large",
         (1e-4, 3e-4, 1e-3, 3e-3, 1e-2),
         "m",
     ),
@@ -95,35 +97,35 @@ CATALOGUE = (
     Entry("gripper-coarse", "gripper:coarse", "its ticks are coarser", (3e-4, 5e-4, 1e-3, 2e-3, 4e-3), "m"),
     Entry("gripper-loses", "gripper:loses", "commands are lost", (0.05, 0.1, 0.2, 0.5, 0.9), "of them"),
     Entry("gripper-stuck", "gripper:stuck", "the fingers do not move any more"),
-    Entry("gripper-lies", "gripper:lies", "the fingers do not move, and it tells that they did"),
-    Entry("gripper-frozen", "gripper:frozen", "it tells one state for ever"),
+    Entry("gripper-lies", "gripper:lies", "the fingers do not move, but it reports that they did"),
+    Entry("gripper-frozen", "gripper:frozen", "it reports a frozen state"),
     # -- arm
     Entry("arm-protective-stop", "arm:protective_stop", "the arm stops by itself"),
-    Entry("arm-frozen", "arm:frozen", "it tells one state for ever"),
+    Entry("arm-frozen", "arm:frozen", "it reports a frozen state"),
     Entry("arm-lags", "arm:lags", "commands come later", DELAYS_S, "s"),
-    Entry("arm-slow", "arm:slow", "it moves more slowly than told", (0.9, 0.7, 0.5, 0.2, 0.0), "of the speed"),
+    Entry("arm-slow", "arm:slow", "it moves more slowly than commanded", (0.9, 0.7, 0.5, 0.2, 0.0), "of the speed"),
     Entry("arm-gone", "arm:gone", "it is disconnected"),
-    # -- brains
-    Entry("tracker-raises", "brains:tracker_raises", "it raises an exception", malformed=True),
-    Entry("tracker-nan", "brains:tracker_nan", "its positions are NaN"),
-    Entry("tracker-loses", "brains:tracker_loses", "it loses dots", (0.1, 0.2, 0.5, 0.8, 1.0), "of them"),
-    Entry("tracker-wrong", "brains:tracker_wrong", "it returns half of the dots", malformed=True),
-    Entry("detector-raises", "brains:detector_raises", "it raises an exception", malformed=True),
-    Entry("detector-none", "brains:detector_none", "it returns nothing", malformed=True),
-    Entry("detector-nan", "brains:detector_nan", "its score is NaN"),
-    Entry("detector-late", "brains:detector_late", "its answers are of earlier frames", FRAMES, "frames"),
-    Entry("detector-silent", "brains:detector_silent", "it never detects a slip"),
-    Entry("detector-alarms", "brains:detector_alarms", "it calls frames slip", SHARES, "of them"),
-    Entry("estimator-raises", "brains:estimator_raises", "it raises an exception", malformed=True),
-    Entry("estimator-wrong", "brains:estimator_wrong", "it returns a list", malformed=True),
-    Entry("estimator-nan", "brains:estimator_nan", "its numbers are NaN"),
-    Entry("estimator-late", "brains:estimator_late", "its answers are of earlier frames", FRAMES, "frames"),
-    Entry("estimator-scale", "brains:estimator_scale", "its speeds are too great", (1.5, 3, 10, 30, 100), "times"),
-    Entry("controller-raises", "brains:controller_raises", "it raises an exception", malformed=True),
-    Entry("controller-wrong", "brains:controller_wrong", "it returns a text", malformed=True),
-    Entry("controller-nan", "brains:controller_nan", "it commands NaN"),
-    Entry("controller-late", "brains:controller_late", "its commands are of earlier frames", FRAMES, "frames"),
-    # -- who looks on
+    # -- algorithms
+    Entry("tracker-raises", "algorithms:tracker_raises", "it raises an exception", malformed=True),
+    Entry("tracker-nan", "algorithms:tracker_nan", "its positions are NaN"),
+    Entry("tracker-loses", "algorithms:tracker_loses", "it loses dots", (0.1, 0.2, 0.5, 0.8, 1.0), "of them"),
+    Entry("tracker-wrong", "algorithms:tracker_wrong", "it returns half of the dots", malformed=True),
+    Entry("detector-raises", "algorithms:detector_raises", "it raises an exception", malformed=True),
+    Entry("detector-none", "algorithms:detector_none", "it returns nothing", malformed=True),
+    Entry("detector-nan", "algorithms:detector_nan", "its score is NaN"),
+    Entry("detector-late", "algorithms:detector_late", "its answers are of earlier frames", FRAMES, "frames"),
+    Entry("detector-silent", "algorithms:detector_silent", "it never detects a slip"),
+    Entry("detector-alarms", "algorithms:detector_alarms", "it calls frames slip", SHARES, "of them"),
+    Entry("estimator-raises", "algorithms:estimator_raises", "it raises an exception", malformed=True),
+    Entry("estimator-wrong", "algorithms:estimator_wrong", "it returns a list", malformed=True),
+    Entry("estimator-nan", "algorithms:estimator_nan", "its numbers are NaN"),
+    Entry("estimator-late", "algorithms:estimator_late", "its answers are of earlier frames", FRAMES, "frames"),
+    Entry("estimator-scale", "algorithms:estimator_scale", "its speeds are too great", (1.5, 3, 10, 30, 100), "times"),
+    Entry("controller-raises", "algorithms:controller_raises", "it raises an exception", malformed=True),
+    Entry("controller-wrong", "algorithms:controller_wrong", "it returns a text", malformed=True),
+    Entry("controller-nan", "algorithms:controller_nan", "it commands NaN"),
+    Entry("controller-late", "algorithms:controller_late", "its commands are of earlier frames", FRAMES, "frames"),
+    # -- observers
     Entry("observer-raises", "observers:raises", "an observer raises an exception"),
     Entry("observer-disk-full", "observers:disk_full", "an observer's disk is full"),
 )

@@ -1,4 +1,4 @@
-"""Faults of a gripper: of its line, its electronics, its fingers, and of what it tells."""
+"""Faults of a gripper: of its line, its electronics, its fingers and its reported state."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ OVER_CURRENT = 0x0E
 
 
 class _Line(Moved):
-    """A share of the answers, to states and commands, fails with an error."""
+    """A share of the reads and commands fails with an error."""
 
     def error(self) -> DeviceError:
         return DeviceTimeout(NAME, "no answer within 0.1 s", remedy="check the cable and the power")
 
-    def said(self, state: GripperState) -> GripperState:
+    def reported(self, state: GripperState) -> GripperState:
         if self._plan.happens():
             raise self.error()
         return state
@@ -43,12 +43,12 @@ class _Refuses(Moved):
 
 
 class _Still(Moved):
-    """Once it is on, the fingers stand still; what it is told to do it tells as its target."""
+    """The fingers stand still once the fault is on; the gripper still reports the commanded aperture as its target."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
         self._stands = False
-        self._told_m: float | None = None
+        self._commanded_m: float | None = None
 
     def stand(self) -> None:
         """Stop the fingers where they are, once."""
@@ -65,15 +65,15 @@ class _Still(Moved):
 
     def sent(self, command: GripperCommand) -> GripperCommand | None:
         self.stand()
-        self._told_m = command.aperture_m
+        self._commanded_m = command.aperture_m
         return None
 
-    def said(self, state: GripperState) -> GripperState:
-        return state if self._told_m is None else replace(state, target_m=self._told_m)
+    def reported(self, state: GripperState) -> GripperState:
+        return state if self._commanded_m is None else replace(state, target_m=self._commanded_m)
 
 
 class _OwnFault(_Still):
-    def said(self, state: GripperState) -> GripperState:
+    def reported(self, state: GripperState) -> GripperState:
         raise DeviceFault(NAME, "over-current", code=OVER_CURRENT, remedy="let it cool down and activate it again")
 
 
@@ -92,15 +92,15 @@ class _NoPower(_Still):
 
 
 class _Lies(_Still):
-    """It tells that the fingers are where they were last sent."""
+    """The fingers stand still, but the gripper reports the commanded aperture as reached."""
 
-    def said(self, state: GripperState) -> GripperState:
-        told = state.aperture_m if self._told_m is None else self._told_m
-        return replace(state, aperture_m=told, target_m=told, moving=False)
+    def reported(self, state: GripperState) -> GripperState:
+        claimed_m = state.aperture_m if self._commanded_m is None else self._commanded_m
+        return replace(state, aperture_m=claimed_m, target_m=claimed_m, moving=False)
 
 
 class _Offset(Moved):
-    def said(self, state: GripperState) -> GripperState:
+    def reported(self, state: GripperState) -> GripperState:
         return replace(state, aperture_m=state.aperture_m + self._plan.level)
 
 

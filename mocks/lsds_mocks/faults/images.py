@@ -1,4 +1,4 @@
-"""Faults of what a camera shows: each is a function of an image."""
+"""Faults of a camera's images: each is a function of an image."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Change = Callable[[Image, "Shown"], NDArray[Any]]
 FLICKER_HZ = 7.0
 GREY = 128
 TILES = (6, 8)
-"""A gel that is stuck in places is stuck in tiles: rows and columns of them."""
+"""Rows and columns of the tiles into which `stuck_dots` divides the image."""
 
 
 class Shown(Around):

@@ -1,4 +1,4 @@
-"""Makes factories of faults, as the catalogue names them."""
+"""Makes the factories of faults that the catalogue names."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Made:
 
 
 def fault(wrapper: Callable[[Any, Plan], Any], factory: str) -> Callable[[FaultOptions, BuildContext], Made]:
-    """Return the factory of a fault, that of the catalogue with this name; `wrapper` puts the fault around a part."""
+    """Return the factory of the fault that the catalogue lists under `factory`; `wrapper` puts it around a part."""
     entry = _ENTRIES[factory]
 
     def make(options: FaultOptions, context: BuildContext) -> Made:

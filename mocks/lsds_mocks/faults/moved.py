@@ -1,4 +1,4 @@
-"""What faults of a gripper and of an arm have in common: both tell a state and take commands."""
+"""Base classes for faults of a gripper and of an arm, both of which report a state and take commands."""
 
 from __future__ import annotations
 
@@ -11,42 +11,43 @@ from lsds_mocks.faults.plan import Around, Plan
 
 
 class Moved(Around):
-    """A device that moves, with a fault: `said` is what it tells of a state, `sent` what becomes of a command (None:
-    nothing)."""
+    """A moving device with a fault: `reported` changes the state, `sent` changes a command or drops it (None)."""
 
     def read(self) -> Any:
-        """Return the newest state, as the fault has it."""
+        """Return the newest state, changed while the fault is on."""
         state = self._part.read()
-        return self.said(state) if self._plan.on else state
+        return self.reported(state) if self._plan.on else state
 
     def command(self, command: Any) -> Any:
-        """Send a command, or what the fault leaves of it; return what was sent."""
+        """Send a command, changed or dropped while the fault is on; return the command that was sent."""
         wanted = self.sent(command) if self._plan.on else command
         return command if wanted is None else self._part.command(wanted)
 
-    def said(self, state: Any) -> Any:
-        """Return what is told of a state while the fault is on."""
+    def reported(self, state: Any) -> Any:
+        """Return the state to report while the fault is on."""
         return state
 
     def sent(self, command: Any) -> Any | None:
-        """Return what is sent of a command while the fault is on."""
+        """Return the command to send while the fault is on, or None to drop it."""
         return command
 
 
 class Frozen(Moved):
-    """It tells the state of when the fault began, for ever."""
+    """A device that keeps reporting its state from the moment when the fault began."""
 
     _last: Any = None
 
-    def said(self, state: Any) -> Any:
-        """Return the first state that the fault saw."""
+    def reported(self, state: Any) -> Any:
+        """Return the first state that was read while the fault was on."""
         self._last = state if self._last is None else self._last
         return self._last
 
 
 class Later(Moved):
-    """Commands wait; they are carried out, in their order, at the next call after their time. Those that wait when the
-    fault ends are lost: a newer one comes before them."""
+    """Delays commands: each is sent, in order, at the first call after its delay.
+
+    Commands that still wait when the fault ends are lost, because a newer command overtakes them.
+    """
 
     _lifetime_s = 0.1
 
@@ -55,7 +56,7 @@ class Later(Moved):
         self._waiting: deque[tuple[int, Any]] = deque()
 
     def read(self) -> Any:
-        """Return the newest state, after what has waited was sent."""
+        """Send the commands that are due, then return the newest state."""
         self._send()
         return super().read()
 
@@ -66,13 +67,13 @@ class Later(Moved):
         return super().command(command)
 
     def sent(self, command: Any) -> Any | None:
-        """Have a command wait."""
+        """Queue a command; return None, because it is sent later."""
         self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), command))
         self._send()
         return None
 
     def stop(self) -> None:
-        """Stop: nothing that waits is sent any more."""
+        """Stop the device and drop all queued commands."""
         self._waiting.clear()
         self._part.stop()
 

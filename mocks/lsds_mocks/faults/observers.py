@@ -1,4 +1,4 @@
-"""Faults of who looks on: an observer that fails while the fault is on."""
+"""Faults of observers: an observer that raises an exception while the fault is on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a fault is on, and how badly."""
+"""Schedule and severity of a fault."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class FaultOptions(BaseModel):
 
 
 class Plan:
-    """Tells a fault when it is on. `level` is the value of its severity, 1 for a fault without a scale."""
+    """Decides when a fault is on. `level` is the value of its severity, 1 for a fault without a scale."""
 
     def __init__(self, name: str, levels: tuple[float, ...], options: FaultOptions, context: BuildContext) -> None:
         self.name = name
@@ -40,7 +40,7 @@ class Plan:
         self._options = options
         self.clock = context.clock
         self._stages = shared_stages(context)
-        # Two faults of one name are two faults: each has its own stream.
+        # Two faults of the same name must not share one stream of random numbers.
         number = next(context.shared(f"faults {name}", count))
         self._entropy = context.rng_seed(f"fault {name}" + (f" {number}" if number else ""))
         self._rng: np.random.Generator | None = None
@@ -60,12 +60,12 @@ class Plan:
         return self._rng
 
     def restart(self) -> None:
-        """Begin the stream of random numbers anew."""
+        """Restart the stream of random numbers."""
         self._rng = None
 
     @property
     def since_s(self) -> float:
-        """How long the fault has been on (s), NaN while it is not."""
+        """Time since the fault began (s); NaN while it is off."""
         began_ns = self._stages.began_ns(self._options.at)
         if began_ns is None:
             return math.nan
@@ -79,12 +79,12 @@ class Plan:
         return not math.isnan(self.since_s)
 
     def happens(self) -> bool:
-        """Whether it happens this time, for a fault whose level is a probability."""
+        """Whether the fault strikes this time; its level is the probability."""
         return self.on and bool(self.rng.random() < self.level)
 
 
 class Around:
-    """A part of a rig with a fault around it: what is not said otherwise is the part's own."""
+    """A part of a rig with a fault around it; attributes that the fault does not define are those of the part."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         self._part, self._plan = part, plan

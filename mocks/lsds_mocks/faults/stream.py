@@ -1,4 +1,4 @@
-"""Faults of how a camera's frames come: late, lost, twice, in another order, with wrong time stamps, or not at all."""
+"""Faults of a camera's frame stream: late, lost, repeated, swapped or undecodable frames, and wrong time stamps."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ KEPT = 64
 
 
 class Stream(Around):
-    """A sensor with a fault of its stream: `take` is given each new frame while the fault is on, and returns the one
-    that is seen, None for none; its sequence goes on counting."""
+    """A sensor with a fault of its stream.
+
+    While the fault is on, `take` receives each new frame and returns the frame to deliver, or None to deliver none. The
+    sequence number goes on counting.
+    """
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
@@ -26,7 +29,7 @@ class Stream(Around):
         self.seen: Frame | None = None
 
     def read(self) -> Frame:
-        """Return the newest frame that the fault lets through. Raises what a camera with that fault raises."""
+        """Return the newest frame that the fault lets through. Raises StaleData before the first frame."""
         frame: Frame = self._part.read()
         if frame is not self._newest:
             self._newest = frame
@@ -37,7 +40,7 @@ class Stream(Around):
         return self.seen
 
     def take(self, frame: Frame) -> Frame | None:
-        """Return what is seen of a new frame."""
+        """Return the frame to deliver for a new frame, or None to deliver none."""
         return frame
 
 
@@ -79,7 +82,7 @@ class _ClockBack(_ClockStep):
 
 
 class _Swaps(Stream):
-    """A frame is kept back, and comes right after its successor, each with its own time."""
+    """Holds a frame back and delivers it right after its successor; both keep their time stamps."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
@@ -106,7 +109,7 @@ class _Swaps(Stream):
 
 
 class _Late(Stream):
-    """Frames wait. What had come before the fault has come already."""
+    """Delays frames. Frames from before the fault were delivered without delay."""
 
     unsaid = False
 
@@ -119,7 +122,7 @@ class _Late(Stream):
         return None
 
     def read(self) -> Frame:
-        """Return the newest frame that has waited for long enough."""
+        """Return the newest frame whose delay is over. Raises StaleData before the first frame."""
         super().read()
         while self._waiting and self._waiting[0][0] <= self._plan.clock.now():
             _, frame = self._waiting.popleft()
@@ -135,7 +138,7 @@ class _LateUnsaid(_Late):
 
 
 class _Garbled(Around):
-    """A damaged frame is one error, not one for each time it is asked for."""
+    """Decides once per frame whether it is damaged, so that reading one frame twice gives the same result."""
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
@@ -143,7 +146,7 @@ class _Garbled(Around):
         self._bad = False
 
     def read(self) -> Frame:
-        """Return the newest frame. Raises DataError where it is damaged."""
+        """Return the newest frame. Raises DataError if it is damaged."""
         frame: Frame = self._part.read()
         if frame is not self._newest:
             self._newest, self._bad = frame, self._plan.happens()

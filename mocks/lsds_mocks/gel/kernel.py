@@ -1,10 +1,10 @@
-"""How a force on the gel's surface moves the surface around it.
+"""Displacement of the gel's surface around a point force.
 
 For a tangential force f at distance vector r: u = [sum_j a_j g_j(r) + b_j g_j(r) r r^T / l_j^2] f, for a normal force
 p pressing into the gel: u = sum_j c_j g_j(r) r / l_j p, with Gaussians g_j = exp(-r^2 / 2 l_j^2) of four lengths. The
 twelve coefficients are a least-squares fit to the finite-pad reference solution (E = 0.2 MPa; they scale with 1/E).
-Being a function of distance only it knows no walls. Under the contact
-`lsds_mocks.gel.markers` corrects it; the fit is of both together.
+The kernel depends on distance only, so it does not model the pad's walls. `lsds_mocks.gel.markers` corrects it under
+the contact; the coefficients were fitted with that correction in place.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""From what the bristles feel to where the dots go.
+"""Marker displacements from the forces and deflections of the bristles.
 
-Two views of the same surface: forces move everything around them (`lsds_mocks.gel.kernel`), and under the contact the
-surface goes where the bristles' tips go. The kernel alone lets dots in the middle of a stuck patch overtake the
-object by a third; so under the contact the kernel's answer is drawn to the tips, fully in the middle of the patch
-and not at all beside it.
+Forces move the whole surface around them (`lsds_mocks.gel.kernel`); under the contact the surface follows the bristles'
+tips. The kernel alone moves markers in the middle of a stuck patch a third farther than the object. Under the contact
+the displacement is therefore blended from the kernel's to the tips': fully in the middle of the patch, not at all
+outside it.
 
-Both are linear in the forces, so for one contact they are one matrix; it is rebuilt when the contact changes.
+Both parts are linear in the forces, so one matrix serves one contact; it is rebuilt when the contact changes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 REACH_M = 0.8e-3
 """Distance over which a bristle tip represents the surface around it."""
 QUORUM = 0.1
-"""Part of a full patch's weight at which tips and kernel count alike."""
+"""Part of a full patch's weight at which tips and kernel have equal weight."""
 
 
 def _nearness(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -31,7 +31,7 @@ def _nearness(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArr
 
 
 def _normalised(near: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (M, N): how much each tip speaks for each dot; rows add up to less than 1, to 0 far from the contact.
+    """Return (M, N): weight of each tip for each marker; rows add up to less than 1, to 0 far from the contact.
 
     `share` (N,) is 1 in the middle of the contact, 0 at its rim and beyond.
     """
@@ -42,7 +42,7 @@ def _normalised(near: NDArray[np.float64], share: NDArray[np.float64]) -> NDArra
 
 
 class MarkerField:
-    """Marker displacements for M dots on N bristles. Single precision: a millionth of a pixel, at half the memory."""
+    """Displacements of M markers on N bristles; single precision is exact to a millionth of a pixel."""
 
     def __init__(self, xy_m: NDArray[np.float64], points_m: NDArray[np.float64], kernel: MarkerKernel) -> None:
         self.xy_m = xy_m
@@ -65,7 +65,7 @@ class MarkerField:
         return np.asarray((by_force + by_tips).T, np.float64)
 
     def _take_contact(self, share: NDArray[np.float64]) -> None:
-        """Kernel at the dots, less what the tips' say takes off it: at_dots - weights at_tips."""
+        """Set the matrices of a contact: the kernel at the markers less its weighted value at the tips."""
         self._share = share
         self._weights = _normalised(self._near, share).astype(np.float32)
         for start in range(0, len(self._weights), _ROWS):
@@ -74,7 +74,8 @@ class MarkerField:
 
 
 _ROWS = 16
-"""Dots at a time: products of this size do not wake BLAS's threads, which on a busy machine keep a frame waiting."""
+"""Markers per product. BLAS computes products of this size without its threads, which on a busy machine delay a
+frame."""
 
 
 def _by_direction(matrix: NDArray[np.float64], points: int) -> NDArray[np.float32]:

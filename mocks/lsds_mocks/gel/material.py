@@ -18,9 +18,10 @@ from dataclasses import dataclass
 OVERLAP_STIFFNESS_PER_M = 570.0
 RIM_SHEAR = 0.68
 CONTACT_LEVEL = 0.85
-"""Contact ends where the gap reaches this part of the indentation: the free surface deforms around the object."""
+"""Gap at the edge of the contact, as part of the indentation: below 1, since the free surface deforms around it."""
 PRESSURE_EXPONENT = 0.55
-"""Pressure goes with (overlap)^0.55: between a half-space (0.5) and a thin layer (1), from where full slip sets in."""
+"""Pressure is proportional to overlap to this power, between half-space (0.5) and thin layer (1); fitted to the onset
+of full slip."""
 
 
 @dataclass(frozen=True, slots=True)

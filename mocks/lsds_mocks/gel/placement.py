@@ -1,4 +1,4 @@
-"""Where an object is on the pad."""
+"""Position and rotation of an object on the pad."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Placement(NamedTuple):
-    """Where the object's own origin is on the pad (m), and how far it has turned from x to y (rad)."""
+    """Position of the object's origin on the pad (m), and its rotation from x to y (rad)."""
 
     x_m: float = 0.0
     y_m: float = 0.0
@@ -22,7 +22,7 @@ class Placement(NamedTuple):
         return Placement(x + dx_m, y + dy_m, self.angle_rad + dtheta_rad)
 
     def distance_m(self, other: Placement) -> float:
-        """Return how far (m) the two are apart, turning counted at the rim of a pad."""
+        """Return the distance (m) between two placements, with rotation counted at the rim of a pad."""
         return math.hypot(self.x_m - other.x_m, self.y_m - other.y_m) + _RIM_M * abs(self.angle_rad - other.angle_rad)
 
 

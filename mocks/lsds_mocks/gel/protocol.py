@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
 
 class Reaction(NamedTuple):
-    """What the object does to the gel after a trial motion: force (N) along x and y, torque (N m) about the pad's
-    centre, the tangent stiffness (N/m) along y, a lower bound where part of the patch slides, and the normal force."""
+    """Load of the object on the gel after a trial motion.
+
+    Force (N) along x and y, torque (N m) about the pad's centre, tangent stiffness (N/m) along y (a lower bound if part
+    of the patch slides), and normal force (N).
+    """
 
     force_x_n: float
     force_y_n: float
@@ -33,21 +36,21 @@ NO_REACTION = Reaction(0.0, 0.0, 0.0, 0.0, 0.0)
 class GelModel(Protocol):
     """A gel with friction and memory, driven by the object's rigid motion.
 
-    Each step: `press`, `set_friction`, then any number of `trial`s, of which the last is made real by `commit`.
-    Trials never touch the history. The history is a `GelState`: a value that can be copied, kept and put back. `grain`
-    is the fine relief of the object's surface, which is seen and not felt; None where there is none.
+    Each step calls `press` and `set_friction`, then any number of `trial`s; `commit` adopts the last trial. A trial
+    does not change the history. The history is a `GelState`, a value that `state` copies and `restore` sets. `grain` is
+    the fine relief of the object's surface, which shows in images but does not affect forces; None without relief.
     """
 
     grain: Grain | None
 
     @property
     def points_m(self) -> NDArray[np.float64]:
-        """Where friction is asked for, (2, N); another array when they have changed, which `press` may do."""
+        """Points (2, N) that need a friction coefficient; a new array whenever they change, as `press` may do."""
         ...
 
     @property
     def force_tolerance(self) -> float:
-        """Error of forces, as part of the normal force, that the model leaves; no smaller error can be reached."""
+        """Smallest error of forces that the model can reach, as part of the normal force."""
         ...
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
@@ -63,7 +66,7 @@ class GelModel(Protocol):
         ...
 
     def commit(self) -> None:
-        """Make the last trial real."""
+        """Adopt the last trial."""
         ...
 
     @property
@@ -73,7 +76,7 @@ class GelModel(Protocol):
 
     @property
     def stick_ratio(self) -> float:
-        """Fraction of the contact area that did not slide in the last committed step; 1 where nothing touches."""
+        """Fraction of the contact area that did not slide in the last committed step; 1 without contact."""
         ...
 
     @property
@@ -83,7 +86,7 @@ class GelModel(Protocol):
 
     @property
     def elastic_energy_j(self) -> float:
-        """Energy stored in the gel: of shear, and where the model solves for it, of pressing."""
+        """Energy stored in the gel by shear and, if the model solves for it, by pressing."""
         ...
 
     def state(self) -> GelState:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Motion = tuple[float, float, float]
-"""Of an object over the pad: dx and dy (m), and turning about the pad's centre (rad)."""
+"""Motion of an object over the pad: dx and dy (m), and rotation about the pad's centre (rad)."""
 
 
 class Shape(Protocol):
@@ -27,7 +27,7 @@ class Shape(Protocol):
 
     @property
     def angle_rad(self) -> float:
-        """How the shape's own axes are turned against the gel's."""
+        """Rotation of the shape's axes relative to the gel's."""
         ...
 
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -35,8 +35,7 @@ class Shape(Protocol):
         ...
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
-        """Return whether a motion carries the surface along itself, so that the gap stays as it is all over a pad of
-        width and height `pad_m`."""
+        """Return whether a motion leaves the gap unchanged everywhere on a pad of width and height `pad_m`."""
         ...
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -69,7 +68,7 @@ class Surface:
         return self.gap(x_m, y_m)
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
-        """No motion leaves the gap as it is."""
+        """Return False: the gap of a general surface changes with every motion."""
         return False
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -95,7 +94,7 @@ class Surface:
         return max(1, int((self._lattice < indentation_m).sum())) * _LATTICE_M**2
 
     def perimeter_per_area(self, indentation_m: float) -> float:
-        """Count of lattice edges between under and not under; pi/4 for the steps that a slanted outline takes."""
+        """Count of lattice edges on the outline, times pi/4 because a slanted outline is counted in steps."""
         under = self._lattice < indentation_m
         edges = int((under[1:] != under[:-1]).sum() + (under[:, 1:] != under[:, :-1]).sum())
         return math.pi / 4 * edges * _LATTICE_M / self.area(indentation_m)
@@ -108,7 +107,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Unturned(Surface):
-    """A shape whose axes are the gel's."""
+    """A shape whose axes are parallel to the gel's."""
 
     @property
     def angle_rad(self) -> float:
@@ -124,7 +123,7 @@ _ALONG: NDArray[np.float64] = np.asarray((np.arange(84) - 41.5) * _LATTICE_M, np
 
 @dataclass(frozen=True)
 class Cylinder(Surface):
-    """A cylinder lying on the gel, axis along y turned by `angle_rad`, as long as `length_m`."""
+    """A cylinder of length `length_m` lying on the gel, its axis turned from y by `angle_rad`."""
 
     radius_m: float
     length_m: float
@@ -191,7 +190,7 @@ class Sphere(Surface):
 
 @dataclass(frozen=True)
 class Flat(Unturned):
-    """A face without an end."""
+    """An unbounded flat face."""
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
         """However it moves."""
@@ -204,7 +203,7 @@ class Flat(Unturned):
 
 @dataclass(frozen=True)
 class Box(Surface):
-    """A flat rectangular face, `width_m` along x and `height_m` along y over all, its edges rounded by `edge_m`."""
+    """A flat rectangular face with rounded edges: `width_m` along x, `height_m` along y, edge radius `edge_m`."""
 
     width_m: float
     height_m: float
@@ -212,7 +211,7 @@ class Box(Surface):
     angle_rad: float = 0.0
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
-        """Across edges that are beyond the pad before and after, and along all of them."""
+        """Return whether the motion is along the edges, or crosses only edges that stay beyond the pad."""
         after = place.moved(*motion)
         angle = self.angle_rad + place.angle_rad
         cos, sin = math.cos(angle), math.sin(angle)
@@ -236,7 +235,7 @@ class Box(Surface):
         return self.area(indentation_m) * indentation_m
 
     def half_extent(self, indentation_m: float) -> tuple[float, float]:
-        """Half the face, as far as there is a pad."""
+        """Half of the face, limited to the pad."""
         return min(self.width_m, _PAD_M[0]) / 2, min(self.height_m, _PAD_M[1]) / 2
 
     def area(self, indentation_m: float) -> float:
@@ -251,7 +250,7 @@ class Box(Surface):
 
 
 def _farthest(angle_rad: float, place: Placement, pad_m: tuple[float, float]) -> tuple[float, float]:
-    """Return how far (m) the pad reaches from an object's origin, along either of its axes, whichever the way."""
+    """Return how far (m) the pad extends from an object's origin in either direction, along each of its axes."""
     angle = angle_rad + place.angle_rad
     cos, sin = math.cos(angle), math.sin(angle)
     across = abs(place.x_m * cos + place.y_m * sin) + (pad_m[0] * abs(cos) + pad_m[1] * abs(sin)) / 2
@@ -260,27 +259,27 @@ def _farthest(angle_rad: float, place: Placement, pad_m: tuple[float, float]) ->
 
 
 _WALL = 20.0
-"""Slope of a wall: steep, but a cell's mean gap stays a number."""
+"""Slope of a wall: steep, but finite so that a cell's mean gap stays finite."""
 
 
 @dataclass(frozen=True)
 class Moved(Unturned):
-    """Another shape, its origin elsewhere on the pad."""
+    """Another shape with its origin moved on the pad."""
 
     base: Shape
     x_m: float
     y_m: float
 
     def gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The other's gap, there."""
+        """Gap of the moved shape."""
         return self.base.gap(x_m - self.x_m, y_m - self.y_m)
 
     def least_gap(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The other's least gap, there."""
+        """Least gap of the moved shape."""
         return self.base.least_gap(x_m - self.x_m, y_m - self.y_m)
 
     def slides_along(self, place: Placement, motion: Motion, pad_m: tuple[float, float]) -> bool:
-        """When the other would."""
+        """Return whether the original shape slides along itself."""
         cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
         origin = place.x_m + cos * self.x_m - sin * self.y_m, place.y_m + sin * self.x_m + cos * self.y_m
         return self.base.slides_along(Placement(*origin, place.angle_rad), motion, pad_m)

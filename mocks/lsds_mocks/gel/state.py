@@ -13,11 +13,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GelState:
-    """Shear deflection (2, N) in metres and shear force (2, N) in newtons of each point, normal force per point (N,)
-    in newtons, which points slid, indentation (m), total normal force (N) and the stretch of y (m) under the object.
-    A model whose points come and go names them by `cells` (N,) of a grid `fine`, and where the object's surface is by
-    `placement` (x and y in metres, turn in radians). `body` is the same of the object itself, also where a model need
-    not follow a surface that carries itself along."""
+    """History of a gel with N points.
+
+    `deflection_m` and `shear_n` (2, N), `pressure_n` (N,) normal force in newtons and `slid` (N,) are per point;
+    `reach_m` is the range of y under the object, None for all. A model with a changing set of points identifies them by
+    `cells` (N,) of a grid `fine`. `placement` (x and y in metres, rotation in radians) is the position of the object's
+    surface; `body` that of the object itself, which differs if the surface slides along itself.
+    """
 
     deflection_m: NDArray[np.float64]
     shear_n: NDArray[np.float64]
@@ -40,7 +42,7 @@ def blend(early: GelState, late: GelState, share: float) -> GelState:
         early = _over(late.cells, early)
     x, y, angle = (a + share * (b - a) for a, b in zip(early.placement, late.placement, strict=True))
     body_x, body_y, turn = (a + share * (b - a) for a, b in zip(early.body, late.body, strict=True))
-    # In this form what did not change comes out unchanged to the last bit, and whoever keeps work by it finds it.
+    # In this form unchanged values stay bit-identical, so caches keyed by them still hit.
     return GelState(
         early.deflection_m + share * (late.deflection_m - early.deflection_m),
         early.shear_n + share * (late.shear_n - early.shear_n),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.state import GelState
 
 SHOULDER = 0.05
-"""Softness of the transition from the object to the free gel, as part of the indentation."""
+"""Width of the smooth transition from the object to the free gel, as part of the indentation."""
 
 
 def surface_depth(

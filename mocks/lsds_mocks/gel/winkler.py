@@ -99,18 +99,18 @@ class WinklerGel:
 
     @property
     def force_tolerance(self) -> float:
-        """None to speak of: everything is in closed form."""
+        """Negligible, because forces are computed in closed form."""
         return 1e-12
 
     def coverage(self, reach_m: tuple[float, float] | None) -> float:
-        """Fraction of the pad's length that an object over a stretch of y covers; next to nothing is nothing."""
+        """Fraction of the pad's length that an object over a range of y covers; tiny fractions count as 0."""
         if reach_m is None:
             return 1.0
         share = max(0.0, reach_m[1] - reach_m[0]) / self.material.height_m
         return share if share >= _LEAST_COVERAGE else 0.0
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
-        """Share the normal force out over the bristles in contact."""
+        """Distribute the normal force over the bristles in contact; return it (N)."""
         if (indentation_m, reach_m) == self._loaded[::2]:
             return self._loaded[1]
         normal_force_n = self.normal_force(indentation_m, self.coverage(reach_m))
@@ -130,9 +130,9 @@ class WinklerGel:
         self._touching = int(np.count_nonzero(self._contact))
 
     def _stiffen(self, edge_m: float, under: NDArray[np.bool_]) -> None:
-        """Share the contact's shear stiffness out over the bristles under the object.
+        """Distribute the contact's shear stiffness over the bristles under the object.
 
-        Where bristles get stiffer they are drawn back so that their force stays, which cannot add to their energy.
+        A bristle that gets stiffer is drawn back so that its force stays the same, which cannot increase its energy.
         """
         touching = int(np.count_nonzero(under))
         if not touching:
@@ -143,14 +143,14 @@ class WinklerGel:
         self._k = stiffness
 
     def set_friction(self, friction: NDArray[np.float64]) -> None:
-        """Set the deflection at which each bristle lets go."""
+        """Set the deflection at which each bristle slips."""
         limit = self._limit
         np.multiply(friction, self._pressure, out=limit)
         limit /= self._k
         np.maximum(limit, _TINY_M, out=self._floor)
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
-        """Move all tips with the object, draw back those beyond their limit, add up the forces."""
+        """Return the reaction: move all tips with the object, draw back those beyond their limit, add up the forces."""
         if not self._touching:
             return NO_REACTION
         moved, scale = self._try, self._scale
@@ -224,7 +224,7 @@ class WinklerGel:
         return field.displacement(force, state.deflection_m, self.middle(state))
 
     def middle(self, state: GelState) -> NDArray[np.float64]:
-        """Return (N,) how far inside the contact each bristle stands: 1 under first touch, 0 at the rim and beyond."""
+        """Return (N,) the depth of each bristle within the contact: 1 at first touch, 0 at the rim and beyond."""
         share = np.maximum(1.0 - self._gap / (CONTACT_LEVEL * max(state.indentation_m, 1e-12)), 0.0)
         return np.asarray(np.where(state.pressure_n > 0, share, 0.0))
 

@@ -1,4 +1,4 @@
-"""Fingers that belong to one gripper face alone: free, or with one compliant body in their way."""
+"""Fingers of a single gripper mock without a plant: free, or with one compliant body in their way."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
 
 _STEP_NS = 250_000
-"""At 150 mm/s a finger pair travels 0.04 mm in this: a contact stops within 1 N of its limit at 30 N/mm."""
+"""Time step. At 150 mm/s the fingers travel 0.04 mm per step, so at 30 N/mm a contact stops within 1 N of its limit."""
 
 
 class LoneFingers:
-    """A `FingerLink` onto fingers with no plant around them, brought up to the clock's present at every call.
+    """A `FingerLink` to fingers without a plant; every call advances them to the clock's present.
 
-    `object_m` is the width of a body that closing fingers meet from outside, `hollow_m` the inner width of one that
-    opening fingers meet from inside; None for nothing there. `stiffness_n_m` is that of one finger on the body. While
-    the body is `set_aside`, the fingers are free.
+    `object_m` is the width of a body that closing fingers grip from outside, `hollow_m` the inner width of a body that
+    opening fingers grip from inside; None for no body. `stiffness_n_m` is that of one finger on the body. `set_aside`
+    removes the body, so that the fingers move freely.
     """
 
     def __init__(
@@ -42,14 +42,14 @@ class LoneFingers:
         self._aside = self._awaited = False
 
     def set_aside(self, aside: bool) -> None:
-        """Take the body away; or put it back, as soon as it has room between, or around, the fingers."""
+        """Remove the body, or put it back as soon as it fits between or around the fingers."""
         self._advance()
         self._awaited = self._aside and not aside
         self._aside = self._aside or aside
         self._put_back()
 
     def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
-        """Go to an aperture; takes effect now."""
+        """Move to an aperture; takes effect at once."""
         self._advance()
         drive = self._drive
         drive.target_m, drive.speed_m_s, drive.limit_n = target_m, speed_m_s, limit_n
@@ -96,7 +96,7 @@ class LoneFingers:
             self._aside = self._awaited = False
 
     def _advance(self) -> None:
-        """Step while something moves; a gripper at rest is not stepped."""
+        """Step up to the present; a gripper at rest skips the steps."""
         now, drive = self._clock.now(), self._drive
         while self._now_ns < now:
             step = min(_STEP_NS, now - self._now_ns)

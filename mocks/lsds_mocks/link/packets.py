@@ -32,7 +32,7 @@ class Kind(IntEnum):
 
 
 class Want(IntEnum):
-    """What a client is sent at every step."""
+    """The state that a client receives at every step."""
 
     NOTHING = 0
     FINGERS = 1
@@ -51,7 +51,7 @@ _SCENE = struct.Struct("<Bq?2d")
 _TRUTH = struct.Struct("<Bq12d2?")
 _GEL = struct.Struct("<Bqi?4dB6d")
 _NO_GEL = -1
-"""In place of the number of points, which is 0 where nothing touches."""
+"""Number of points in an answer without a gel state; without contact the number is 0."""
 
 
 def pack_fingers(f: Fingers) -> bytes:

@@ -1,4 +1,4 @@
-"""`lsds mock plant`: the physics of one cell in a separate process, in real time, for all its wire mocks."""
+"""`lsds mock plant`: the physics of one cell in a separate process, in real time, shared by all its wire mocks."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class _Client:
         self.want = Want.NOTHING
 
     def send(self, packet: bytes) -> None:
-        # A client that does not read loses packets, and does not delay others.
+        # A client that does not read loses packets but does not delay others.
         with contextlib.suppress(OSError):
             self.link.send(packet)
 
@@ -89,7 +89,7 @@ class _Exposures:
 
 
 class PlantMock:
-    """A `WireMock` without a device: what the mocks of one cell share."""
+    """A `WireMock` without a device: the plant that the mocks of one cell share."""
 
     def __init__(self, options: PlantOptions, context: BuildContext) -> None:
         self.options = options
@@ -103,7 +103,7 @@ class PlantMock:
         self._scene_asked: list[tuple[int, _Client]] = []
 
     def start(self) -> Mapping[str, str]:
-        """Make the plant and listen. Raises ConnectFailed where another plant has the socket."""
+        """Make the plant and listen. Raises ConnectFailed if another plant uses the socket."""
         path = Path(self.options.socket)
         self._make_room(path)
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -114,7 +114,7 @@ class PlantMock:
         except OSError as error:
             listener.close()
             remedy = "choose another path: --socket PATH"
-            raise ConnectFailed(NAME, f"'{path}' cannot be had: {error.strerror}", remedy=remedy) from error
+            raise ConnectFailed(NAME, f"cannot listen on '{path}': {error.strerror}", remedy=remedy) from error
         listener.setblocking(False)
         self._listener = listener
         self._set_up()
@@ -141,7 +141,7 @@ class PlantMock:
             self._publish(self._cell)
 
     def inject(self, fault: Mapping[str, Any]) -> None:
-        """Refuse: physics has no faults."""
+        """Raise ConfigError: the plant has no faults."""
         raise ConfigError(NAME, [ConfigIssue("fault.kind", f"'{fault.get('kind')}': the plant has no faults")])
 
     def close(self) -> None:
@@ -158,9 +158,9 @@ class PlantMock:
     # -- inside -------------------------------------------------------------------------------------------
 
     def _set_up(self) -> None:
-        """Put the object upright under the fingers, and open them: what a person does between two runs.
+        """Put the object upright under the open fingers, as an operator does between two runs.
 
-        The arm's height counts from where the arm is now.
+        The arm's height counts from its present position.
         """
         self._cell = make_cell(self._options, self._context)
         plant = self._cell.plant
@@ -171,7 +171,7 @@ class PlantMock:
         self._cell.watch(self._exposures)
 
     def _make_room(self, path: Path) -> None:
-        """Take away what an earlier plant has left behind, unless it still lives."""
+        """Remove the socket of an earlier plant. Raises ConnectFailed if that plant still runs."""
         if not path.exists():
             return
         with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
@@ -220,7 +220,7 @@ class PlantMock:
         kind = packet[0]
         if kind == Kind.FOLLOW:
             _, t_ns, height, velocity = FOLLOW.unpack(packet)
-            self._axis.tell(t_ns, height, velocity)
+            self._axis.add_sample(t_ns, height, velocity)
         elif kind == Kind.DRIVE:
             self._cell.post(self._cell.t_ns, "fingers", _Drive(*DRIVE.unpack(packet)[1:]))
         elif kind == Kind.HOLD:
@@ -230,7 +230,7 @@ class PlantMock:
             if t_ns <= self._cell.t_ns - LATE_NS:
                 client.send(pack_gel(t_ns, None))
             elif t_ns <= self._cell.t_ns:
-                # The request is slightly late: the present state of the gel is the nearest available.
+                # The request is slightly late; the present state of the gel is the nearest one available.
                 client.send(pack_gel(t_ns, self._cell.gel_state()))
             else:
                 self._exposures.ask(t_ns, client)
@@ -239,25 +239,25 @@ class PlantMock:
         elif kind == Kind.RESET:
             self._set_up()
             client.send(packet)
-            self._tell(client, self._cell)
+            self._send_state(client, self._cell)
         elif kind == Kind.ASK_OPTIONS:
             client.send(bytes([Kind.OPTIONS]) + self._options.model_dump_json().encode())
         elif kind == Kind.WANT:
             client.want = Want(WANT.unpack(packet)[1])
-            self._tell(client, self._cell)
+            self._send_state(client, self._cell)
 
     def _publish(self, cell: SimulatedCell) -> None:
         plant = cell.plant
         self._scenes.append(Scene(cell.t_ns, plant.arm.position_m, plant.body.height_m))
         for client in list(self._clients.values()):
             if client.want is not Want.NOTHING:
-                self._tell(client, cell)
+                self._send_state(client, cell)
         for t_ns, client in self._scene_asked[:]:
             if t_ns <= cell.t_ns:
                 self._scene_asked.remove((t_ns, client))
                 client.send(pack_scene(t_ns, self._scene(t_ns)))
 
-    def _tell(self, client: _Client, cell: SimulatedCell) -> None:
+    def _send_state(self, client: _Client, cell: SimulatedCell) -> None:
         plant = cell.plant
         if client.want is Want.FINGERS:
             drive = plant.fingers
@@ -282,7 +282,7 @@ class PlantMock:
 
 
 class _Drive:
-    """Go to an aperture at a speed with a force limit."""
+    """Action that moves the fingers to an aperture at a speed with a force limit."""
 
     def __init__(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
         self._order = (target_m, speed_m_s, limit_n)

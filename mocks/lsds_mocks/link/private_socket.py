@@ -1,4 +1,4 @@
-"""Local sockets that only this user's processes share: where they lie, and who is at the other end."""
+"""Local sockets that only this user's processes share: their folder, and a check of the peer's user."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ def runtime_folder() -> Path:
 
 
 def make_private(folder: Path) -> None:
-    """Create a folder that only this user can enter. Raises ConnectFailed if another one lies in its place."""
+    """Create a folder that only this user can enter. Raises ConnectFailed if that fails or others can enter it."""
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
     except OSError as error:
-        remedy = "name another place: cell.wire.socket"
-        raise ConnectFailed(_PLANT, f"'{folder}' cannot be made: {error.strerror}", remedy=remedy) from error
+        remedy = "choose another path: cell.wire.socket"
+        raise ConnectFailed(_PLANT, f"cannot create '{folder}': {error.strerror}", remedy=remedy) from error
     if not _is_private(folder):
         problem = f"'{folder}' is not a folder that only you can enter"
-        raise ConnectFailed(_PLANT, problem, remedy="remove it, or name another place: cell.wire.socket")
+        raise ConnectFailed(_PLANT, problem, remedy="remove it, or choose another path: cell.wire.socket")
 
 
 def _is_private(folder: Path) -> bool:
@@ -48,9 +48,9 @@ def _is_private(folder: Path) -> bool:
 
 @contextlib.contextmanager
 def owner_only() -> Iterator[None]:
-    """Let files and sockets that are made in the body belong to this user alone, from their first instant.
+    """Restrict access to files and sockets created in the body to this user, from the moment of their creation.
 
-    It changes the file mode mask of the whole process for that time.
+    It changes the file mode mask of the whole process meanwhile.
     """
     before = os.umask(0o177)
     try:

@@ -23,7 +23,7 @@ class FingerLink(Protocol):
     """The link of a gripper mock to its fingers."""
 
     def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
-        """Go to an aperture at a finger speed, pushing with at most a force; takes effect at once. Never blocks."""
+        """Move to an aperture at a finger speed with a force limit; takes effect at once. Never blocks."""
         ...
 
     def hold(self) -> None:
@@ -40,7 +40,7 @@ class FingerLink(Protocol):
 
 
 class Load(NamedTuple):
-    """What hangs on the arm's flange at one instant: downward pull of a held object (N)."""
+    """Load on the arm's flange at one instant: downward force of a held object (N)."""
 
     t_ns: int
     pull_n: float
@@ -58,13 +58,13 @@ class ArmLink(Protocol):
         ...
 
     def close(self) -> None:
-        """Give the link back; the carrier comes to rest."""
+        """Close the link; the carrier comes to rest."""
         ...
 
 
 class Scene(NamedTuple):
-    """Where things are at one instant, for a camera that looks at the cell: heights above the table, and the slip of
-    the object in the fingers (m, down is positive)."""
+    """Positions in the cell at one instant, for a camera: heights above the table, and the slip of the object in the
+    fingers (m, down is positive)."""
 
     t_ns: int
     arm_m: float
@@ -76,11 +76,11 @@ class GelLink(Protocol):
 
     @property
     def gel(self) -> GelModel:
-        """The model whose states these are, for rendering."""
+        """The gel model that renders the states."""
         ...
 
     def at(self, t_ns: int) -> GelState | None:
-        """Return the gel as it was at a past instant, None where that is not known (yet, or any more)."""
+        """Return the gel's state at a past instant; None if it is not available yet or any more."""
         ...
 
     def close(self) -> None:
@@ -92,7 +92,7 @@ class SceneLink(Protocol):
     """The link of a ground-truth camera mock to the scene."""
 
     def scene(self, t_ns: int) -> Scene | None:
-        """Return the scene as it was at a past instant, None where that is not known (yet, or any more)."""
+        """Return the scene at a past instant; None if it is not available yet or any more."""
         ...
 
     def close(self) -> None:

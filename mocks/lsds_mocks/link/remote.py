@@ -34,11 +34,11 @@ ANSWER_S = 0.3
 
 
 class NoPlant(ConnectFailed):
-    """Nothing listens at the address."""
+    """No plant listens at the address."""
 
 
 class PlantSocket:
-    """One client's connection. Reading never blocks unless a time is given."""
+    """One client's connection. Reading does not block unless a timeout is given."""
 
     def __init__(self, address: str, want: Want) -> None:
         self._address = address
@@ -48,12 +48,12 @@ class PlantSocket:
             self._socket.connect(address)
         except OSError as error:
             self._socket.close()
-            remedy = "start it first: lsds mock plant, or lsds mock rig RIG.toml for all of a rig"
+            remedy = "start it first: lsds mock plant, or lsds mock rig RIG.toml for a whole rig"
             raise NoPlant("shared plant", f"no plant at '{address}': {error.strerror}", remedy=remedy) from error
         if not same_user(self._socket):
             self._socket.close()
             problem = f"the process that listens at '{address}' belongs to another user"
-            raise ConnectFailed("shared plant", problem, remedy="name another place: cell.wire.socket")
+            raise ConnectFailed("shared plant", problem, remedy="choose another path: cell.wire.socket")
         self._socket.setblocking(False)
         self.send(WANT.pack(Kind.WANT, want))
 
@@ -63,14 +63,14 @@ class PlantSocket:
             self._socket.send(packet)
 
     def newest(self) -> bytes | None:
-        """Return the newest packet that has come since the last call, None for none."""
+        """Return the newest packet that has arrived since the last call, or None."""
         found = None
         while (packet := self.receive(0.0)) is not None:
             found = packet
         return found
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """Return the next packet, None where none came in time or the plant is gone."""
+        """Return the next packet; None if none arrives in time or the plant has ended."""
         try:
             if timeout_s > 0 and not select.select([self._socket], [], [], timeout_s)[0]:
                 return None
@@ -79,10 +79,10 @@ class PlantSocket:
             return None
 
     def first(self) -> bytes:
-        """Return the packet that greets a new client. Raises ConnectFailed where none comes."""
+        """Return the packet that greets a new client. Raises ConnectFailed if none arrives."""
         packet = self.receive(GREETING_S)
         if packet is None:
-            raise ConnectFailed("shared plant", f"'{self._address}' says nothing")
+            raise ConnectFailed("shared plant", f"no greeting from '{self._address}' within {GREETING_S:g} s")
         return packet
 
     def ask(self, kind: Kind, t_ns: int, unpack: Callable[[bytes], tuple[int, T]]) -> T | None:
@@ -173,25 +173,25 @@ class RemoteTruth:
         self._last = unpack_truth(self._plant.first())
 
     def reset(self) -> None:
-        """Have the object put back and the fingers opened. Raises ConnectFailed where the plant does not answer."""
+        """Put the object back and open the fingers. Raises ConnectFailed if the plant does not answer."""
         self._plant.send(bytes([Kind.RESET]))
         done = False
         while (packet := self._plant.receive(GREETING_S)) is not None:
             if done:
                 self._last = unpack_truth(packet)
                 return
-            # What comes before the echo is still from the scene before.
+            # Packets that arrive before the echo still belong to the scene before the reset.
             done = packet[0] == Kind.RESET
         raise ConnectFailed("shared plant", "does not put its object back", remedy="end the mocks and start them again")
 
     def truth(self, now_ns: int, stale_s: float) -> CellTruth:
-        """Return the newest truth. Raises StaleData where it is older than `stale_s`."""
+        """Return the newest truth. Raises StaleData if it is older than `stale_s`."""
         packet = self._plant.newest()
         if packet is not None:
             self._last = unpack_truth(packet)
         age_s = seconds(now_ns - self._last.t_ns)
         if age_s > stale_s:
-            raise StaleData("shared plant", f"its truth is {age_s:.2f} s old", remedy="see whether it still runs")
+            raise StaleData("shared plant", f"its truth is {age_s:.2f} s old", remedy="check that it still runs")
         return self._last
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The gel of a plant in another process, with a model of its own to render it: the one link that needs the physics."""
+"""The gel of a plant in another process, with a local model that renders it; the only link that needs the physics."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class RemoteGel:
-    """A `GelLink`; `gel` is a model of its own, made from the plant's options, to render the states with."""
+    """A `GelLink`; `gel` is a local model, made from the plant's options, that renders the states."""
 
     def __init__(self, address: str) -> None:
         self._plant = PlantSocket(address, Want.NOTHING)

@@ -1,1 +1,1 @@
-"""What is gripped: surfaces with texture, and a catalogue of everyday objects."""
+"""Gripped objects: surfaces with texture, and a catalogue of everyday objects."""

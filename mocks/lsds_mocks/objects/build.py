@@ -1,4 +1,4 @@
-"""From an object's figures to its surface."""
+"""Builds an object's surface from its specification."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from lsds_mocks.objects.catalogue import ObjectSpec
 
 _OPEN_SHARE = 0.6
-"""Part of a sponge's surface that is holes."""
+"""Fraction of a sponge's surface that is open pores."""
 
 
 def build_shape(spec: ObjectSpec, length_m: float, rng: np.random.Generator) -> Shape:
-    """Return an object's surface where a pad `length_m` long along it meets it; `rng` draws its texture."""
+    """Return an object's surface under a pad of length `length_m`; `rng` draws its texture."""
     angle = float(np.deg2rad(spec.turned_deg))
     shape: Shape
     if spec.shape == "sphere":
@@ -28,7 +28,7 @@ def build_shape(spec: ObjectSpec, length_m: float, rng: np.random.Generator) -> 
     elif spec.shape == "edge":
         shape = Cylinder(spec.edge_mm * 1e-3, length_m, angle)
     else:
-        # Its ends are the plant's business: how much of the pad an object covers changes as it slides.
+        # The plant models the object's ends, because the covered part of the pad changes as the object slides.
         shape = Box(spec.width_mm * 1e-3, _ENDLESS_M, spec.edge_mm * 1e-3, angle)
     if spec.texture == "smooth":
         return shape

@@ -1,9 +1,9 @@
-"""Objects by name: the pipe of the demonstration, the five unseen objects of the study, and fifteen everyday ones.
+"""Objects by name: the pipe of the demonstration, the five unseen objects of the study, and fifteen everyday objects.
 
-The study (LSDS, 2024) names the pipe and the five; its fifteen training objects are pictured, not named, so these
-fifteen are ours, chosen to span size, curvature, weight, friction and texture. None was measured: masses and sizes
-are of common specimens, friction against silicone lies in the published range of 0.3 to 1.5, stiffness is an order of
-magnitude.
+The study (LSDS, 2024) names the pipe and the five unseen objects. It pictures its fifteen training objects without
+names, so the fifteen here are our choice; they span size, curvature, weight, friction and texture. None was measured:
+masses and sizes are those of common specimens, friction against silicone is within the published range of 0.3 to 1.5,
+and stiffness is an order of magnitude.
 """
 
 from __future__ import annotations
@@ -40,9 +40,12 @@ ObjectName = Literal[
 
 @dataclass(frozen=True, slots=True)
 class ObjectSpec:
-    """One object between two fingers: thickness there, length along the slide, width of a box, radius of a rounded
-    edge (mm); mass; friction at rest and sliding; normal stiffness of the object itself on one side (N/mm); texture
-    with size and depth (mm); spread of friction over the surface; RMS height (um) and size (mm) of its fine relief."""
+    """One object between two fingers.
+
+    Lengths (mm): thickness between the fingers, length along the slide, width of a box, radius of a rounded edge.
+    Mechanics: mass (kg), static and kinetic friction with their spread over the surface, normal stiffness of one side
+    (N/mm). Surface: texture with size and depth (mm), RMS height (um) and feature size (mm) of the fine relief.
+    """
 
     shape: ShapeName
     diameter_mm: float

@@ -1,4 +1,4 @@
-"""A surface from a file: heights measured on a real object, or drawn."""
+"""Surfaces from height map files, measured on a real object or drawn."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 
 _MOST = 32_000
-"""Samples along an axis that OpenCV can look up."""
+"""Maximum number of samples along an axis that OpenCV can look up."""
 _HIGHEST_M = 0.05
 
 
 def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
-    """Read heights (rows, columns) in metres: `.npy` in metres, or a grey image, black 0 and white `range_mm` high.
+    """Return heights (rows, columns) in metres from a `.npy` in metres, or a grey image (black 0, white `range_mm`).
 
-    Raises DataError where the file cannot be read, is not a map, or holds values that are no numbers.
+    Raises DataError if the file cannot be read, is not a height map, or holds values that are not finite.
     """
     if not path.is_file():
-        raise DataError(f"{path}: no such height map (cell.simulated.height_map; looked for from {Path.cwd()})")
+        raise DataError(f"{path}: no such height map (cell.simulated.height_map; relative to {Path.cwd()})")
     if path.suffix == ".npy":
         try:
             heights = np.load(path, allow_pickle=False)
@@ -36,7 +36,7 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
     else:
         image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         if image is None:
-            raise DataError(f"{path}: no height map: give a .npy of metres or a grey image")
+            raise DataError(f"{path}: not a height map; give a .npy of metres or a grey image")
         if image.ndim != 2:
             raise DataError(f"{path}: a height map is a grey image, this one has {image.shape[2]} channels")
         if image.dtype not in (np.uint8, np.uint16):

@@ -1,4 +1,4 @@
-"""Texture on a shape: a periodic map of how deep the surface lies below its highest points."""
+"""Texture on a shape: a periodic map of the surface's depth below its highest points."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Relief(Unturned):
-    """A shape whose surface lies `depth_m` (rows, columns) deeper; row 0 is at the smallest y, the map's middle at the
-    shape's, and it repeats; `pitch_m` from sample to sample."""
+    """A shape with a surface lowered by a periodic map `depth_m` (rows, columns) of sample distance `pitch_m`.
+
+    Row 0 is at the smallest y; the map is centred on the shape.
+    """
 
     base: Shape
     depth_m: NDArray[np.float32]
@@ -33,7 +35,7 @@ class Relief(Unturned):
         if not x.size:
             return self.base.gap(x_m, y_m)
         rows, columns = self.depth_m.shape
-        # OpenCV takes images of two axes only, and wraps an image around once.
+        # OpenCV takes two-dimensional images only, and wraps an image around once.
         at_x, at_y = _wrapped(x.ravel(), self.pitch_m, columns), _wrapped(y.ravel(), self.pitch_m, rows)
         pieces = [
             cv2.remap(
@@ -55,7 +57,7 @@ class Relief(Unturned):
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def _wrapped(at_m: NDArray[np.float64], pitch_m: float, size: int) -> NDArray[np.float32]:
-    """Return (1, n) places along one axis of a map that repeats, in samples: from 0 to `size`."""
+    """Return positions (1, n) along one axis of a periodic map, in samples from 0 to `size`."""
     found = np.empty((1, at_m.size), np.float32)
     for i in range(at_m.size):
         place = at_m[i] / pitch_m + (size - 1) / 2
@@ -64,7 +66,7 @@ def _wrapped(at_m: NDArray[np.float64], pitch_m: float, size: int) -> NDArray[np
 
 
 _REMAP = 32_000
-"""Points that OpenCV remaps at a time."""
+"""Maximum number of points that OpenCV remaps at a time."""
 
 
 def pores(rng: np.random.Generator, *, size_m: float, depth_m: float, open_share: float) -> NDArray[np.float32]:
@@ -91,8 +93,9 @@ def weave(*, period_m: float, depth_m: float) -> NDArray[np.float32]:
 
 
 TILE_M = 24e-3
+"""Side of a generated map."""
 PITCH_M = 0.12e-3
-"""Size of a generated map, and distance of its samples."""
+"""Distance between samples of a generated map."""
 
 
 def noise(rng: np.random.Generator, scale_m: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The untouched gel's light: a smooth surface through nine measured colours, and each gel's own tint."""
+"""Image of the untouched gel: a smooth function through nine measured colours, with a tint per gel."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GRID_RGB = np.array(
 )
 """Mean colours of the nine thirds of the image on public GelSight Mini recordings, top row first."""
 AMBIENT = 25.0
-"""Levels of light without a direction; without it the red at the upper edge would be half of what recordings show."""
+"""Undirected light (levels); without it, red at the upper edge would be half of that in recordings."""
 TINT = 0.04
 
 
@@ -29,7 +29,7 @@ def background(variation: float, rng: np.random.Generator, brightness: float = 1
     """Return (240, 320, 3) float32 RGB levels: a Gaussian fall-off in x and y through the thirds' centres."""
     tint = brightness * (1 + variation * TINT * rng.uniform(-1, 1, 3))
     across, down = _quadratic(WIDTH_PX), _quadratic(HEIGHT_PX)
-    # A parabola through the levels themselves would turn negative at the upper edge.
+    # A parabola through the levels instead of their logarithms would turn negative at the upper edge.
     lit = np.exp(np.einsum("yi,xj,ijc->yxc", down, across, np.log(GRID_RGB - AMBIENT)))
     return np.asarray((lit + AMBIENT) * tint, np.float32)
 

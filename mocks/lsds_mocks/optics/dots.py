@@ -1,4 +1,4 @@
-"""Printed dots as a transmission map, placed to a 256th of a pixel by a bank of ready-made stamps."""
+"""Printed markers as a transmission map, placed to a 256th of a pixel by a bank of precomputed stamps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PHASES = 128
-"""Sub-pixel positions per axis: a stamp's centre is at most 1/256 px from where it should be."""
+"""Sub-pixel positions per axis: a stamp's centre is at most 1/256 px off."""
 _TABLE = 8192
 _FAR_PX = 1e4
 
@@ -24,7 +24,7 @@ _FAR_PX = 1e4
 def stamp_bank(diameter_px: float, core: float, blur_px: float) -> NDArray[np.uint8]:
     """Return (phases y, phases x, size, size) transmissions, 255 for clear: disks with an edge of Gaussian blur."""
     radius = diameter_px / 2
-    # Beyond, the blurred edge darkens by less than half a level of 255.
+    # Beyond this size, the blurred edge darkens by less than half a level of 255.
     reach = radius + 2.9 * blur_px
     half = math.ceil(reach + 0.5)
     table_r = np.sqrt(np.linspace(0, (half + 1) ** 2 * 2, _TABLE))
@@ -40,7 +40,7 @@ def stamp_bank(diameter_px: float, core: float, blur_px: float) -> NDArray[np.ui
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def _fill(bank: NDArray[np.uint8], table: NDArray[np.uint8], square: NDArray[np.float32]) -> None:
-    """Look up each pixel's transmission by its squared distance from the middle, `square` (phases, size) an axis."""
+    """Fill `bank` from each pixel's squared distance to the centre; `square` (phases, size) is the part of one axis."""
     for phase_y in range(bank.shape[0]):
         for phase_x in range(bank.shape[1]):
             for i, down in enumerate(square[phase_y]):
@@ -50,9 +50,9 @@ def _fill(bank: NDArray[np.uint8], table: NDArray[np.uint8], square: NDArray[np.
 
 
 class DotPainter:
-    """Draws dots into a transmission map (240, 320) uint8; where dots overlap the darker one counts.
+    """Draws markers into a transmission map (240, 320) uint8; if markers overlap, the darker one counts.
 
-    `strength` (N,) says how much of each dot's ink is left, 1 for all of it.
+    `strength` (N,) is the remaining fraction of each marker's ink.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class DotPainter:
         self._map = np.empty((HEIGHT_PX, WIDTH_PX), np.uint8)
 
     def paint(self, xy_px: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return the map for dot centres (N, 2); valid until the next call. Dots out of the image are left out."""
+        """Return the map for marker centres (N, 2), valid until the next call, without markers outside the image."""
         strength = np.full(len(xy_px), 256, np.int32) if self._strength is None else self._strength
         self._map.fill(255)
         stamp(self._map, self._bank, np.clip(xy_px, -_FAR_PX, _FAR_PX), strength)
@@ -74,7 +74,7 @@ class DotPainter:
 def stamp(
     cover: NDArray[np.uint8], bank: NDArray[np.uint8], xy_px: NDArray[np.float64], strength: NDArray[np.int32]
 ) -> None:
-    """Darken `cover` (H, W) by dots at `xy_px` (N, 2), with `strength` (N,) 256ths of their ink."""
+    """Darken `cover` (H, W) by markers at `xy_px` (N, 2), with `strength` (N,) 256ths of their ink."""
     height, width = cover.shape
     size = bank.shape[3]
     for n in range(len(xy_px)):

@@ -1,4 +1,4 @@
-"""Brightness over time: dim red first frames, slow drift, and optional swings."""
+"""Image brightness over time: dim and reddish first frames, slow drift, and optional fast changes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 START_RGB = (0.87, 0.66, 0.66)
-"""Gain of the first frame of a clip that opens dim and red; the second lies half way, the third is settled."""
+"""Gains (R, G, B) of the first frame of a clip that starts dim and red; the second is half way, the third settled."""
 DRIFT_LEVELS = 0.3
 _MEAN_LEVEL = 120.0
 

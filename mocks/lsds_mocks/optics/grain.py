@@ -1,7 +1,7 @@
-"""The fine relief of an object's surface, as a gel shows it: too shallow to matter to the mechanics, but it is seen.
+"""Fine relief of an object's surface in the gel's image: visible, but too shallow to affect the mechanics.
 
-A map of heights, periodic, from noise of a given size; the gel takes its shape where it is pressed on the object. What
-the lamps show are its slopes, and they travel and turn with the object.
+The relief is a periodic height map of noise with a given feature size. The gel takes its shape where it is pressed on
+the object. The lamps show its slopes, which move and rotate with the object.
 """
 
 from __future__ import annotations
@@ -19,15 +19,19 @@ if TYPE_CHECKING:
     Pose = tuple[float, float, float]
     Plane = NDArray[np.float32]
 
-SAMPLES, PITCH_M = 512, 0.06e-3
-"""Samples of the map along either side, a power of two, and their distance: 31 mm in all."""
+SAMPLES = 512
+"""Samples of the map along each side, a power of two: 31 mm."""
+PITCH_M = 0.06e-3
+"""Distance between samples of the map."""
 STRETCH = 2.0
-"""Features are this much longer along the object (y) than across: most surfaces were drawn, rolled or sawn."""
-EDGE, SOFT = 0.5, 0.15
-"""The gel lies on the object where it is deeper than this share of the deepest point, give or take: so deep is the edge
-of a ball's contact (Hertz 1882); about a flat face the surface rises at once."""
+"""Length of features along the object (y) over their width: most surfaces are drawn, rolled or sawn."""
+EDGE = 0.5
+"""Depth, as part of the greatest depth, above which the gel touches the object: the depth at the edge of a ball's
+contact (Hertz 1882); around a flat face the surface rises at once."""
+SOFT = 0.15
+"""Width of the transition around `EDGE`, as part of the greatest depth."""
 FULL_M = 0.15e-3
-"""Indentation at which the gel has taken all of the relief's shape."""
+"""Indentation at which the gel follows the relief completely."""
 
 
 class Grain:
@@ -37,7 +41,7 @@ class Grain:
         shape = (SAMPLES, SAMPLES)
         waves = np.fft.rfft2(rng.standard_normal(shape))
         ky, kx = np.fft.fftfreq(SAMPLES, PITCH_M)[:, None], np.fft.rfftfreq(SAMPLES, PITCH_M)[None, :]
-        # Features of a size are half a wave: a band about that wave number, an octave wide.
+        # A feature is half a wave, so the noise fills a band one octave wide around that wave number.
         k = np.hypot(kx, ky * STRETCH) * 2 * size_mm * 1e-3
         waves *= np.exp(-0.5 * (np.log2(np.maximum(k, 1e-9)) / 0.5) ** 2) / np.maximum(k, 0.1)
         waves[0, 0] = 0
@@ -57,10 +61,10 @@ class Grain:
         per_slope: tuple[Plane, Plane],
         mirror: float = 1.0,
     ) -> bool:
-        """Write the change of levels (H, W, 3) that the relief makes on a grid of `y_m` (H,) by `x_m` (W,); return
-        whether anything presses.
+        """Write the change of levels (H, W, 3) due to the relief on a grid of `y_m` (H,) by `x_m` (W,).
 
-        `pose` is where the object is on the pad (m, m, rad), `depth_m` (h, w) the surface at any resolution,
+        Return whether there is contact. `pose` is the object's pose on the pad (m, m, rad), `depth_m` (h, w) the
+        surface at any resolution,
         `per_slope` the levels (H, W, 3) of a slope along x and y. A `mirror` of -1 is the view of the other finger.
         """
         deepest = float(depth_m.max())
@@ -74,7 +78,7 @@ class Grain:
 
 
 def prepare() -> None:
-    """Load what is compiled: not in the time of the first image that shows a contact."""
+    """Load the compiled code, so that the first image with a contact does not wait for it."""
     pixel, share, place = np.zeros((1, 1, 3), np.float32), np.ones((1, 1), np.float32), np.zeros(1)
     flat = np.zeros((SAMPLES, SAMPLES, 2), np.float32)
     _paint(pixel, flat, 0.0, 0.0, 0.0, share, place, place, pixel, pixel, 1.0)
@@ -108,7 +112,7 @@ def _paint(
                 out[r, c, 0] = out[r, c, 1] = out[r, c, 2] = 0.0
                 continue
             across = x_m[c] - x
-            # Whole maps are added so that places are positive, and truncation rounds down.
+            # Adding whole map lengths makes positions positive, so that truncation rounds down.
             at_x, at_y = cos * across + sin * along + _AHEAD, cos * along - sin * across + _AHEAD
             column, row = int(at_x), int(at_y)
             fx, fy = np.float32(at_x - column), np.float32(at_y - row)

@@ -1,8 +1,8 @@
-"""Where the light comes from: a direction for each colour and pixel, from two public measurements of one sensor.
+"""Direction of the light for each colour and pixel, from two public measurements of one sensor.
 
-The mean colour against slope says how far each lamp leans, and the background's fall-off across the image how near it
-is. For a point lamp at height H over the gel and p to its side, a flat gel's brightness at s goes with
-((p - s)^2 + H^2)^(-3/2), and a slope g changes it by the factor 1 + g (s - p) / H (Lambert 1760).
+The mean change of colour with slope gives each lamp's inclination; the background's fall-off across the image gives its
+distance. For a point lamp at height H over the gel and lateral position p, the brightness of a flat gel at s is
+proportional to ((p - s)^2 + H^2)^(-3/2), and a slope g changes it by the factor 1 + g (s - p) / H (Lambert 1760).
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ SLOPE_TO_RGB = np.array([[-14.0, -88.0], [84.0, 9.0], [11.0, 62.0]])
 """Grey levels of R, G, B per unit slope of the depth (into the gel, towards the lamps) along x and y (down): one matrix
 for the whole image, measured on one GelSight Mini with R2 0.71-0.92."""
 _PRESSED = 0.75
-"""Part of each side, about the middle, in which balls are pressed for such a measurement."""
+"""Central part of each side in which balls are pressed for such a measurement."""
 _SIZE_MM = (0.0625 * WIDTH_PX, 0.0625 * HEIGHT_PX)
 _FAR_MM = 200.0
-"""Beyond, a lamp's direction is the same all over the gel."""
+"""Distance beyond which a lamp's direction is the same everywhere on the gel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Lamps:
 
 
 def lamps(directed: NDArray[np.float32]) -> Lamps:
-    """Return the lamps whose mean effect, on a gel of this directed light (H, W, 3) in levels, is the measured one."""
+    """Return the lamps that have the measured mean effect on a gel with this directed light (H, W, 3) in levels."""
     rows, columns = directed.shape[:2]
     beside_x, beside_y = (round(n * (1 - _PRESSED) / 2) for n in (columns, rows))
     pressed = np.s_[beside_y : rows - beside_y, beside_x : columns - beside_x]
@@ -55,10 +55,10 @@ def lamps(directed: NDArray[np.float32]) -> Lamps:
 
 
 def lamp_height_mm(channel: int) -> float:
-    """Return a lamp's height over the gel, from the fall-off along the axis it leans to most.
+    """Return a lamp's height (mm) over the gel, from the fall-off along the axis of its greatest inclination.
 
-    With D = p / H from the slopes, and q the ratio of brightness at d towards the lamp and at d away from it, to the
-    power of 2/3: (q - 1) ((1 + D^2) H^2 + d^2) = 2 (q + 1) D d H.
+    D = p / H is known from the slopes. With q the 2/3 power of the brightness at distance d towards the lamp over that
+    at d away from it, H solves (q - 1) ((1 + D^2) H^2 + d^2) = 2 (q + 1) D d H.
     """
     levels = GRID_RGB[..., channel] - AMBIENT
     towards = -SLOPE_TO_RGB[channel] / levels.mean()

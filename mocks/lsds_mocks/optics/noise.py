@@ -1,6 +1,6 @@
-"""Camera noise from one large seeded field: each frame takes its own window of it.
+"""Camera noise from one large seeded field, of which each frame uses a different window.
 
-Drawing fresh normals for every frame would cost more than all the rest of the image.
+Drawing new random numbers for every frame would take longer than the rest of the image.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 SIGMA_RGB = (2.0, 1.1, 2.0)
 NEIGHBOUR_TAP = 0.0822
 """Weight of each neighbour in the filter [t, 1, t]; gives a correlation of 0.16 between neighbouring pixels."""
-_FINE_BITS, _GAIN_BITS = 4, 17
-"""Light and noise are added in sixteenths of a level. A gain is told so finely that light times ink times a gain
-of up to 4 stays within 32 bits."""
+_FINE_BITS = 4
+"""Fractional bits of light and noise: sums are in sixteenths of a level."""
+_GAIN_BITS = 17
+"""Fractional bits of a gain, the most with which light times ink times a gain of up to 4 fits into 32 bits."""
 _MARGIN = 192
 _WINDOWS = 1021
 
@@ -34,17 +35,17 @@ class CameraNoise:
         taps = np.array([NEIGHBOUR_TAP, 1.0, NEIGHBOUR_TAP]) / np.sqrt(1 + 2 * NEIGHBOUR_TAP**2)
         white = rng.standard_normal(shape).astype(np.float32)
         field = cv2.sepFilter2D(white, cv2.CV_32F, taps, taps, borderType=cv2.BORDER_REFLECT)
-        # Rounding to whole levels adds a twelfth of variance, which is taken off beforehand.
+        # Rounding to whole levels adds a variance of 1/12, which is subtracted here.
         sigma = np.sqrt(np.maximum((level * np.array(SIGMA_RGB)) ** 2 - 1 / 12, 0.0)).astype(np.float32)
         self._field = np.rint(field * sigma * 2**_FINE_BITS).astype(np.int16).reshape(shape[0], -1)
         self._corners = rng.integers(0, _MARGIN + 1, (_WINDOWS, 2)).tolist()
 
     def photograph(self, lit: NDArray[np.uint8], cover: NDArray[np.uint8], gain: float, seq: int) -> NDArray[np.uint8]:
-        """Return frame `seq` of what is lit (h, w, 3), times the share (of 255) that ink leaves of it, times a gain,
-        with noise, in whole levels from 0 to 255.
+        """Return frame `seq` with noise, in whole levels from 0 to 255.
 
-        A sensor's light is noisy before it is counted: rounded first, a lamp that fades by a tenth of a level would
-        move contours of a whole level over the image.
+        It is the lit gel (h, w, 3) times the transmission of the ink (of 255) times a gain. As in a sensor, noise is
+        added before rounding; otherwise a lamp that fades by a tenth of a level would move contours of a whole level
+        over the image.
         """
         y, x = self._corners[seq % _WINDOWS]
         out = np.empty(lit.shape, np.uint8)
@@ -64,7 +65,7 @@ def _count(
     scale: np.int32,
     out: NDArray[np.uint8],
 ) -> None:
-    """Multiply, add noise and round, in integers; rows are slices of their own so that the loop is vectorized."""
+    """Multiply, add noise and round, in integers; each row is sliced first so that the loop is vectorized."""
     width = lit.shape[1]
     for i in range(lit.shape[0]):
         light, ink, noise, into = lit[i], cover[i], field[row + i, column : column + width], out[i]

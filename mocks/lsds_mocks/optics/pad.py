@@ -1,4 +1,4 @@
-"""Where the dots of a gel are printed, as seen in the undeformed image."""
+"""Marker positions of a pad in the undeformed image."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ CENTRE_PX = np.array([(WIDTH_PX - 1) / 2, (HEIGHT_PX - 1) / 2])
 
 PadName = Literal["7x9", "8x10", "5x7"]
 PITCH_PX: dict[PadName, tuple[float, float]] = {"7x9": (31.8, 31.2), "8x10": (29.0, 27.8), "5x7": (42.0, 42.0)}
-"""Distance between neighbouring dots at the image's centre; 5x7 is the inner part of a 7x9 seen closer."""
+"""Distance between neighbouring markers at the image's centre; 5x7 is the inner part of a 7x9, magnified."""
 PINCUSHION_PX2 = 1.57e-6
-"""Pitch grows from 31.7 px at the centre to 34.3 px at the edge: r' = r (1 + c r^2)."""
+"""Pincushion constant c of r' = r (1 + c r^2): the pitch grows from 31.7 px at the centre to 34.3 px at the edge."""
 
 
 def shape_of(pad: PadName) -> tuple[int, int]:
@@ -33,10 +33,10 @@ def scale_of(pad: PadName, mm_per_px: float) -> float:
 def dot_positions(
     pad: PadName, variation: float, rng: np.random.Generator, pitch_of_mean: tuple[float, float] = (1.0, 1.0)
 ) -> NDArray[np.float64]:
-    """Return dot centres (N, 2) in pixels, row by row; x right, y down, pixel centres at integers.
+    """Return marker centres (N, 2) in pixels, row by row; x right, y down, pixel centres at integers.
 
-    `variation` scales what differs from gel to gel: offset and rotation of the print, and each dot's own error.
-    `pitch_of_mean` is this gel's pitch along x and y over the mean one.
+    `variation` scales the differences between gels: offset and rotation of the print, and the error of each marker.
+    `pitch_of_mean` is this gel's pitch along x and y, relative to the mean gel.
     """
     rows, columns = shape_of(pad)
     pitch = np.array(PITCH_PX[pad]) * pitch_of_mean

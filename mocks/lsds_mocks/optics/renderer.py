@@ -1,4 +1,4 @@
-"""The whole image: lit surface, dots, brightness, noise."""
+"""Renders the whole image: lit surface, markers, brightness, noise."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How one sensor's images look; `pad` None for a gel without dots; `variation` scales what differs between gels.
+    """Appearance of one sensor's images; `pad` is None for a gel without markers.
 
-    `pitch` (x, y) and `brightness` are over the mean gel's; `wear` is the share of dots that have lost ink;
-    `lift_levels` is how much brighter the gel gets where it is pressed.
+    `variation` scales the differences between gels. `pitch` (x, y) and `brightness` are relative to the mean gel;
+    `wear` is the fraction of markers that have lost ink; `lift_levels` is the extra brightness of pressed gel.
     """
 
     pad: PadName | None
@@ -53,11 +53,11 @@ Finger = Literal["left", "right"]
 
 
 class Renderer:
-    """Renders gel states as one of the two fingers sees them. Same state, time and number: same image, bit by bit.
+    """Renders gel states for one of the two fingers. Equal state, time and number give a bit-identical image.
 
     A gel's state is in the left sensor's frame (x right, y down in its image). The fingers face each other, and one
-    gel model stands for both: the right sensor sees the state mirrored about the pad's vertical middle, a displacement
-    (ux, uy) at (x, y) as (-ux, uy) at (-x, y). Its lamps and its own dots are not mirrored.
+    gel model represents both. The right sensor's image shows the state mirrored about the pad's vertical centre line: a
+    displacement (ux, uy) at (x, y) becomes (-ux, uy) at (-x, y). Its lamps and undeformed markers are not mirrored.
     """
 
     def __init__(self, look: Look, seed: list[int], finger: Finger = "left") -> None:
@@ -86,7 +86,7 @@ class Renderer:
         return DotPainter(look.dot_diameter_px, look.dot_core, look.dot_blur_px, left if look.wear else None)
 
     def prepare(self) -> None:
-        """Load what is compiled, which takes a tenth of a second: not in the first frame's time."""
+        """Load the compiled code, which takes a tenth of a second, so that the first frame does not wait for it."""
         self._shader.lit(np.zeros((len(self._shader.y_m), len(self._shader.x_m)), np.float32))
         if self._dots is not None:
             self._dots.paint(self.rest_px)
@@ -94,7 +94,7 @@ class Renderer:
         grain.prepare()
 
     def markers(self, gel: GelModel, state: GelState) -> NDArray[np.float64]:
-        """Return exact dot centres (N, 2) in pixels."""
+        """Return exact marker centres (N, 2) in pixels."""
         if not len(self.rest_px):
             return self.rest_px.copy()
         moved_m = gel.marker_displacement(state, self._rest_m) * self._to_gel
@@ -104,14 +104,14 @@ class Renderer:
         self, gel: GelModel, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
     ) -> NDArray[np.float32]:
         depth = gel.depth(state, x_m, y_m)
-        # The image's columns lie evenly about its middle, so that reversing them is mirroring.
+        # The image's columns are symmetric about its centre, so that reversing them mirrors the image.
         return np.ascontiguousarray(depth[:, ::-1]) if self._mirrors else depth
 
     def render(
         self, gel: GelModel, state: GelState, xy_px: NDArray[np.float64], t_s: float, seq: int
     ) -> NDArray[np.uint8]:
-        """Return a new image (240, 320, 3) uint8 RGB with dots at `xy_px`."""
-        # Gels on cells deform with shear, too; the surface of the others follows from how deep the object stands.
+        """Return a new image (240, 320, 3) uint8 RGB with markers at `xy_px`."""
+        # Gels on cells deform with shear, too; the surface of other gels depends on the indentation only.
         relief = None if gel.grain is None else (gel.grain, state.body)
         key = None if state.fine else (state.indentation_m, state.reach_m, relief)
         lit = self._shader.shade(key, lambda x, y: self._depth(gel, state, x, y), state.indentation_m > 0, relief)

@@ -1,8 +1,8 @@
-"""Colour from the slopes of the surface, worked out at a part of the resolution, where it is smooth.
+"""Colour from the slopes of the surface, computed at a reduced resolution because the surface is smooth.
 
-`linear`: each pixel answers to slopes as its lamps say, to first order. `full`: Lambert's cosine of the surface's
-normal, with light that a slope turns away from left out; the two part at slopes of about 0.4. `markers` shows no
-slopes. Shadows that one part of the surface throws on another are not drawn: they are below a third of a level up to
+`linear`: brightness is linear in the slope, with the sensitivity of each pixel's lamps. `full`: Lambert's cosine law
+for the surface's normal, without light from lamps that a slope faces away from; it differs from `linear` above slopes
+of about 0.4. `markers`: slopes have no effect. Cast shadows are not rendered; they are below a third of a level up to
 slopes of 0.56.
 """
 
@@ -34,11 +34,11 @@ REDUCTION = 4
 FINE_REDUCTION = 2
 """The same for the fine relief of the object's surface."""
 LIFT_M = 0.1e-3
-"""Depth at which a pressed gel has reached its full extra brightness."""
+"""Depth at which pressed gel reaches its full extra brightness."""
 
 
 class Shader:
-    """Background plus slope colour; keeps the last image, as of a gel at rest the surface does not change."""
+    """Renders background plus slope colour; caches the last image, because the surface of a gel at rest is constant."""
 
     def __init__(
         self,
@@ -82,9 +82,9 @@ class Shader:
         touching: bool,
         grain: Placed | None = None,
     ) -> NDArray[np.uint8]:
-        """Return the lit gel (240, 320, 3); equal keys stand for the same surface, None for a new one each time.
+        """Return the lit gel (240, 320, 3); equal keys mean the same surface, None always means a new one.
 
-        `grain` is the object's fine relief and where the object is.
+        `grain` is the object's fine relief with the object's pose.
         """
         if not touching or self._tier == "markers":
             return self._plain
@@ -121,7 +121,7 @@ def colour(
     full: bool,
     lift: float,
 ) -> None:
-    """Write the change of levels (h, w, 3) that the slopes of `depth` (h, w) make; borders are taken as level."""
+    """Write the change of levels (h, w, 3) due to the slopes of `depth` (h, w); slopes at the borders are zero."""
     rows, columns = depth.shape
     for r in range(rows):
         above, below = max(r - 1, 0), min(r + 1, rows - 1)

@@ -1,4 +1,4 @@
-"""One gel of many: no two have the same pitch, dots, brightness and wear. A number draws one from what was measured."""
+"""A numbered gel: pitch, markers, brightness and wear, drawn from the measured ranges."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PITCH_X_PX, PITCH_Y_PX = (32.5, 33.7), (31.5, 32.9)
-"""Mean pitch of a 7 x 9 pad's dots, pincushion included."""
+"""Range of the mean marker pitch of a 7 x 9 pad, pincushion included."""
 DIAMETER_PX, CORE = (11.6, 17.3), (0.28, 0.35)
 BLUR_PX = (0.8, 1.0)
 BRIGHTNESS = (0.9, 1.2)
@@ -22,14 +22,17 @@ BRIGHTNESS = (0.9, 1.2)
 WEAR = (0.0, 0.3)
 """Not measured."""
 _MEAN_PITCH_PX = (32.80, 31.96)
-"""Of the 7 x 9 pad as drawn, pincushion included."""
+"""Mean marker pitch of the 7 x 9 pad as drawn, pincushion included."""
 _SPECKS = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Specimen:
-    """Pitch along x and y over the mean gel's, dot diameter and edge blur (px), dot core and background over the
-    mean gel's, and wear from 0 to 1: the share of dots that have lost ink."""
+    """Properties of one gel.
+
+    Pitch along x and y, marker core and background are relative to the mean gel; marker diameter and edge blur are in
+    pixels. Wear, 0 to 1, is the fraction of markers that have lost ink.
+    """
 
     pitch: tuple[float, float]
     dot_diameter_px: float
@@ -40,7 +43,7 @@ class Specimen:
 
 
 def draw(number: int) -> Specimen:
-    """Return gel `number`: evenly from the measured ranges."""
+    """Return gel `number`, drawn uniformly from the measured ranges."""
     rng = np.random.default_rng([0x6E1, number])
 
     def between(low_high: tuple[float, float]) -> float:
@@ -58,13 +61,13 @@ def draw(number: int) -> Specimen:
 
 
 def ink(count: int, wear: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the share of its ink (count,) that each dot has left; of a worn dot three tenths to nine."""
+    """Return each marker's remaining fraction of ink (count,); 0.3 to 0.9 for a worn marker."""
     worn = rng.random(count) < wear
     return np.where(worn, rng.uniform(0.3, 0.9, count), 1.0)
 
 
 def dust(background: NDArray[np.float32], wear: float, rng: np.random.Generator) -> None:
-    """Darken a background (H, W, 3) in place by specks that stay where they are, up to twelve on a worn gel."""
+    """Darken a background (H, W, 3) in place by fixed specks, up to twelve on a worn gel."""
     specks = np.ones((HEIGHT_PX, WIDTH_PX), np.float32)
     for _ in range(rng.binomial(_SPECKS, wear)):
         centre = (int(rng.integers(WIDTH_PX)), int(rng.integers(HEIGHT_PX)))

@@ -25,7 +25,7 @@ class ArmAxis:
 
 @dataclass(slots=True)
 class FingerDrive:
-    """The fingers' drive: goes to an aperture at a speed, stalls where closing needs more than the force limit."""
+    """The fingers' drive: moves to an aperture at a speed and stalls when closing needs more than the force limit."""
 
     aperture_m: float
     target_m: float
@@ -35,7 +35,7 @@ class FingerDrive:
     stalled: bool = False
 
     def step(self, dt_s: float, force_n: float) -> None:
-        """Advance against the present normal force of one finger; a stalled drive holds its place."""
+        """Advance against the present normal force of one finger; a stalled drive holds its position."""
         left = self.target_m - self.aperture_m
         self.stalled = left < 0 and force_n >= self.limit_n
         self.moving = left != 0 and not self.stalled

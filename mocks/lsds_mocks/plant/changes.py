@@ -1,4 +1,4 @@
-"""What happens to an object in the air: something is poured in, somebody pushes it down, its surface gets wet."""
+"""Disturbances of a lifted object: material is poured in, a push acts downwards, its surface gets wet."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from dataclasses import dataclass
 class Changes:
     """Changes that begin `after_s` after the object was lifted off the table.
 
-    Pouring: the mass grows evenly to `mass_factor` times its own within `pour_s`. A shove: a downward force, half a
-    sine of `shove_n` at its peak, for `shove_s`. Friction is `friction_factor` times its own from then on.
+    Pouring: the mass grows linearly to `mass_factor` times its initial value within `pour_s`. Push: a downward
+    half-sine force with a peak of `shove_n` for `shove_s`. Wetting: friction is `friction_factor` times its initial
+    value from then on.
     """
 
     after_s: float = 1.0
@@ -23,7 +24,7 @@ class Changes:
     _begins_s: float = math.inf
 
     def step(self, time_s: float, lifted: bool) -> None:
-        """Take the time at which the object first leaves the table."""
+        """Record the time at which the object first leaves the table."""
         if lifted and math.isinf(self._begins_s):
             self._begins_s = time_s + self.after_s
 

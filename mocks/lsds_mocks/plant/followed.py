@@ -1,4 +1,4 @@
-"""The arm's vertical motion where another process owns it: replayed from its samples."""
+"""Vertical motion of an arm in another process, replayed from its samples."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from lsds.clock import NS_PER_S
 KEPT = 256
 SMOOTHED_S = 0.02
 BLIND_NS = 20_000_000
-"""Time for which the last known velocity is used."""
+"""Time for which the last known velocity extrapolates the motion."""
 
 
 class FollowedAxis:
-    """Stands in for `ArmAxis`. Position and velocity upward; samples come from `tell`, in order of time.
+    """Replaces `ArmAxis`; position and velocity are upward. `add_sample` supplies samples in order of time.
 
-    The first sample's height is where the axis starts: what counts is the way from there.
+    Heights count from that of the first sample, which corresponds to the initial position.
     """
 
     def __init__(self, position_m: float, start_ns: int) -> None:
@@ -27,8 +27,8 @@ class FollowedAxis:
         self._t_ns = start_ns
         self._samples: deque[tuple[int, float, float]] = deque(maxlen=KEPT)
 
-    def tell(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
-        """Take one sample: where the arm was at a time, and how fast it rose."""
+    def add_sample(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
+        """Add one sample of the arm: height and upward velocity at a time."""
         if self._zero_m is None:
             self._zero_m = height_m
         if not self._samples or t_ns > self._samples[-1][0]:
@@ -39,7 +39,7 @@ class FollowedAxis:
         self._t_ns += round(dt_s * NS_PER_S)
         way = self._at(self._t_ns)
         velocity = (self._start_m + way - self.position_m) / dt_s
-        # Differences of differences are mostly the noise of when samples came: smoothed over some ten milliseconds.
+        # Second differences are mostly timing noise of the samples, hence the smoothing over some ten milliseconds.
         change = (velocity - self.velocity_m_s) / dt_s
         self.acceleration_m_s2 += (change - self.acceleration_m_s2) * min(1.0, dt_s / SMOOTHED_S)
         self.velocity_m_s = velocity
@@ -57,6 +57,6 @@ class FollowedAxis:
             if t_ns <= t1:
                 return z0 + (z1 - z0) * (t_ns - t0) / (t1 - t0)
             t0, z0, v0 = samples[1]
-        # Ahead of the newest sample: on at its speed for a little, then it is taken to stand.
+        # Ahead of the newest sample: extrapolate its velocity for `BLIND_NS`, then hold the position.
         ahead = min(max(t_ns - t0, 0), BLIND_NS)
         return z0 + v0 * ahead / NS_PER_S

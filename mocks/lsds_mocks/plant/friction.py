@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 CREEP_M_S = 1e-4
-"""Below this speed the Stribeck term is one to four digits: friction is the static one and need not be looked up."""
+"""Speed below which the Stribeck term is 1 to four digits, so that friction equals the static value."""
 
 LEAST = 0.3
 """Sliding friction never falls below this fraction of the kinetic coefficient."""
 
 
 class SurfaceFriction:
-    """Friction coefficients at points of the gel; what belongs to a set of points is kept while the set stays.
+    """Friction coefficients at points of the gel, with a cache for the present set of points.
 
     A point at rest has the static coefficient; one that slid in the last step has
     mu_k (1 + chatter) + (mu_s - mu_k) exp(-(v / v_s)^2) (Stribeck), at most the static one; both times the texture
@@ -50,13 +50,13 @@ class SurfaceFriction:
         self._crept_on: int | None = None
 
     def scale(self, factor: float) -> None:
-        """Set both coefficients to `factor` times what they were at the start, as a wet surface does."""
+        """Set both coefficients to `factor` times their initial values, as for a wet surface."""
         if factor * self._dry[0] != self.static:
             self.static, self.kinetic = factor * self._dry[0], factor * self._dry[1]
             self._crept_on = None
 
     def changed(self, points_m: NDArray[np.float64], travel_m: float, speed_m_s: float) -> bool:
-        """Return whether `at` would return anything new: not while the patch creeps over one row of the texture."""
+        """Return whether `at` would return new values; False while the patch creeps over one row of the texture."""
         if points_m is not self._points:
             self._points = points_m
             self._index = self._texture.index(points_m[0], points_m[1])

@@ -1,10 +1,10 @@
 """The object's vertical motion under gravity, table and grip, one implicit step at a time.
 
 The gel's friction is a function of the unknown velocity at the point theta of the step,
-v' = v + theta dt (F(v') / m - g), where F, the pull of all fingers, never rises with v'. The left side minus the right
-is monotone, so a bracketed Newton iteration on it cannot fail, at any step. theta 1 is backward Euler, which damps
-ringing away and never creates energy, unlike explicit LuGre and Haessig-Friedland schemes at these stiffnesses; theta
-1/2, the midpoint rule, keeps the ringing.
+v' = v + theta dt (F(v') / m - g). F, the tangential force of all fingers, never rises with v'. The left side minus the
+right is therefore monotone, and a bracketed Newton iteration always converges. theta = 1 is backward Euler, which damps
+oscillations and never creates energy, unlike explicit LuGre and Haessig-Friedland schemes at these stiffnesses. theta =
+1/2 is the midpoint rule, which keeps oscillations.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ _ITERATIONS = 60
 
 @dataclass(slots=True)
 class ObjectMotion:
-    """Height (m) of the object's foot above the table, its upward velocity (m/s), whether it stands,
-    and the force and tangent stiffness of the last step's friction, from which the next step starts its search."""
+    """Vertical state of an object: height (m) of its foot above the table, upward velocity (m/s), whether it stands.
+
+    Force and tangent stiffness of the last step's friction start the next step's search.
+    """
 
     height_m: float = 0.0
     velocity_m_s: float = 0.0
@@ -44,11 +46,11 @@ def step_object(
     theta: float = 1.0,
     push_n: float = 0.0,
 ) -> Reaction:
-    """Advance `body` and `gel` by `dt_s`; return what one finger's gel feels.
+    """Advance `body` and `gel` by `dt_s`; return the reaction of one finger's gel.
 
-    `carrier_velocity_m_s` is the gel's base moving up. The gel's y points down, so the object lagging behind moves
-    along +y in it. `limit_n` bounds the friction force of one finger and brackets the solution. `push_n` acts
-    downwards.
+    `carrier_velocity_m_s` is the upward velocity of the gel's base. The gel's y points down, so an object that lags
+    behind moves along +y in the gel. `limit_n` bounds the friction force of one finger and brackets the solution.
+    `push_n` acts downwards.
     """
     weight = mass_kg * GRAVITY_M_S2 + push_n
     if body.supported:
@@ -66,7 +68,7 @@ def step_object(
     gel.commit()
     body.height_m = 0.0 if body.supported else body.height_m + dt_s * velocity
     end = body.velocity_m_s + (velocity - body.velocity_m_s) / theta
-    body.velocity_m_s = 0.0 if body.supported else end  # the table takes the impact up without a rebound
+    body.velocity_m_s = 0.0 if body.supported else end  # the table absorbs the impact without a rebound
     body.force_n, body.stiffness_n_m = reaction.force_y_n, reaction.stiffness_y_n_m
     return reaction
 
@@ -86,7 +88,7 @@ def _solve(
     gain = fingers * dt_s / mass_kg
     low, high = free - gain * limit_n - 1e-12, free + gain * limit_n + 1e-12
     slope = gain * dt_s * body.stiffness_n_m
-    # The last step's tangent is almost always still right, and then the first trial is already the solution.
+    # The last step's tangent is almost always still valid, so that the first trial is already the solution.
     velocity = min(max((free + gain * body.force_n + slope * carrier_m_s) / (1.0 + slope), low), high)
     good_enough = max(TOLERANCE_M_S, gain * limit_n * gel.force_tolerance)
     under = over = False

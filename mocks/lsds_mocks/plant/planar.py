@@ -1,10 +1,10 @@
-"""The object's motion in the plane of the pads: up and down, sideways, and turning about where it is held.
+"""The object's motion in the plane of the pads: vertical, sideways, and rotation about the grip.
 
-Implicit, like `lsds_mocks.plant.lift`, with three unknowns: the velocity of the centre of mass and the rate of turning
-at the point theta of the step solve M (q - q_n) = theta dt (weight - fingers J^T R), R being the gel's reaction to the
-motion that q carries out. That is the bottom of a convex bowl, as friction within a step resists the more the farther
-the object goes. A quasi-Newton iteration looks for it; it learns the gel's stiffness from its own trials, hands it on
-to the next step, and goes back where a step has led up the other side.
+The step is implicit, like that of `lsds_mocks.plant.lift`, with three unknowns q at the point theta of the step: the
+velocity of the centre of mass and the angular rate. They solve M (q - q_n) = theta dt (weight - fingers J^T R), where R
+is the gel's reaction to the motion q. The solution is the minimum of a convex function, because friction within a step
+grows with the object's motion. A quasi-Newton iteration finds it: it learns the gel's stiffness from its trials, passes
+it on to the next step, and halves a step that overshoots.
 """
 
 from __future__ import annotations
@@ -27,16 +27,18 @@ _ITERATIONS = 40
 _HALVINGS = 8
 _TOLERANCE = 1e-9
 _STIFFEST_N_M = 1e6
-"""No gel is stiffer; what two trials next to each other say may be."""
+"""Upper bound on the learned stiffness, above that of any gel; the difference of two close trials may exceed it."""
 _ARM_M = 5e-3
-"""A patch's stiffness against turning, where nothing is known yet, is its stiffness times this arm squared."""
+"""Lever arm of the initial rotational stiffness: the tangential stiffness times this arm squared."""
 
 
 @dataclass(slots=True)
 class PlanarMotion(ObjectMotion):
-    """In addition to height and vertical velocity of the centre of mass: its sideways velocity, the rate of turning (x
-    to y), where the object's point that was first between the pads has got to, as seen from there, and whether the
-    object is clamped to the table."""
+    """Planar state of an object, in addition to height and vertical velocity of the centre of mass.
+
+    It adds the sideways velocity, the angular rate (x to y), the displacement of the object's point that was between
+    the pads at the start, and whether the object is clamped to the table.
+    """
 
     velocity_x_m_s: float = 0.0
     rate_rad_s: float = 0.0
@@ -47,15 +49,15 @@ class PlanarMotion(ObjectMotion):
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """Mass (kg), moment of inertia about the centre of mass (kg m^2), and where that is, seen from the pads' centre
-    at the start (m, x right, y down)."""
+    """Mass (kg), moment of inertia about the centre of mass (kg m^2), and initial position of the centre of mass
+    relative to the pads' centre (m, x right, y down)."""
 
     mass_kg: float
     inertia_kg_m2: float
     centre_m: tuple[float, float]
 
     def centre_at(self, place: Placement) -> tuple[float, float]:
-        """Return where the centre of mass is once the object has moved."""
+        """Return the position of the centre of mass of the object at `place`."""
         cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
         x, y = self.centre_m
         return place.x_m + cos * x - sin * y, place.y_m + sin * x + cos * y
@@ -74,15 +76,14 @@ def step_planar(
     theta: float = 1.0,
     push_n: float = 0.0,
 ) -> Reaction:
-    """Advance `motion` and `gel` by `dt_s`; return what one finger's gel feels.
+    """Advance `motion` and `gel` by `dt_s`; return the reaction of one finger's gel.
 
-    The carrier may turn only where the object is clamped. Its velocity and rate are those of the object against the
-    gel, along the pads' own y and from its x to its y.
+    The carrier may rotate only if the object is clamped. Its velocity is along the pads' y, its rate from their x to y.
     `theta` 1 is backward Euler, 1/2 the midpoint rule. `push_n` acts downwards at the centre of mass.
     """
     weight = body.mass_kg * GRAVITY_M_S2 + push_n
     if motion.supported:
-        # The table's friction keeps it from turning and from going sideways.
+        # The table's friction prevents rotation and sideways motion.
         passed = (0.0, dt_s * carrier_velocity_m_s, dt_s * carrier_rate_rad_s)
         reaction = gel.trial(*passed)
         if motion.clamped or fingers * reaction.force_y_n <= weight:
@@ -130,7 +131,7 @@ def _solve(
     stiffness = motion.stiffness
 
     def excess(guess: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return what is left of the balance, with the motion and the gel's answer to it."""
+        """Return the residual of the balance, the motion, and the gel's reaction to it."""
         moved = h * (jacobian @ guess + carried)
         answer = gel.trial(*moved.tolist())
         if not motion.stiffness.any():
@@ -166,7 +167,7 @@ def _learn(
 ) -> NDArray[np.float64]:
     """Return the stiffness that also explains the last two trials (Powell's symmetric Broyden update), within bounds.
 
-    Turning is counted as motion of an arm, so that metres and radians weigh alike.
+    Rotation is scaled by a lever arm, so that metres and radians have comparable weight.
     """
     d, f = moved * scale, force / scale
     size = float(d @ d)

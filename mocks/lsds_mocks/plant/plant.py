@@ -25,16 +25,19 @@ if TYPE_CHECKING:
 FINGERS = 2
 OPEN_APERTURE_M = 0.05
 STILL_STICKS = 0.1
-"""Gross slip is where no more than this share of the contact sticks. Of a rough or porous surface a cell or two catch
-and let go at any time while the whole of it slides."""
+"""Greatest sticking part of the contact that still counts as gross slip: while a rough or porous surface slides, a cell
+or two may stick briefly at any time."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlantParameters:
-    """The object (thickness between the pads, width and length in their plane, mass), where the pads meet it at the
-    start (height of their centre above the table), one finger's normal stiffness, the slip that counts as dropped, the
-    pad's height, how far to the right of the pads the centre of mass is, where in a step forces are taken (1: at its
-    end, 1/2: in its middle), the pad's thickness, and whether the object is clamped to the table."""
+    """Parameters of a plant, in SI units.
+
+    The object: thickness between the pads, width and length in their plane, mass, distance of its centre of mass to the
+    right of the pads, and whether it is clamped to the table. The grip: initial height of the pads' centre above the
+    table, normal stiffness of one finger, pad height and thickness, and the slip that counts as dropped. `theta` is the
+    point of a step at which forces are evaluated: 1 at its end, 1/2 in its middle.
+    """
 
     diameter_m: float
     width_m: float
@@ -51,8 +54,10 @@ class PlantParameters:
 
 
 class Plant:
-    """All that moves. One gel stands for both fingers, which are alike; `travel_m` is how far the object has moved
-    down (+y) against the gel since the start."""
+    """The moving parts of a cell. One gel represents both fingers, which are identical.
+
+    `travel_m` is the object's displacement down (+y) relative to the gel since the start.
+    """
 
     def __init__(
         self,
@@ -71,11 +76,11 @@ class Plant:
         self._shake_m = 0.0
         self.arm = ArmAxis(parameters.grip_height_m)
         self.fingers = FingerDrive(OPEN_APERTURE_M, OPEN_APERTURE_M)
-        # An object held in line with its centre of mass does not turn: one unknown instead of three.
+        # An object held in line with its centre of mass does not rotate, which leaves one unknown instead of three.
         planar = parameters.centre_x_m or parameters.clamped
         self.body = PlanarMotion(clamped=parameters.clamped) if planar else ObjectMotion()
         self.turn = ArmAxis(0.0)
-        """The wrist: turning of the pads about their normal, which only a clamped object is modelled under."""
+        """The wrist: rotation of the pads about their normal, modelled only for a clamped object."""
         self.slip_x_m_s = 0.0
         self.slip_rate_rad_s = 0.0
         self.travel_m = 0.0
@@ -110,9 +115,9 @@ class Plant:
         self.normal_n = reaction.normal_n
         if isinstance(self.body, PlanarMotion):
             after = self.body.place
-            # Along the object's own axis: turning about the pads' middle is no travel.
+            # Travel is measured along the object's axis: rotation about the pads' centre does not count.
             self.travel_m = after.y_m * math.cos(after.angle_rad) - after.x_m * math.sin(after.angle_rad)
-            # The motion of the step itself, at the pads' middle: what the object's origin does far off is no slip.
+            # Slip is the step's motion at the pads' centre, not at the object's origin, which may be far away.
             turned = after.angle_rad - before.angle_rad
             still = before.moved(0.0, 0.0, turned)
             self.relative_m_s = (after.y_m - still.y_m) / dt_s
@@ -142,7 +147,7 @@ class Plant:
 
     def use_fingers(self, fingers: Fingers) -> None:
         """Replace the fingers' drive by a gripper's own."""
-        # The plant needs only what `Fingers` has; what commands `FingerDrive` checks for it.
+        # The plant needs only the attributes of `Fingers`; callers that command `FingerDrive` check for it.
         self.fingers = fingers  # type: ignore[assignment]
 
     def drive_arm(
@@ -153,13 +158,13 @@ class Plant:
         self.turn.target_m_s, self.turn.limit_m_s2 = turn_rad_s, turn_rad_s2
 
     def gel_state(self) -> GelState:
-        """Return a copy of the gel's history, with where the object is against it."""
+        """Return a copy of the gel's history, including the object's placement."""
         state = self.gel.state()
         place = self.body.place if isinstance(self.body, PlanarMotion) else (0.0, self.travel_m, 0.0)
         return dataclasses.replace(state, body=(place[0], place[1], place[2]))
 
     def _sliding_speed(self) -> float:
-        """Return the mean speed (m/s) of the patch against the object, turning at its own radius of gyration."""
+        """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
         if not self.relative_rad_s:
             return math.hypot(self.relative_m_s, self.relative_x_m_s)
         x, y = self.gel.points_m
@@ -167,7 +172,7 @@ class Plant:
         return math.hypot(self.relative_m_s, self.relative_x_m_s, self.relative_rad_s * radius)
 
     def _move(self, carrier_velocity_m_s: float, dt_s: float) -> Reaction:
-        """Move the object, held by the gel whose base goes up at a velocity."""
+        """Move the object by one step while the gel's base rises at a velocity; return the gel's reaction."""
         own, mass_kg, push_n = self.parameters, self.mass_kg, self._changes.push_n(self._time_s)
         limit = self.normal_n * 2 * self.friction.static
         if not isinstance(self.body, PlanarMotion):
@@ -198,7 +203,7 @@ class Plant:
         )
 
     def _press(self) -> bool:
-        """Close the gel on the object where fingers, object's end or force have moved; return whether they have."""
+        """Update the normal force if fingers, object's end or force have changed; return whether they have."""
         reach = self._reach()
         closure = (self.parameters.diameter_m - self.fingers.aperture_m) / 2
         key = (self.fingers.aperture_m, reach)
@@ -209,7 +214,7 @@ class Plant:
         return True
 
     def _reach(self) -> tuple[float, float] | None:
-        """Which stretch of the pad (y, down) the object covers; None where it covers all of it."""
+        """Range of the pad (y, down) that the object covers; None if it covers all of it."""
         half = self.parameters.pad_height_m / 2
         above_foot = self.parameters.grip_height_m + self.travel_m
         to_top = self.parameters.length_m - above_foot
@@ -219,12 +224,12 @@ class Plant:
 
     @property
     def greatest_strain(self) -> float:
-        """Greatest indentation so far over the gel's thickness."""
+        """Greatest indentation so far, as part of the gel's thickness."""
         return self._squeeze.deepest_m / self.parameters.pad_thickness_m
 
     @property
     def mass_kg(self) -> float:
-        """Mass of the object with what has been poured in, kg."""
+        """Mass of the object including poured-in material, kg."""
         return self.parameters.mass_kg * self._changes.mass(self._time_s)
 
     @property

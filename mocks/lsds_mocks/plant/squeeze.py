@@ -12,7 +12,7 @@ _LEAST_M = 1e-13
 
 
 class Squeeze:
-    """One finger of stiffness `finger_n_m` on a gel; remembers where it stood, from where the next search starts."""
+    """One finger of stiffness `finger_n_m` on a gel; each search starts from the last solution."""
 
     def __init__(self, gel: GelModel, finger_n_m: float) -> None:
         self._gel = gel
@@ -22,7 +22,7 @@ class Squeeze:
         self._slope = 2.0
 
     def is_off(self, closure_m: float, normal_n: float) -> bool:
-        """Return whether a normal force that came about by sliding has drifted away from the finger's."""
+        """Return whether sliding has changed the gel's normal force away from the finger's."""
         return abs(self._excess(closure_m, normal_n)) > 5 * self._tolerance(normal_n)
 
     def _excess(self, closure_m: float, normal_n: float) -> float:
@@ -34,8 +34,7 @@ class Squeeze:
     def close(self, closure_m: float, reach_m: tuple[float, float] | None) -> float:
         """Close by `closure_m` beyond first touch; return the normal force (N).
 
-        Solves d + N(d) / k = closure for the gel's own law N(d), which is increasing, by a secant that keeps to where
-        the sign changes (Illinois).
+        Solves d + N(d) / k = closure for the gel's increasing law N(d) by a bracketing secant method (Illinois).
         """
         if closure_m <= 0:
             self.depth_m = 0.0

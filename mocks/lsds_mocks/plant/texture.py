@@ -1,6 +1,6 @@
 """Friction that varies over an object's surface and travels with it.
 
-What makes markers tremble during gross slip is that the patch meets new surface all the time. The map is a sum of
+During gross slip the patch continuously moves onto new surface, which makes the markers tremble. The map is a sum of
 smooth random fields of several correlation lengths, periodic along the object's length.
 """
 
@@ -37,7 +37,7 @@ class Texture:
         self._flat = self._map.ravel()
 
     def row(self, travel_m: float) -> int:
-        """Return which row of the map a travel has come to."""
+        """Return the row of the map that corresponds to a travel."""
         return round(travel_m / ROW_M)
 
     def index(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -53,10 +53,10 @@ class Texture:
 
 
 class Chatter:
-    """A random function of travel alone, unit variance, the same under the whole patch.
+    """A random function of travel alone, with unit variance, equal under the whole patch.
 
-    Soft gels slide in waves of detachment, which bristles that know nothing of each other cannot show; to the markers
-    it looks as if the whole patch's kinetic friction went up and down while the object travels.
+    Soft gels slide in waves of detachment, which independent bristles cannot show. The markers' motion looks as if the
+    kinetic friction of the whole patch rose and fell while the object travels.
     """
 
     LENGTHS_M = (0.6e-3, 2.0e-3, 6.0e-3)

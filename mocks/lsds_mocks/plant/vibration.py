@@ -1,5 +1,4 @@
-"""Vibration of the arm: a few micrometres at a few hertz, so that a held object's markers are never completely
-still."""
+"""Vibration of the arm: a few micrometres at a few hertz, so that markers under a held object never rest completely."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The cell as an ordinary camera sees it: printed cards on gripper and object, a lens, an exposure."""
+"""Rendering of the cell for an ordinary camera: printed cards on gripper and object, a lens, an exposure."""

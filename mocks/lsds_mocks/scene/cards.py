@@ -1,4 +1,4 @@
-"""Printed cards: flat things with a picture on them, in which one texel is a known length."""
+"""Printed cards: flat bodies with a picture, in which one texel has a known length."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WHITE, GREY, INK = 225, 118, 18
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Card:
-    """A flat picture, uint8 grey (rows, columns), and the texel (column, row) where its frame's origin lies.
+    """A flat picture, uint8 grey (rows, columns), and the texel (column, row) of its frame's origin.
 
     The frame: x right, y up, z towards the viewer. Texel centres lie at integers.
     """
@@ -42,7 +42,7 @@ def marker_card(
 ) -> Card:
     """Return a grey card with a marker on white paper; its frame's origin is the marker's centre.
 
-    `marker_at_mm` is how far below the card's top the marker's centre lies, in the middle across.
+    `marker_at_mm` is the distance of the marker's centre from the card's top; it is centred horizontally.
     """
     found = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}"))
     modules = found.markerSize + 2

@@ -1,4 +1,4 @@
-"""The camera that looks at the cell: its projection, and where it stands."""
+"""The camera that views the cell: its projection and its pose."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DISTORTION = (-0.06, 0.04, 0.0006, -0.0004, 0.0)
-"""A mild barrel, as small cameras have it."""
+"""Distortion (k1 k2 p1 p2 k3): a mild barrel, typical of small cameras."""
 _FOCAL_PER_WIDTH = {(640, 480): 615.0 / 640, (1280, 720): 912.0 / 1280}
-"""Of a D435i's colour camera at its two usual sizes."""
+"""Focal length over width of a D435i's colour camera at its two usual sizes."""
 _ITERATIONS = 40
 
 
 def camera_model(width: int, height: int, distortion: tuple[float, ...] = DISTORTION) -> CameraModel:
-    """Return the intrinsics at a size; the principal point lies a little off the middle, as it does."""
+    """Return the intrinsics at a size; the principal point is slightly off the centre, as in real cameras."""
     focal = _FOCAL_PER_WIDTH.get((width, height), 0.96) * width
     matrix = np.array([[focal, 0, 0.506 * width], [0, focal, 0.493 * height], [0, 0, 1.0]])
     return CameraModel(matrix, np.array(distortion), (width, height))
@@ -29,14 +29,14 @@ def camera_model(width: int, height: int, distortion: tuple[float, ...] = DISTOR
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewpoint:
-    """Where a camera stands: base <- camera, rotation (3, 3) and position (3,) in metres."""
+    """Pose of a camera, base <- camera: rotation (3, 3) and position (3,) in metres."""
 
     rotation: NDArray[np.float64]
     position_m: NDArray[np.float64]
 
     @staticmethod
     def looking(position_m: tuple[float, float, float], at_m: tuple[float, float, float]) -> Viewpoint:
-        """Stand at a point and look at another, with the picture's horizon level."""
+        """Return the viewpoint at one point, directed at another, with a level horizon."""
         eye, target = np.array(position_m), np.array(at_m)
         forward = (target - eye) / np.linalg.norm(target - eye)
         right = np.cross(forward, (0.0, 0.0, 1.0))
@@ -51,7 +51,7 @@ class Viewpoint:
 
 
 class Rays:
-    """Which direction each pixel looks in: x/z and y/z (height, width) of its centre."""
+    """Directions of the pixels' rays: x/z and y/z (height, width) at pixel centres."""
 
     def __init__(self, camera: CameraModel) -> None:
         (fx, _, cx), (_, fy, cy), _ = camera.matrix.tolist()
@@ -73,8 +73,10 @@ def _directions(
 def undistorted(
     x: NDArray[np.float64], y: NDArray[np.float64], distortion: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the directions that the lens bends to (x, y); k1 k2 p1 p2 k3. Iterated until it does not change: the
-    accuracy of the whole picture rests on this one map."""
+    """Return the undistorted directions of distorted ones (x, y), for coefficients k1 k2 p1 p2 k3.
+
+    It iterates until the result is constant, because the accuracy of every picture depends on this map.
+    """
     k1, k2, p1, p2, k3 = distortion.tolist()
     xu, yu = x.copy(), y.copy()
     for _ in range(_ITERATIONS):

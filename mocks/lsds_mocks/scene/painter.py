@@ -1,8 +1,8 @@
-"""Paints moving cards into a picture as a lens and an exposure do it.
+"""Paints moving cards into a picture with lens projection and motion blur.
 
-Each pixel is the mean of eight samples, spread over its area and over the exposure at once. Where its ray meets the
-card is computed by the true projection, so edges are smooth, motion blurs, and nothing snaps to the grid of pixels:
-what is to be measured with these pictures are corners that move by a hundredth of a pixel.
+Each pixel is the mean of eight samples, spread over both its area and the exposure. The exact projection gives the
+point at which each ray meets the card. Edges are therefore smooth, motion blurs, and nothing snaps to the pixel grid:
+these pictures serve to measure corners that move by a hundredth of a pixel.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ SAMPLES = 8
 _MARGIN_PX = 3
 _ONE_MAP = np.zeros(0, np.float32)
 Seen = Callable[[float], tuple["NDArray[np.float64]", "NDArray[np.float64]"]]
-"""From a share (0..1) of the exposure to camera <- card: rotation (3, 3), position (3,)."""
+"""Function from a fraction (0..1) of the exposure to camera <- card: rotation (3, 3), position (3,)."""
 
 
 class Layer(NamedTuple):
-    """A card as it is seen: where in the picture, what share of each pixel stays free, the grey levels that it adds."""
+    """A rendered card: its window in the picture, the uncovered fraction of each pixel, the grey levels it adds."""
 
     window: tuple[slice, slice]
     free: NDArray[np.float32]
     grey: NDArray[np.float32]
 
     def onto(self, image: NDArray[np.float32]) -> None:
-        """Lay it over a grey float32 picture (height, width), in place."""
+        """Composite it over a grey float32 picture (height, width), in place."""
         part = image[self.window]
         part *= self.free
         part += self.grey
@@ -49,24 +49,24 @@ class Painter:
     def __init__(self, camera: CameraModel) -> None:
         self._camera = camera
         self._rays = Rays(camera)
-        # Every column and every row of eighths is used once, and no two samples of like place follow in time.
+        # Every column and row of eighths is used once, and samples that are close in space are apart in time.
         across = np.arange(SAMPLES)
         order = (across * 7 + 3) % SAMPLES
         self._offsets = np.stack([(across + 0.5) / SAMPLES - 0.5, (order + 0.5) / SAMPLES - 0.5], axis=1)
         self._instants = (((across * 5 + 1) % SAMPLES) + 0.5) / SAMPLES
 
     def paint(self, image: NDArray[np.float32], card: Card, seen: Seen) -> None:
-        """Paint a card over a grey float32 picture (height, width) in place; does nothing where it is out of sight."""
+        """Paint a card over a grey float32 picture (height, width) in place; a card out of view changes nothing."""
         layer = self.layer(card, seen)
         if layer is not None:
             layer.onto(image)
 
     def layer(self, card: Card, seen: Seen) -> Layer | None:
-        """Return a card as it is seen; None where it is out of sight."""
+        """Return the rendered card; None if it is out of view."""
         window = self._window(card, seen)
         if window is None:
             return None
-        # Over one pixel and one exposure the way from ray to texel is straight to a thousandth of a texel.
+        # Over one pixel and one exposure the map from ray to texel is linear to a thousandth of a texel.
         middle, begin, end = (self._texels(card, window, *seen(instant)) for instant in (0.5, 0.0, 1.0))
         across, down, onward = np.gradient(middle, axis=1), np.gradient(middle, axis=0), end - begin
         sheet = _sheet(card)
@@ -81,7 +81,7 @@ class Painter:
     def _texels(
         self, card: Card, window: tuple[slice, slice], rotation: NDArray[np.float64], position: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """Return where each pixel's ray meets the card: (rows, columns, 2) in texels (column, row)."""
+        """Return the points (rows, columns, 2) at which the pixels' rays meet the card, in texels (column, row)."""
         plane = _to_texels(card, rotation, position)
         x, y = self._rays.x[window], self._rays.y[window]
         u, v, w = (plane[i, 0] * x + plane[i, 1] * y + plane[i, 2] for i in range(3))
@@ -102,7 +102,7 @@ class Painter:
         (left, top), (right, bottom) = np.clip(low, 0, (width, height)), np.clip(high, 0, (width, height))
         if right <= left or bottom <= top:
             return None
-        # Of a card that is all but out of sight, a row or column more: what is to be known is how texels change.
+        # The window of a card at the picture's border is one row or column larger, to obtain the texels' gradient.
         left, top = min(left, width - 2), min(top, height - 2)
         return slice(int(top), int(max(bottom, top + 2))), slice(int(left), int(max(right, left + 2)))
 

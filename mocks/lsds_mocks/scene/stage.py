@@ -1,4 +1,4 @@
-"""The scene of the ground-truth camera: a wall, a table, and a marked card each on the gripper and on the object."""
+"""The scene of the ground-truth camera: a wall, a table, and one marked card each on gripper and object."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ MARKERS: dict[str, tuple[int, float]] = {"gripper": (0, 36.0), "object": (1, 36.
 """Body -> (marker id, side of its black square in mm)."""
 
 FACING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""base <- card: the card's x to the right, its y up, its z towards -y of the base, where the camera stands."""
+"""base <- card: the card's x to the right, its y up, its z along the base's -y, towards the camera."""
 AT_M: dict[str, tuple[float, float, float]] = {"gripper": (0.034, -0.01, 0.06), "object": (-0.034, 0.0, 0.11)}
-"""Where each marker's centre lies: of the gripper's, height above the pads; of the object's, above its foot."""
+"""Position of each marker's centre; the height counts from the pads (gripper) or from the object's foot (object)."""
 VIEWPOINT = Viewpoint.looking((0.15, -0.38, 0.17), (0.0, 0.0, 0.15))
-"""Level with the markers, because depth is what a single camera sees worst and slip is vertical; from the side, because
-a marker seen face on has two poses."""
+"""The camera is level with the markers, because slip is vertical and a single camera is least accurate in depth. It
+views them obliquely, because a marker viewed face on has two possible poses."""
 
 _LENS_BLUR_PX = 0.55
 _NOISE_LEVELS = 1.6
@@ -43,7 +43,7 @@ def truth_pose(scene: Scene, body: str) -> Pose:
 
 
 class Stage:
-    """Renders scenes. Same scenes, same number: same picture, bit by bit."""
+    """Renders scenes. Equal scenes and number give a bit-identical picture."""
 
     def __init__(self, width: int, height: int, seed: list[int], *, noise: float = 1.0) -> None:
         self.camera = camera_model(width, height)
@@ -80,11 +80,11 @@ class Stage:
 
 
 def finished(image: NDArray[np.float32], noise: NDArray[np.float32], corner: list[int]) -> NDArray[np.uint8]:
-    """Return a grey picture after the lens's softness and the sensor's noise, as uint8 RGB."""
+    """Return a grey picture with the lens's blur and the sensor's noise, as uint8 RGB."""
     rows, columns = image.shape
     soft = cv2.GaussianBlur(image, (0, 0), _LENS_BLUR_PX)
     noisy = cv2.add(soft, noise[corner[0] : corner[0] + rows, corner[1] : corner[1] + columns])
-    # Rounds, and clips at both ends; nothing here comes near black.
+    # Rounds and clips at both ends; no level is close to black.
     return np.asarray(cv2.cvtColor(cv2.convertScaleAbs(noisy), cv2.COLOR_GRAY2RGB), np.uint8)
 
 
@@ -104,7 +104,7 @@ def _cards() -> dict[str, Card]:
 
 
 def _backdrop(width: int, height: int, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return a wall above a darker table with some unevenness: nothing that looks like a marker."""
+    """Return a wall above a darker table, with smooth variations that no detector takes for a marker."""
     rows = np.linspace(0, 1, height, dtype=np.float32)[:, None]
     wall = 150 - 25 * rows + np.zeros((1, width), np.float32)
     blotches = cv2.resize(

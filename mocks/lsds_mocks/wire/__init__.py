@@ -1,1 +1,1 @@
-"""Mock devices, face 2: servers that speak each device's own protocol, so that real drivers and clients run on them."""
+"""Wire mocks: servers that speak each device's protocol, so that real drivers and clients can use them."""

@@ -1,4 +1,4 @@
-"""Which addresses a mock may use: those of the loopback interface, and no others."""
+"""Check of a mock's address: only addresses of the loopback interface are allowed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ENTRY = 40
 
 
 def is_loopback(address: str) -> bool:
-    """Return whether an address (or "localhost") is of the range that every machine keeps for itself."""
+    """Return whether an address (or "localhost") is in 127.0.0.0/8."""
     try:
         return ipaddress.ip_address(address).is_loopback
     except ValueError:
@@ -24,7 +24,7 @@ def is_loopback(address: str) -> bool:
 
 
 def on_loopback(address: str) -> bool:
-    """Return whether an address (or "localhost") is one of this machine's loopback interface, aliases among them."""
+    """Return whether an address (or "localhost") belongs to this machine's loopback interface, aliases included."""
     if is_loopback(address):
         return True
     try:
@@ -34,7 +34,7 @@ def on_loopback(address: str) -> bool:
 
 
 def require_loopback(mock: str, address: str, option: str = "host") -> None:
-    """Raise ConfigError for any other address: a mock has no protection against strangers."""
+    """Raise ConfigError for any other address, because a mock has no protection against other machines."""
     if not on_loopback(address):
         problem = f"'{address}' is not an address of the loopback interface"
         raise ConfigError(mock, [ConfigIssue(option, problem, "use one of 127.0.0.0/8, for example 127.0.0.2")])

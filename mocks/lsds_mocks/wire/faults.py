@@ -1,4 +1,4 @@
-"""Faults on the wire as seeded data: what goes wrong, on which face, how often and when."""
+"""Faults on the wire as seeded data: kind, face, probability and time."""
 
 from __future__ import annotations
 
@@ -81,10 +81,11 @@ class _Armed:
 
 
 class FaultInjector:
-    """All faults of one mock. `knows` maps each kind that the mock supports to the faces on which it can occur, and to
-    none if it concerns the whole mock; everything else is refused.
+    """All faults of one mock.
 
-    The same seed and messages give the same faults: each fault draws from its own random stream, once per message.
+    `knows` maps each supported kind to the faces on which it can occur, or to no faces if it concerns the whole mock;
+    other kinds are refused. Equal seed and messages give equal faults: each fault draws from a separate random stream,
+    once per message.
     """
 
     def __init__(
@@ -127,11 +128,11 @@ class FaultInjector:
 
     @property
     def quiet(self) -> bool:
-        """Whether there is nothing armed at all: the fast way out of every per-message path."""
+        """Whether no fault is armed; lets every per-message path return early."""
         return not self._armed
 
     def strikes(self, kind: FaultKind, face: str) -> Fault | None:
-        """Draw whether a fault of this kind occurs at this face now; return it, or None."""
+        """Return the fault of this kind that occurs on this face now, drawn at random; else None."""
         if not self._armed:
             return None
         now = self._clock.now()
@@ -143,7 +144,7 @@ class FaultInjector:
         return None
 
     def outgoing(self, message: bytes, face: str) -> list[tuple[float, bytes]]:
-        """Return what really goes out for one message: (delay in seconds, bytes), in order; empty where it is lost."""
+        """Return the parts that replace one message, in order: (delay in seconds, bytes); empty if it is lost."""
         if not self._armed:
             return [(0.0, message)]
         if self.strikes("drop", face):

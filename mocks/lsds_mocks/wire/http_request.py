@@ -1,4 +1,4 @@
-"""Recognise HTTP on ports that carry text commands.
+"""Detection of HTTP requests on ports that carry text commands.
 
 A web page can make a browser on this machine send a request to any local port. On a port that executes lines, the body
 of that request would be executed.
@@ -13,5 +13,5 @@ _REQUEST = re.compile(r"\s*(?:[A-Z]+ +(?:/|\*|https?:)|\S+ +\S+ +HTTP/\d)")
 
 
 def is_http_request(line: str) -> bool:
-    """Return whether a line, or its beginning, begins an HTTP request."""
+    """Return whether a line, or the beginning of one, starts an HTTP request."""
     return _REQUEST.match(line) is not None

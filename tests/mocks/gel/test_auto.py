@@ -81,7 +81,7 @@ def test_a_wrong_kernel_is_rejected_at_the_first_audit(kernel):
     assert rms_m(trace, right.dots_m)[0] < 1.5e-6
 
 
-def test_report_says_what_it_cannot_promise():
+def test_report_states_its_limits():
     gel = AutoGel(Cylinder(12.5e-3, 20.16e-3))
     for depth in np.linspace(0.1e-3, 0.9e-3, 9):
         gel.press(depth)
@@ -239,7 +239,7 @@ def test_no_step_waits_for_all_of_an_audit(name, tolerance_m):
         last = gel._audit_work
     portion = 1.5 * 4e-3 / tolerance_m**2
     assert sum(spent) > max(spent) > 0
-    # What is under way when the portion is spent is ended: a surface looked up, a solution of 1 ms.
+    # The activity in progress when the portion is used up still ends: a surface look-up, a solution of 1 ms.
     assert max(spent) < portion + 4e7
 
 

@@ -183,9 +183,9 @@ def test_a_file_is_replaced_only_by_force(made, tmp_path, capsys, monkeypatch):
 )
 def test_what_makes_no_sense_is_refused_in_one_sentence(tmp_path, capsys, arguments, message):
     assert run(tmp_path, *arguments) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert said.count("Error") == 1
+    output = capsys.readouterr().err
+    assert message in output
+    assert output.count("Error") == 1
     assert not list(tmp_path.iterdir())
 
 
@@ -212,10 +212,10 @@ def test_without_scipy_the_extra_is_named(tmp_path, capsys, monkeypatch):
 
 def test_help_shows_examples_and_what_is_shipped(capsys):
     assert make_pad.main(["--help"]) == 0
-    said = capsys.readouterr().out
-    assert "Examples:" in said
-    assert "24.96" in said
-    assert "0.499" in said
+    output = capsys.readouterr().out
+    assert "Examples:" in output
+    assert "24.96" in output
+    assert "0.499" in output
 
 
 def test_a_cell_takes_a_pad_of_other_proportions_with_its_file_and_names_what_is_missing(made):

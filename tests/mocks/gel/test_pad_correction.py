@@ -170,7 +170,7 @@ def test_interpolation_returns_what_is_known(ratios):
 # -- what is shipped -------------------------------------------------------------------------------------
 
 
-def test_the_shipped_file_is_small_and_says_where_it_comes_from():
+def test_the_shipped_file_is_small_and_states_its_provenance():
     shipped = resources.files("lsds_mocks.gel") / "data" / "pad_24.96x20.16x4.00.npz"
     with resources.as_file(shipped) as path:
         assert path.stat().st_size <= 4e6

@@ -196,7 +196,7 @@ def test_no_cell_pulls_or_holds_more_than_friction_or_is_off_by_more_than_the_to
         assert misfit(dense, traction, afresh, target, friction) <= 1.1 * problem["tolerance"] * greatest + rounding
         assert slid[p == 0].all()
         assert np.abs((w - target)[:2, ~slid]).max(initial=0) <= 3 * problem["tolerance"] * greatest * patch._kt + 1e-9
-        # Friction opposes slip, where there is more of it than the tolerance.
+        # Friction opposes slip if it exceeds the tolerance.
         behind, off = ((target - w)[:2] * traction[:2]).sum(axis=0), 2 * problem["tolerance"] * greatest
         assert (behind >= -off * patch._kt * limit)[slid & (limit > off)].all()
 

@@ -1,4 +1,4 @@
-"""What the tests of cameras share: mocks served in this process, leaks looked for, pictures that carry the time."""
+"""Helpers for camera tests: mocks served in this process, leak checks, pictures that carry the time."""
 
 from __future__ import annotations
 

@@ -25,8 +25,8 @@ def in_base(found):
 
 
 class Speeds(NamedTuple):
-    """Errors of the slip speed (m/s), root mean square: against the truth of the time that the estimate says it belongs
-    to, against that of the newest picture, and their mean; and the lag told (s)."""
+    """Errors of the slip speed (m/s), root mean square: against the truth at the estimate's time, against that at the
+    newest picture, and their mean; and the reported lag (s)."""
 
     rms_m_s: float
     rms_without_lag_m_s: float

@@ -28,18 +28,18 @@ def pictures(tmp_path_factory):
 
 
 def test_a_known_camera_is_found_again(pictures, tmp_path):
-    out, plot, told = tmp_path / "camera.yaml", tmp_path / "coverage.png", tmp_path / "told.json"
+    out, plot, report = tmp_path / "camera.yaml", tmp_path / "coverage.png", tmp_path / "report.json"
     assert (
-        main(["calibrate", "camera", str(pictures), "--out", str(out), "--plot", str(plot), "--json", str(told)]) == 0
+        main(["calibrate", "camera", str(pictures), "--out", str(out), "--plot", str(plot), "--json", str(report)]) == 0
     )
     truth, found = Views().camera, load_camera(out)
     assert np.abs(found.matrix[[0, 1], [0, 1]] / truth.matrix[[0, 1], [0, 1]] - 1).max() < 0.004
     assert np.abs(found.matrix[:2, 2] - truth.matrix[:2, 2]).max() < 3.0
-    # What counts is where points land, not which coefficient carries what.
+    # The projected points have to agree, not the single coefficients.
     grid = np.array([(x, y, 1.0) for x in np.linspace(-0.45, 0.45, 9) for y in np.linspace(-0.32, 0.32, 7)])
     places = [cv2.projectPoints(grid, np.zeros(3), np.zeros(3), c.matrix, c.distortion)[0] for c in (truth, found)]
     assert np.abs(places[0] - places[1]).max() < 3.5
-    result = json.loads(told.read_text())
+    result = json.loads(report.read_text())
     assert result["error_px"] < 0.2
     assert result["coverage"] > 0.7
     assert len(result["views"]) == result["pictures"] == 20
@@ -79,7 +79,7 @@ def test_the_file_is_opencvs_and_comes_back(tmp_path):
         ),
     ],
 )
-def test_a_bad_file_is_told_with_a_remedy(tmp_path, text, word):
+def test_a_bad_file_is_reported_with_a_remedy(tmp_path, text, word):
     file = tmp_path / "camera.yaml"
     if text is not None:
         file.write_text(text)

@@ -107,7 +107,7 @@ def test_a_tactile_camera_through_a_pipe(kind, tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "word"), [("black-frame", "black"), ("torn-frame", "torn"), ("truncate", "short")])
-def test_a_damaged_frame_is_told_once_and_the_last_good_one_stays(kind, word):
+def test_a_damaged_frame_is_reported_once_and_the_last_good_one_stays(kind, word):
     mock = gelsight()
     with served(mock) as addresses:
         camera = sensor(addresses["http"])
@@ -152,7 +152,7 @@ def test_a_camera_that_went_away_is_stale_then_comes_back_with_later_numbers():
         camera.close()
 
 
-def test_nobody_there():
+def test_no_camera_at_the_address():
     with nothing_left():
         camera = sensor("http://127.0.0.1:9/stream")
         begin = CLOCK.now()
@@ -260,7 +260,7 @@ def test_an_unknown_fault_is_refused():
     mock.close()
 
 
-def test_a_pipe_that_nobody_writes_into(tmp_path):
+def test_a_pipe_without_a_writer(tmp_path):
     path = tmp_path / "pipe"
     os.mkfifo(path)
     with nothing_left():

@@ -92,14 +92,14 @@ def test_no_bytes_bring_the_jpeg_reader_down(noise, cut):
 @pytest.mark.parametrize(
     ("data", "word"),
     [
-        (b"", "no JPEG"),
+        (b"", "not a JPEG"),
         (JPEG[:-200], "no end"),
         (torn(JPEG), "torn"),
         (encode(np.zeros((240, 320, 3), np.uint8), 90), "black"),
         (JPEG[:2] + JPEG[-2:], "header"),
     ],
 )
-def test_what_is_wrong_with_a_frame_is_said(data, word):
+def test_the_defect_of_a_frame_is_reported(data, word):
     with pytest.raises(DataError, match=word):
         decode(data, whole)
 
@@ -213,7 +213,7 @@ def test_cut_turn_flip_and_colours():
     assert Picture(96, 64).of(image).base is None
 
 
-def test_a_stream_that_is_already_cut_is_told_apart():
+def test_a_cropped_stream_is_distinguished():
     with served(gelsight(width=320, height=240)) as addresses:
         camera = sensor(addresses["http"], border=0.45, connect_timeout_s=0.6)
         with pytest.raises(ConnectFailed, match="cut less"):
@@ -251,7 +251,7 @@ def test_a_camera_is_named_by_a_part_of_its_name(by_id):
         ("/dev/nothing", ["there is no /dev/nothing"]),
     ],
 )
-def test_no_such_camera_tells_which_there_are(by_id, wanted, words):
+def test_an_unknown_camera_lists_the_available_ones(by_id, wanted, words):
     with pytest.raises(ConnectFailed) as raised:
         find_camera("test", wanted, by_id)
     assert all(word in str(raised.value) for word in words)
@@ -263,7 +263,7 @@ def test_no_permission_names_the_group(by_id, monkeypatch):
         find_camera("test", "digit", by_id)
 
 
-def test_without_any_camera_the_message_says_so(tmp_path):
+def test_without_any_camera_the_message_reports_that(tmp_path):
     with pytest.raises(ConnectFailed, match="holds no camera"):
         find_camera("test", "GelSight", tmp_path)
     camera = HOST.build("sensor", "gelsight-mini", {}, BuildContext(CLOCK, 0))
@@ -293,7 +293,7 @@ def test_every_way_to_name_a_camera(camera, kind):
 
 
 class FakeCapture:
-    """What OpenCV's V4L2 capture shows of a UVC camera: undecoded JPEG as one row, or decoded BGR."""
+    """Imitates OpenCV's V4L2 capture of a UVC camera: undecoded JPEG as one row, or decoded BGR."""
 
     def __init__(self, frames, opens=True, mjpg=True):
         self._frames = list(frames)
@@ -350,7 +350,7 @@ def test_raw_pictures_are_left_to_opencv(node):
     source.close()
 
 
-def test_a_camera_in_use_says_how_to_find_who_uses_it(node):
+def test_a_camera_in_use_reports_how_to_find_its_user(node):
     source = V4l2Source("test", node, opener=lambda path: FakeCapture([], opens=False))
     with pytest.raises(ConnectFailed, match="fuser"):
         source.open(1.0)

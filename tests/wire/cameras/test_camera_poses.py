@@ -68,7 +68,7 @@ def test_slip_speed_is_within_a_millimetre_a_second_at_4_cm_s():
     assert abs(found.lag_s - 0.03) < 0.005
 
 
-def test_while_the_speed_changes_the_lag_told_is_the_one_to_take_off():
+def test_while_the_speed_changes_the_reported_lag_is_the_one_to_subtract():
     found = slip_speeds(0.03, swinging)
     assert found.rms_m_s < 0.4 * found.rms_without_lag_m_s
     assert 100 * found.rms_m_s < 0.1
@@ -145,7 +145,7 @@ def test_quaternions_and_matrices_are_the_same_rotation(parts):
 # -- the pose sources themselves --------------------------------------------------------------------------
 
 
-def test_options_that_cannot_work_are_told():
+def test_invalid_options_are_reported():
     for wrong, word in [
         ({"markers": []}, "none are named"),
         ({"dictionary": "5X5"}, "5X5_100"),
@@ -159,14 +159,14 @@ def test_options_that_cannot_work_are_told():
         aruco("0", "")
 
 
-def test_a_calibration_that_is_not_there_is_told_on_connect():
+def test_a_missing_calibration_is_reported_on_connect():
     source = aruco("http://127.0.0.1:9/", "nowhere.yaml")
     with pytest.raises(ConnectFailed, match="lsds calibrate camera"):
         source.connect()
     source.close()
 
 
-def test_a_calibration_of_another_shape_is_told_on_connect(tmp_path):
+def test_a_calibration_of_another_shape_is_reported_on_connect(tmp_path):
     with served(truth_camera(rate_hz=20.0)) as addresses:
         source = aruco(addresses["http"], calibration(tmp_path, 1280, 720), connect_timeout_s=0.7)
         with pytest.raises(ConnectFailed, match="calibrate at the size"):

@@ -79,7 +79,7 @@ def test_a_snapshot_is_one_picture():
     assert age_ms(image) < 500
 
 
-def test_parts_tell_time_and_number():
+def test_parts_contain_time_and_number():
     with served(time_camera()) as addresses, urllib.request.urlopen(addresses["http"], timeout=5) as answer:
         assert answer.headers.get_content_type() == "multipart/x-mixed-replace"
         stamps, numbers = [], []
@@ -164,7 +164,7 @@ def _opens(url):
     return good
 
 
-def test_a_taken_port_is_told_with_the_remedy():
+def test_a_port_in_use_is_reported_with_the_remedy():
     with served(time_camera()) as addresses:
         port = urlsplit(addresses["http"]).port
         other = time_camera(port=port)

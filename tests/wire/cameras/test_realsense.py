@@ -73,7 +73,7 @@ def test_the_pose_source_reads_it_with_its_own_intrinsics(recording):
     assert all(set(poses) == {"gripper", "object"} for poses in seen.values())
 
 
-def test_what_cannot_be_played_is_told(tmp_path):
+def test_an_unplayable_file_is_reported(tmp_path):
     for camera in (f"realsense:{tmp_path / 'none.db3'}", "realsense:000000000000", "realsense"):
         options = {"camera": camera, "markers": markers(), "connect_timeout_s": 2.0}
         source = HOST.build("pose_source", "aruco", options, BuildContext(WallClock(), 0))

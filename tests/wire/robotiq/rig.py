@@ -1,4 +1,4 @@
-"""What the tests of the Robotiq mock and drivers share."""
+"""Helpers for the tests of the Robotiq mock and drivers."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def to(aperture_m, speed_m_s=0.15, force_n=30.0, within_s=0.5):
 
 
 def descriptors():
-    """What each open descriptor of this process is."""
+    """Return the target of each open descriptor of this process."""
     found = {}
     for name in os.listdir("/proc/self/fd"):
         with contextlib.suppress(OSError):

@@ -38,7 +38,7 @@ def test_a_port_that_is_not_there():
 
 def test_a_file_that_is_no_port(tmp_path):
     (tmp_path / "file").write_text("")
-    assert "no serial port" in refusal("hand-e", port=str(tmp_path / "file"))
+    assert "not a serial port" in refusal("hand-e", port=str(tmp_path / "file"))
 
 
 def test_a_port_that_is_not_ours(monkeypatch):
@@ -65,7 +65,7 @@ def refusal_while_another_has_it(mock):
         first.close()
 
 
-def test_nobody_listens():
+def test_no_server_listens():
     assert "URCap" in refusal("hand-e", port="tcp://127.0.0.1:9")
     assert "URCap" in refusal("hand-e-urcap", host="127.0.0.1", port=9)
 
@@ -134,7 +134,7 @@ def test_what_the_vendors_libraries_are_needed_for_is_imported_when_it_is_used()
 
 
 @pytest.mark.parametrize("driver", ["hand-e", "hand-e-urcap"])
-def test_arming_activates_once_and_calibrates_where_it_is_told_to(tmp_path, driver):
+def test_arming_activates_once_and_calibrates_on_request(tmp_path, driver):
     with nothing_left(), serving(tmp_path, activation_s=0.4, open_tick=9, closed_tick=233) as mock:
         options = options_for(driver, mock)
         gripper = build(driver, options | {"calibrate": True, "fastest_mm_s": 150.0})
@@ -163,13 +163,13 @@ def test_calibrating_on_an_object_is_refused(tmp_path):
     with serving(tmp_path, activated=True, object_mm=20) as mock:
         gripper = build("hand-e", options_for("hand-e", mock) | {"calibrate": True})
         gripper.connect()
-        with pytest.raises(DeviceFault, match="take away"):
+        with pytest.raises(DeviceFault, match="remove any object"):
             gripper.arm()
         gripper.close()
 
 
 @pytest.mark.parametrize("driver", ["hand-e", "hand-e-urcap"])
-def test_contact_is_told(tmp_path, driver):
+def test_contact_is_reported(tmp_path, driver):
     with serving(tmp_path, activated=True, object_mm=20) as mock:
         gripper = build(driver, options_for(driver, mock))
         gripper.connect()

@@ -52,8 +52,8 @@ OVER = {
         "busy",
     ),
 }
-"""What is tried on each way to the gripper. Frames are the same on a serial port and on TCP, so damaged ones are tried
-on the port alone; `robotiq-2f` differs from `hand-e` in its figures only."""
+"""Faults tested on each transport. Frames are the same on a serial port and on TCP, so damaged frames are tested on the
+port only; `robotiq-2f` differs from `hand-e` in its figures only."""
 FAULTS = {
     "drop": {},
     "drop-half": {"kind": "drop", "probability": 0.5},
@@ -80,7 +80,7 @@ def mock(tmp_path_factory):
 
 
 def timed(call, *arguments):
-    """What a call returned or raised; fails where it took too long or raised anything but a DeviceError."""
+    """Return the result of a call or its DeviceError; fail if it takes too long or raises another exception."""
     began = CLOCK.now()
     try:
         result = call(*arguments)
@@ -249,7 +249,7 @@ def test_activation_over_a_bad_line(tmp_path):
         gripper.close()
 
 
-def test_an_activation_that_fails_tells_the_grippers_code(tmp_path):
+def test_a_failed_activation_reports_the_grippers_code(tmp_path):
     with serving(tmp_path, object_mm=30, object_stays=True) as mock:
         gripper = build("hand-e", options_for("hand-e", mock))
         gripper.connect()

@@ -201,7 +201,7 @@ def test_heat_stops_it_until_it_is_cool():
     assert (bench.flt, bench.tick) == (0, 228)
 
 
-def test_silence_is_told_to_the_first_request_after_it():
+def test_silence_is_reported_to_the_first_request_after_it():
     bench = Bench(activated=True)
     bench.ask("09 03 07 D0 00 03 04 0E")
     bench.wait(1.5)
@@ -257,7 +257,7 @@ WRITES = st.tuples(
     st.lists(st.sampled_from([0, 0, 0, 8, 0x0A, 0x0E, 0x0F]), min_size=12, max_size=12),
 )
 @settings(max_examples=40)
-def test_it_opens_only_where_it_was_told_to(writes, object_mm, activated, faults):
+def test_it_opens_only_on_command(writes, object_mm, activated, faults):
     bench = Bench(activated=activated, object_mm=object_mm)
     for (action, position, speed, force, wait_s), fault in zip(writes, faults, strict=False):
         before_m, before_tick = bench.fingers.fingers().aperture_m, bench.tick
@@ -276,7 +276,7 @@ def test_it_opens_only_where_it_was_told_to(writes, object_mm, activated, faults
 
 
 def check_status(bench):
-    """What holds of the status block at all times."""
+    """Assert the invariants of the status block."""
     status = bench.status
     act, gto, sta, obj = status[0] & 1, status[0] >> 3 & 1, status[0] >> 4 & 3, status[0] >> 6
     assert len(status) == 16

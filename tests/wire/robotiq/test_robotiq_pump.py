@@ -1,4 +1,4 @@
-"""What the I/O thread sends, and what it does not: expiry, the newest command, outages, a gripper that was reset."""
+"""Requests of the I/O thread: expiry, the newest command, outages, a gripper that was reset."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def gripper(wire):
         gripper.close()
 
 
-def is_told(gripper):
+def reports_an_aperture(gripper):
     try:
         return gripper.read().aperture_m > 0
     except StaleData:
@@ -136,7 +136,7 @@ def test_a_command_survives_a_lost_frame_while_it_lives(wire, gripper):
     assert until(lambda: positions(wire) == [183])
 
 
-def test_what_is_told_while_nobody_answers(wire, gripper):
+def test_errors_while_the_gripper_does_not_answer(wire, gripper):
     wire.trouble = SILENCE
 
     def stale():
@@ -195,7 +195,7 @@ def test_stop_ends_an_activation_by_a_reset(wire):
     gripper.stop()
     thread.join(5)
     assert wire.writes[-1] == (0, None)
-    assert "stop() came" in str(failures[0])
+    assert "stop() interrupted" in str(failures[0])
     assert gripper.lifecycle.value == "connected"
     gripper.close()
 
@@ -256,14 +256,14 @@ def test_registers_that_stand_still_are_noticed(wire, gripper):
     assert until(lambda: positions(wire) == [183])
     wire.status = REST
 
-    def told():
+    def failed():
         try:
             gripper.read()
         except StaleData as error:
             return "stand still" in str(error)
         return False
 
-    assert until(told)
+    assert until(failed)
 
 
 @pytest.mark.parametrize("code", [0x05, 0x09])
@@ -293,17 +293,17 @@ def test_faults_that_do(wire, gripper, code):
         gripper.command(to(0.01))
 
 
-def test_a_port_that_is_lost_is_opened_anew_and_nothing_is_written(wire, gripper):
+def test_a_lost_port_is_reopened_and_nothing_is_written(wire, gripper):
     lost = ConnectFailed("fake", "gone", remedy="plug it in")
     wire.trouble = wire.open_trouble = lost
     assert until(lambda: not wire.is_open)
     wire.trouble = wire.open_trouble = None
     assert until(lambda: gripper.counts.reconnects >= 1 and wire.is_open)
-    assert until(lambda: is_told(gripper))
+    assert until(lambda: reports_an_aperture(gripper))
     assert wire.writes == []
 
 
-def test_silence_opens_the_port_anew(wire):
+def test_silence_reopens_the_port(wire):
     gripper = RobotiqGripper("fake", GripperOptions(reconnect_after_s=0.1), wire, CLOCK)
     gripper.connect()
     wire.trouble = ProtocolFault("fake", "rubbish")

@@ -83,7 +83,7 @@ def test_a_link_left_behind_is_replaced(tmp_path):
         assert answers(line)
 
 
-def test_taken_addresses_are_told(tmp_path):
+def test_addresses_in_use_are_reported(tmp_path):
     link = str(tmp_path / "gripper.tty")
     with running(pty=link) as (_, addresses):
         with nothing_left():
@@ -113,7 +113,7 @@ def test_only_loopback(host):
         HandEOptions(host=host)
 
 
-def test_a_shared_plant_that_is_not_there_is_told(tmp_path):
+def test_a_missing_shared_plant_is_reported(tmp_path):
     with nothing_left():
         mock = RobotiqMock(HandEOptions(cell=str(tmp_path / "no.plant")), BuildContext(CLOCK))
         with pytest.raises(ConnectFailed, match="plant"):
@@ -128,7 +128,7 @@ def test_faults_that_it_does_not_know(fault):
         mock.inject(fault)
 
 
-def test_a_fault_that_the_process_does_not_know_is_told(tmp_path):
+def test_an_unknown_fault_of_the_process_is_reported(tmp_path):
     with serving(tmp_path) as mock, pytest.raises(DeviceError, match="one of"):
         mock.inject("gripper-fault", code=2)
 

@@ -36,7 +36,7 @@ def status(function, position):
 
 
 def one_late(connection):
-    """Answer each request only when the next one comes, or 10 ms later; the first for ever late."""
+    """Answer each request only when the next one comes, or 10 ms later; the first answer stays late."""
     pending, number = None, 0
     while True:
         connection.settimeout(None if pending is None or number == 1 else 0.01)

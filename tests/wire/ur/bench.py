@@ -84,7 +84,7 @@ def stream(process, host, seconds):
 
 
 def commands(process, host):
-    """What ur_rtde's calls take, with its control program running."""
+    """Measure the duration of ur_rtde's calls while its control program runs."""
     from rtde_control import RTDEControlInterface
     from rtde_receive import RTDEReceiveInterface
 

@@ -102,8 +102,8 @@ def run(body, cycles=100):
     ],
 )
 def test_numbers_that_cannot_be_end_the_program_and_nothing_else(body):
-    controller, told = run(f"n = read_input_float_register(0)\ni = read_input_float_register(1)\n{body}\nsleep(9)")
-    assert len(told) == 1
+    controller, messages = run(f"n = read_input_float_register(0)\ni = read_input_float_register(1)\n{body}\nsleep(9)")
+    assert len(messages) == 1
     assert controller.program is None
     assert controller.safety is SafetyMode.NORMAL
     assert not controller.arm.moving
@@ -149,22 +149,22 @@ def test_options_are_numbers():
 )
 def test_a_program_that_never_waits_or_grows_without_end_is_ended(body):
     began = time.monotonic()
-    controller, told = run(body, cycles=20)
-    assert len(told) == 1
+    controller, messages = run(body, cycles=20)
+    assert len(messages) == 1
     assert controller.program is None
     assert time.monotonic() - began < 5
 
 
 @pytest.mark.parametrize("body", ["kill h\nsleep(1)", "kill h\nwhile True:\n  sync()\nend", "join h"])
 def test_a_thread_may_end_itself_or_wait_for_itself(body):
-    controller, told = run(f"global h = 0\nthread t():\n{body}\nend\nh = run t()\nsleep(0.1)")
-    assert told == []
+    controller, messages = run(f"global h = 0\nthread t():\n{body}\nend\nh = run t()\nsleep(0.1)")
+    assert messages == []
     assert controller.program is None
 
 
 def test_a_list_of_lists_is_made_of_copies():
-    _, told = run("l = make_list(2, [0, 0])\nl[0][0] = 1\nif l[1][0] != 0:\n  x = 1 / 0\nend")
-    assert told == []
+    _, messages = run("l = make_list(2, [0, 0])\nl[0][0] = 1\nif l[1][0] != 0:\n  x = 1 / 0\nend")
+    assert messages == []
 
 
 # -- on the wire ----------------------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def test_a_client_that_asks_and_never_reads_is_thrown_out(arm, host, port, reque
         with contextlib.suppress(ConnectionError):
             while time.monotonic() < deadline:
                 client.sendall(request_ * 1000)
-            raise AssertionError("it takes requests for ever")
+            raise AssertionError("it accepts requests without end")
     assert memory_mb(arm) - before < 40
 
 
@@ -256,7 +256,7 @@ def test_clients_that_only_listen_and_never_read_lose_what_is_new_and_nothing_el
         deaf.start()
         with undisturbed(host):
             time.sleep(1.5)
-        # What it gets in the end is whole packages.
+        # In the end it receives whole packages.
         for _ in range(500):
             assert deaf.sample()["actual_q"]
 
@@ -284,7 +284,7 @@ def test_scripts_without_end_are_refused(arm, host, text):
         "def f(a=sleep(1)):\n  return a\nend",
     ],
 )
-def test_what_cannot_be_compiled_is_told_and_the_next_program_runs(host, body):
+def test_a_compile_error_is_reported_and_the_next_program_runs(host, body):
     with Primary(host) as primary:
         primary.send(f"def bad():\n{body}\nend\n")
         assert primary.message(10)

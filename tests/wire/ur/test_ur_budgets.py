@@ -30,7 +30,7 @@ ONE_CYCLE_S = 2.0
 
 
 class Bench:
-    """A controller, and what it tells; fails where a cycle does more than its budget, or takes for ever."""
+    """A controller with its messages; fails if a cycle exceeds its budget or does not end."""
 
     def __init__(self):
         self.controller = Controller(UrOptions(), Environment(), Library)

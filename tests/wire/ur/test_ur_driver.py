@@ -33,7 +33,7 @@ pytest.importorskip("rtde_control")
 
 UP = Twist((0.0, 0.0, 0.03))
 CALL_S = 2.0
-# A cell must not bear half a second without the driver; a machine that runs other tests beside may need it.
+# A cell must not bear half a second without the driver; a machine that also runs other tests may need it.
 OPTIONS: dict = {"watchdog_hz": 2.0}
 
 
@@ -70,7 +70,7 @@ def up(speed=0.03, within_s=0.1):
 
 
 def attempt(call, *arguments):
-    """What a call returned, or the DeviceError that it raised; fails where it took too long or raised another."""
+    """Return the result of a call or its DeviceError; fail if it takes too long or raises another exception."""
     began = CLOCK.now()
     try:
         result = call(*arguments)
@@ -93,7 +93,7 @@ def obeys(arm):
 
 
 def truly_at_rest(mock):
-    """What the controller itself says, asked over a line of our own."""
+    """Return whether the controller itself reports rest, over a separate connection."""
     with Client(host_of(mock)) as client:
         client.outputs("actual_qd")
         client.start()
@@ -143,7 +143,7 @@ def test_commands_are_limited_and_bad_ones_refused(mock):
             arm.command(up(speed=float("nan")))
 
 
-def test_nobody_at_the_address_is_one_clear_error():
+def test_no_controller_at_the_address_is_one_clear_error():
     arm = HOST.build("arm", "ur5e", {"host": "127.0.0.254", "connect_timeout_s": 3.0}, BuildContext(CLOCK))
     with nothing_left(), pytest.raises(ConnectFailed, match="check the address"):
         arm.connect()
@@ -227,17 +227,17 @@ def test_the_crash_of_its_process_is_one_error_and_the_arm_stops(mock):
         os.kill(arm._child.pid, signal.SIGSEGV)
         errors = []
 
-        def told():
+        def failed():
             result = attempt(arm.read)
             if isinstance(result, DeviceError) and not isinstance(result, StaleData):
                 errors.append(result)
             return bool(errors)
 
-        assert until(told)
+        assert until(failed)
         assert "SIGSEGV" in str(errors[0])
         assert until(lambda: truly_at_rest(mock), 3), "it runs on without its driver"
         assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 8), "it does not come back"
-        assert not told() or len(errors) == 1
+        assert not failed() or len(errors) == 1
         with pytest.raises(DeviceFault, match="disarm and arm again"):
             arm.command(up())
         assert until(lambda: obeys(arm), 10)
@@ -249,13 +249,13 @@ def test_a_stream_that_stands_still_is_stale_at_once_and_one_error_before_ur_rtd
         assert until(lambda: isinstance(attempt(arm.read), StaleData), 2)
         found = []
 
-        def told():
+        def failed():
             result = attempt(arm.read)
             if isinstance(result, DeviceError) and not isinstance(result, StaleData):
                 found.append(str(result))
             return bool(found)
 
-        assert until(told, 6)
+        assert until(failed, 6)
         assert "nothing new for" in found[0]
         assert until(lambda: not isinstance(attempt(arm.read), DeviceError), 10)
 
@@ -278,8 +278,8 @@ def rests_for_good(mock, arm):
     assert until(lambda: truly_at_rest(mock), 3)
     ends = CLOCK.now() + 300_000_000
     while CLOCK.now() < ends:
-        told = attempt(arm.read)
-        assert not isinstance(told, DeviceError) or isinstance(told, StaleData), told
+        result = attempt(arm.read)
+        assert not isinstance(result, DeviceError) or isinstance(result, StaleData), result
     return truly_at_rest(mock)
 
 

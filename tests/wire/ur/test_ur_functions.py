@@ -152,7 +152,7 @@ def line(link):
     return data
 
 
-def test_modes_are_told_at_once_and_the_state_with_them(host):
+def test_modes_are_reported_at_once_with_the_state(host):
     """A client that goes by the last state it had takes an arm in a protective stop for one that has been unlocked."""
     with Primary(host) as primary, Dashboard(host) as dashboard:
         primary.state()

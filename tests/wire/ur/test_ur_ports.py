@@ -218,7 +218,7 @@ def test_manual_mode_takes_remote_control_away(host):
 # -- script ports ---------------------------------------------------------------------------------------------
 
 
-def test_the_primary_interface_tells_what_programs_do(host):
+def test_the_primary_interface_reports_programs(host):
     with Primary(host) as primary:
         version = primary.message(3)
         assert version[1 : 1 + version[0]] == b"URControl"
@@ -266,7 +266,7 @@ def test_the_realtime_stream_has_its_fixed_size_and_steps(host):
     assert struct.unpack_from(">d", packages[-1], 756)[0] == 7.0
 
 
-def test_a_protective_stop_is_told_once_and_refuses_programs_until_it_is_unlocked(host):
+def test_a_protective_stop_is_reported_once_and_refuses_programs_until_it_is_unlocked(host):
     with Primary(host) as primary, Dashboard(host) as d:
         primary.send("sec setup():\n protective_stop()\nend\n")
         code, argument, level = struct.unpack_from(">3i", primary.message(6))
@@ -278,7 +278,7 @@ def test_a_protective_stop_is_told_once_and_refuses_programs_until_it_is_unlocke
         assert b"refused is not started" in primary.message(10)
         primary.send("set unlock protective stop\n")
         assert b"until 5s after occurrence" in primary.message(0)
-        # What was refused is not done later: asked again, it is.
+        # A refused request is not executed later; a repeated one is.
         time.sleep(5.2)
         assert d.ask("safetymode") == "Safetymode: PROTECTIVE_STOP"
         assert primary.state()[0][12] == 1
@@ -336,14 +336,14 @@ end
                 assert struct.unpack(">i", link.recv(4)) == (mode,)
             moving = [rtde.sample()["actual_qd"][0] for _ in range(60)]
             assert max(moving) == pytest.approx(0.05)
-            # Silence for the time it was told: it stops by itself and hangs up.
+            # After silence for the configured time it stops by itself and disconnects.
             assert link.recv(4) == b""
             resting = [rtde.sample()["actual_qd"][0] for _ in range(60)]
             assert resting[-1] == 0.0
 
 
 def test_an_address_is_taken_once(host):
-    with pytest.raises(ConnectFailed, match="another mock has it; give each arm its own address"):
+    with pytest.raises(ConnectFailed, match="another mock may use it; give each arm its own address"):
         MockProcess("ur5e", {"host": host}).start()
 
 

@@ -75,7 +75,7 @@ def test_moves_end_where_they_were_sent(robot):
     assert receive.getActualQ() == pytest.approx(robot.home, abs=1e-9)
 
 
-def test_an_asynchronous_move_tells_its_progress_and_stops_when_told(robot):
+def test_an_asynchronous_move_reports_its_progress_and_stops_on_command(robot):
     control, receive = robot.control, robot.receive
     before = control.getAsyncOperationProgressEx().operationId()
     assert control.moveJ([robot.home[0] + 1.0, *robot.home[1:]], 0.5, 1.0, True)

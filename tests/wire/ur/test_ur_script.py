@@ -27,8 +27,8 @@ def run(text, cycles=3000):
     return controller, list(controller.messages)
 
 
-def says(body, cycles=3000):
-    """What a program's body writes to the log; fails where it ends in an error."""
+def log_of(body, cycles=3000):
+    """Return the log of a program's body; fail if it ends in an error."""
     text = "def program():\n" + body + "\nend\n"
     _, messages = run(text, cycles)
     assert [m for m in messages if isinstance(m, RuntimeExceptionMessage)] == []
@@ -62,7 +62,7 @@ def says(body, cycles=3000):
     ],
 )
 def test_expressions_and_statements(body, expected):
-    assert says(body) == [expected]
+    assert log_of(body) == [expected]
 
 
 def test_functions_take_defaults_and_names_and_do_not_change_their_callers_lists():
@@ -74,7 +74,7 @@ def test_functions_take_defaults_and_names_and_do_not_change_their_callers_lists
       q = [1, 0]
       textmsg(add(q, times=3), q)
     """
-    assert says(body) == ["[4, 0][1, 0]"]
+    assert log_of(body) == ["[4, 0][1, 0]"]
 
 
 def test_variables_of_the_program_are_everybodys_and_those_of_functions_their_own():
@@ -89,11 +89,11 @@ def test_variables_of_the_program_are_everybodys_and_those_of_functions_their_ow
       f()
       textmsg(shared, declared)
     """
-    assert says(body) == ["23"]
+    assert log_of(body) == ["23"]
 
 
 def test_local_hides_what_all_share():
-    assert says("x = 1\ndef f():\n local x = 2\n textmsg(x)\nend\nf()\ntextmsg(x)") == ["2", "1"]
+    assert log_of("x = 1\ndef f():\n local x = 2\n textmsg(x)\nend\nf()\ntextmsg(x)") == ["2", "1"]
 
 
 def test_threads_run_side_by_side_are_joined_and_killed():
@@ -118,7 +118,7 @@ def test_threads_run_side_by_side_are_joined_and_killed():
       kill 0
       textmsg(n == before and n > 5)
     """
-    assert says(body) == ["ended", "True"]
+    assert log_of(body) == ["ended", "True"]
 
 
 def test_a_critical_section_lets_others_run_while_it_waits():
@@ -135,12 +135,12 @@ def test_a_critical_section_lets_others_run_while_it_waits():
       exit_critical
       textmsg("out")
     """
-    assert says(body) == ["out"]
+    assert log_of(body) == ["out"]
 
 
 def test_halt_ends_everything():
     body = "thread t():\n while True:\n  sync()\n end\nend\nrun t()\nhalt\ntextmsg(1)"
-    assert says(body) == []
+    assert log_of(body) == []
 
 
 def test_sleep_takes_its_time_in_cycles():
@@ -173,7 +173,7 @@ def test_what_cannot_run_is_refused_with_its_place(text, message, line, column):
         ("read_input_float_register(48)", 2),
     ],
 )
-def test_what_fails_while_it_runs_ends_the_program_and_tells_the_line(body, line):
+def test_a_runtime_error_ends_the_program_and_reports_the_line(body, line):
     controller, messages = run(f"def f():\n{body}\nend")
     assert [m.line for m in messages if isinstance(m, RuntimeExceptionMessage)] == [line]
     assert controller.program is None
@@ -185,7 +185,7 @@ def test_a_loop_that_never_waits_is_stopped_instead_of_the_controller():
     assert controller.program is None
 
 
-def test_programs_tell_that_they_start_and_stop_and_secondary_ones_do_not():
+def test_programs_report_start_and_stop_but_secondary_ones_do_not():
     _, messages = run("def hello():\n  sync()\nend")
     assert messages == [KeyMessage("PROGRAM_XXX_STARTED", "hello"), KeyMessage("PROGRAM_XXX_STOPPED", "hello")]
     controller, messages = run("sec quiet():\n  textmsg(1)\nend", cycles=5)

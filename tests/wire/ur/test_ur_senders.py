@@ -20,8 +20,8 @@ from tests.wire.ur.abusive_scripts import DEEP
 from tests.wire.ur.arms import Dashboard, Primary, fresh_host
 from tests.wire.ur.test_ur_abuse import memory_mb, undisturbed
 
-SAYS = 'def p():\n  textmsg("ran")\nend\n'
-POSTED = f"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/plain\r\n\r\n{SAYS}"
+LOGS = 'def p():\n  textmsg("ran")\nend\n'
+POSTED = f"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/plain\r\n\r\n{LOGS}"
 
 
 # -- HTTP -----------------------------------------------------------------------------------------------------
@@ -56,7 +56,7 @@ def test_the_dashboard_executes_nothing_of_an_http_request(host):
 @pytest.mark.parametrize("size", [3000, 700_000])
 def test_a_long_target_hides_no_http_request(size):
     stream = ScriptStream()
-    for piece in (f"POST /{'a' * size}", " HTTP/1.1\r\nHost: a\r\n\r\n", SAYS):
+    for piece in (f"POST /{'a' * size}", " HTTP/1.1\r\nHost: a\r\n\r\n", LOGS):
         assert stream.feed(piece.encode()) == []
     assert stream.refused
 

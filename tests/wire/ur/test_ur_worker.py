@@ -119,7 +119,7 @@ def test_a_stop_that_the_controller_does_not_take_ends_the_child(arm, ended):
         arm.stop()
     with pytest.raises(Lost, match="did not take"):
         arm.serve(SETTLED_S)
-    assert arm.controller.hungry_s() > HUNGRY_S, "fed while nobody knew what it does"
+    assert arm.controller.hungry_s() > HUNGRY_S, "fed while the arm's motion was unknown"
 
 
 @pytest.mark.parametrize("arm", [{"speedL": moves_only}], indirect=True)
@@ -217,7 +217,7 @@ def test_a_controller_that_takes_long_may_run_another_program_by_then(arm):
         arm.serve(SETTLED_S)
 
 
-def test_a_program_that_is_said_to_have_ended_is_told_to_stop_all_the_same(arm):
+def test_a_program_reported_as_ended_is_commanded_to_stop_all_the_same(arm):
     arm.command(within_s=30)
     arm.speed = RUNS
     arm.serve(0.1)
@@ -245,10 +245,10 @@ def test_an_arm_that_moves_with_no_command_long_after_its_stop_is_lost(arm):
     arm.serve(SETTLED_S)
     arm.speed = RUNS
     arm.serve(0.1)
-    told = arm.controller.count("speedL")
+    sent = arm.controller.count("speedL")
     arm.stop()
     arm.serve(0.02)
-    assert arm.controller.count("speedL") > told, "a stop is always tried"
+    assert arm.controller.count("speedL") > sent, "a stop is always tried"
     with pytest.raises(Lost):
         arm.serve(SETTLED_S)
 
@@ -256,11 +256,11 @@ def test_an_arm_that_moves_with_no_command_long_after_its_stop_is_lost(arm):
 def test_unstopped_it_is_lost_just_so(arm):
     arm.serve(0.1)
     arm.speed = RUNS
-    with pytest.raises(Lost, match="nobody commands it"):
+    with pytest.raises(Lost, match="moves without a command"):
         arm.serve(SETTLED_S)
 
 
-def test_once_the_program_has_ended_another_one_is_nobody_s_business_here(arm):
+def test_once_the_program_has_ended_another_one_is_ignored(arm):
     arm.command()
     arm.serve(SETTLED_S)
     arm.controller.answers["getRuntimeState"] = 1
@@ -269,7 +269,7 @@ def test_once_the_program_has_ended_another_one_is_nobody_s_business_here(arm):
     arm.command()
     arm.serve(SETTLED_S)
     assert arm.controller.hungry_s() > HUNGRY_S
-    assert arm.worker._runtime(2) == 1, "the driver is told that it has ended"
+    assert arm.worker._runtime(2) == 1, "the driver receives that it has ended"
 
 
 def test_commands_in_a_row_may_move_for_as_long_as_they_like(arm):
@@ -290,7 +290,7 @@ def test_without_its_watchdog_it_is_not_armed(arm, monkeypatch):
 
 
 @pytest.mark.parametrize("arm", [{"speedStop": False}], indirect=True)
-def test_disarmed_and_armed_again_it_takes_control_anew_and_feeds_the_watchdog(arm, monkeypatch):
+def test_disarmed_and_armed_again_it_takes_control_again_and_feeds_the_watchdog(arm, monkeypatch):
     arm.command()
     arm.serve(0.25)
     fresh = Controller({})

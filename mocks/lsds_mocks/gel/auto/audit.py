@@ -1,4 +1,4 @@
-"""An audit under way, and the dots at which two grids are compared."""
+"""An audit in progress, and the points at which it compares two grids."""
 
 from __future__ import annotations
 
@@ -17,12 +17,14 @@ def _dots() -> NDArray[np.float64]:
 
 
 DOTS_M = _dots()
-"""Where errors are looked at: 9 x 7 dots, 2 mm apart."""
+"""Points at which errors are evaluated: 9 x 7, 2 mm apart."""
 
 
 class Audit(NamedTuple):
-    """How many legs the path had, how the answering grid's dots (M, 2) stood and how far it had gone when the audit was
-    sent out; why the other grid is to answer, where that is settled, and over how many legs it comes."""
+    """State of the active grid when the audit began: legs of its path, its displacements (M, 2) and its travel.
+
+    If the audited grid is to become the active one, `answers` is the reason and `legs` the number of legs it retraces.
+    """
 
     until: int
     dots_m: NDArray[np.float64]
@@ -32,5 +34,5 @@ class Audit(NamedTuple):
 
 
 def rms_m(difference_m: NDArray[np.float64]) -> float:
-    """Return the root of the dots' mean square (M, 2)."""
+    """Return the RMS (m) of differences (M, 2)."""
     return float(np.sqrt((difference_m**2).sum(axis=1).mean()))

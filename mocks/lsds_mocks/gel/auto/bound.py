@@ -1,8 +1,8 @@
-"""How large the error of a grid can be, before anything is known of it but how many cells the contact is wide.
+"""Upper bound on the error of a grid, from the contact's width in cells alone.
 
-Errors over whole scenes, as part of the dots' motion, were nine tenths of these at the most in 90 random ones (spheres,
-cylinders, edges, blocks, on cells of 0.96 mm against cells of half the size; simulated). Of narrow contacts they were
-up to 0.38, and nothing is promised.
+In 90 random simulated scenes (spheres, cylinders, edges, blocks; cells of 0.96 mm against cells of half the size) the
+error over a scene, as part of the markers' motion, was at most nine tenths of the bound. For narrow contacts it reached
+0.38, so they have no bound.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 NARROW = 2.5
 """Contacts with fewer cells across are always audited on finer grids."""
 _SHARES = ((NARROW, math.inf), (3.5, 0.12), (5.0, 0.075), (np.inf, 0.06))
-"""Below a width in cells."""
+"""Contact width (cells) and the bound, as part of the markers' motion, for contacts narrower than that."""
 _SHARP_SHARE = 0.21
+"""Least bound for a face with a sharp edge, as part of the markers' motion."""
 _SHARP = 1.7
-"""A face with an edge: its greatest pressure is over so many times the mean. Of a sphere's it is 1.5 times."""
+"""Ratio of greatest to mean pressure above which a face has a sharp edge; a sphere has 1.5."""
 
 
 def share_of_motion(grid: CellGrid, cells: NDArray[np.int32], pressure: NDArray[np.floating]) -> float:
@@ -34,13 +35,13 @@ def share_of_motion(grid: CellGrid, cells: NDArray[np.int32], pressure: NDArray[
 
 
 def is_sharp(pressure: NDArray[np.floating]) -> bool:
-    """Return from its pressure (N,) whether a face has an edge."""
+    """Return whether the pressure (N,) shows that a face has a sharp edge."""
     under = pressure[pressure > 0]
     return under.size > 0 and float(under.max()) > _SHARP * float(under.mean())
 
 
 def across(grid: CellGrid, cells: NDArray[np.int32]) -> float:
-    """Return how many cells a patch is wide: four areas over the perimeter."""
+    """Return the width of a patch in cells: four areas over the perimeter."""
     covered = np.zeros((grid.rows + 2, grid.columns + 2), np.bool_)
     covered[cells // grid.columns + 1, cells % grid.columns + 1] = True
     perimeter = np.count_nonzero(covered[1:] != covered[:-1]) + np.count_nonzero(covered[:, 1:] != covered[:, :-1])
@@ -48,13 +49,13 @@ def across(grid: CellGrid, cells: NDArray[np.int32]) -> float:
 
 
 class OverTheWay:
-    """RMS, over the way an object has gone, of something that changes evenly between the places it is looked at."""
+    """RMS over an object's travel of a quantity that changes linearly between its samples."""
 
     def __init__(self) -> None:
         self._at_m = self._value = self._square = 0.0
 
     def add(self, at_m: float, value: float) -> float:
-        """Return the RMS up to `at_m`, where it is `value`."""
+        """Add the sample `value` at travel `at_m`; return the RMS up to there."""
         before, self._value = self._value, value
         self._square += (at_m - self._at_m) * (before * before + before * value + value * value) / 3
         self._at_m = at_m

@@ -1,4 +1,4 @@
-"""A grid that is led after another along the same path, a little at a time: no step has to wait for all of an audit."""
+"""A grid that retraces another grid's path in small portions, so that no step waits for a whole audit."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.field.gel import FieldGel
 
 _PRESSES = 4
-"""Steps in which a gel is pressed where a path begins that has been forgotten up to there."""
+"""Steps in which the gel is pressed at the start of a path whose earlier legs are forgotten."""
 
 
 class Follower:
-    """`gel` has been led along the first `retraced` legs of a path; `work` is what it took, in multiplications."""
+    """A gel that has retraced the first `retraced` legs of a path, at a cost of `work` multiplications."""
 
     def __init__(self, gel: FieldGel, retraced: int = 0) -> None:
         self.gel = gel
@@ -30,9 +30,9 @@ class Follower:
         self._under_way: Iterator[None] | None = None
 
     def follow(self, path: Path, until: int, budget: float) -> bool:
-        """Go on to where `until` legs are done, or until `budget` is spent; return whether it is there.
+        """Retrace up to `until` legs or until `budget` is spent; return whether all `until` legs are done.
 
-        One solution is always gone on by: who stands still never arrives.
+        Each call advances by at least one solution, so that the audit always ends.
         """
         gel = self.gel
         behind = self.retraced < path.dropped or (self.retraced == 0 and gel.place != path.start)
@@ -50,7 +50,7 @@ class Follower:
         return not self._to_press and self.retraced >= until
 
     def _next(self, path: Path) -> Iterator[None]:
-        """Go a step of pressing, or a leg; stop after each portion."""
+        """Perform one step of pressing or one leg; yield after each portion."""
         gel = self.gel
         leg = path.legs[0 if self._to_press else self.retraced - path.dropped]
         gel.stand((1 - (self._to_press - 1) / _PRESSES if self._to_press else 1.0) * leg.indentation_m, leg.reach_m)
@@ -76,7 +76,7 @@ _DONE = object()
 
 
 def _over(friction: Friction, gel: FieldGel) -> NDArray[np.float64]:
-    """Return friction at the cells of another grid: of the cell around it, or the mean of the cells within."""
+    """Return friction at the cells of another grid: that of the cell around each, or the mean of the cells within."""
     own, other = friction.grid, gel.grid
     mean = friction.mean
     if not friction.values.size or float(np.ptp(friction.values)) == 0.0:

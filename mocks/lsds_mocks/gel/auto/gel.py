@@ -1,12 +1,12 @@
 """Gel tier 'auto': an elastic pad on the coarsest grid that meets a tolerance, found by retracing the path on another.
 
-Two grids run: the one that answers, and an auditor that retraces the same path in long legs now and then. The
-difference of the dots between a grid and the next finer one is, on a great many scenes, 0.8 to 1.1 of the coarser one's
-error, and 0.2 to 0.5 of it is the finer one's. So either grid of a pair can audit the other, and to go finer
-is to let the auditor answer, which has the whole history already.
+Two grids run: the active grid answers queries; the auditor retraces the active grid's path in long legs from time to
+time. Over many scenes, the difference in marker positions between a grid and the next finer one was 0.8 to 1.1 times
+the coarser grid's error, and the finer grid's error was 0.2 to 0.5 of the difference. Either grid of a pair can
+therefore audit the other. To refine, the two swap roles, since the auditor already has the whole history.
 
-Audits follow what makes errors grow: pressing, distance, and turns. Where they find little, they get rarer. The auditor
-catches up over several steps, and is compared with how the answering grid stood when it was sent out.
+Pressing, travel and turns trigger audits, because errors grow with them. Audits become rarer while they find small
+errors. The auditor catches up over several steps and is compared with the active grid's state when the audit began.
 """
 
 from __future__ import annotations
@@ -36,44 +36,53 @@ if TYPE_CHECKING:
 FINES = (1, 2, 4)
 DEFAULT_TOLERANCE_M = 5e-6
 _COARSER = 1.15
+"""Error of a grid over its difference to the next finer grid: a high quantile of many scenes."""
 _FINER = 0.42
-"""Error of a grid over its difference to the next finer, and to the next coarser one: high quantiles of many scenes."""
+"""Error of a grid over its difference to the next coarser grid: a high quantile of many scenes."""
 _GROWS = 2.5
-"""How much larger, as part of the dots' motion, an error may get than the audits so far have found it."""
+"""Factor by which an error, as part of the markers' motion, may exceed the largest that audits have found."""
 _RAISE_ALL = 0.7
+"""RMS error over the travel, as part of the tolerance, above which `_RAISE` applies instead of `_RAISE_NOW`."""
 _RAISE = 0.8
+"""Estimated error, as part of the tolerance, above which a finer grid takes over if `_RAISE_ALL` is exceeded."""
 _RAISE_NOW = 1.15
+"""Estimated error, as part of the tolerance, above which a finer grid takes over in any case."""
 _LOWER = 0.5
+"""Estimated error, as part of the tolerance, below which a coarser grid may take over and audits become rarer."""
 _NO_WORSE = 1.2
+"""Audits also become rarer if the estimate is below this many times the worst one of the grid so far."""
 _PATIENCE = 3
-"""Go finer where the error over all of the way exceeds the first part of the tolerance, and the estimate the second, or
-where the estimate exceeds the third; coarser where that grid's would be below the fourth for so many audits in a row.
-Audits get rarer where the estimate is below that part, or no worse than it has been."""
+"""Consecutive audits below `_LOWER` before a coarser grid takes over."""
 _UNRESOLVED = 0.1
-"""Part of the dots' motion that the error is taken for at least where a contact is narrower than its cells can show."""
+"""Least estimated error, as part of the markers' motion, for a contact too narrow for its cells to resolve."""
 _PEAK = 1.5
-"""An error may be as many times greater for a while than over all of the way."""
+"""Factor by which the error may temporarily exceed its RMS over the travel."""
 _NEAR_M = 0.1e-3
+"""Least distance between audits."""
 _FAR_M = 0.8e-3
-"""Distances between audits: where they count, and where they have long found little."""
+"""Greatest distance between audits, reached while they find small errors."""
 _PRESSED = 0.15
+"""Relative change of the indentation that triggers an audit."""
 _SOON_M = 0.02e-3
-"""A change of the indentation by this part calls for an audit after this distance."""
+"""Distance after which an audit follows a change of the indentation."""
 MOST_CELLS = 2500
-"""Grids of more cells in contact are not gone to: they could not keep up with a running cell. The report says so."""
+"""Most cells in contact: larger grids could not keep up with a running cell. The report states if one was needed."""
 _WORK_M2 = 4e-3
+"""Multiplications of an audit per step, times the squared tolerance (m^2): 1 ms at 20 um, longer for less error."""
 _LATE_M = 0.05e-3
+"""Travel since the start of an audit after which it is late."""
 _HURRY = 1.5
-"""Multiplications that an audit may take of one step, times the tolerance's square: 1 ms at 20 um; so many times that
-once the object has gone so far since. Who asks for less error waits longer in a step."""
+"""Factor on the multiplications per step of a late audit."""
 _SHARP_M = 12e-6
-"""Under faces with an edge, the coarsest grid has seldom met tolerances below this."""
+"""Tolerance below which the coarsest grid seldom suffices under faces with a sharp edge."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
 
 
 class AutoGel:
-    """A `GelModel` with a tolerance on the RMS error of its dots; `first` plants a grid to begin with, `settled` is how
-    far its grids' tractions are solved for."""
+    """A `GelModel` with a tolerance on the RMS error of its markers.
+
+    `first` is the grid to begin with; `settled` is the solver tolerance of the grids.
+    """
 
     grain: Grain | None = None
 
@@ -107,7 +116,7 @@ class AutoGel:
         self._choices = [Choice(0.0, self._main.grid.pitch_m, None, "coarsest that may do")]
 
     def _begin(self) -> None:
-        """Begin a path here: nothing is known of what led to it, nor of the error."""
+        """Begin a new path here, without history and without an error estimate."""
         self._path, self._other = Path(start=self._main.place), None
         self._audit: Audit | None = None
         self._gone_m = self._to_next_m = self._looked_at_m = self._worst = 0.0
@@ -125,16 +134,16 @@ class AutoGel:
 
     @property
     def points_m(self) -> NDArray[np.float64]:
-        """Centres of the answering grid's cells, (2, N)."""
+        """Centres (2, N) of the active grid's cells."""
         return self._main.points_m
 
     @property
     def force_tolerance(self) -> float:
-        """The answering grid's."""
+        """The active grid's force tolerance."""
         return self._main.force_tolerance
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
-        """Set how deep the object stands; return the normal force (N)."""
+        """Set the indentation; return the normal force (N)."""
         self._indentation, self._reach = indentation_m, reach_m
         self._deepest_m = max(self._deepest_m, indentation_m)
         return self._main.press(indentation_m, reach_m)
@@ -150,10 +159,10 @@ class AutoGel:
         return self._main.trial(dx_m, dy_m, dtheta_rad)
 
     def commit(self) -> None:
-        """Make the last trial real, and audit where it is time to."""
+        """Adopt the last trial, and audit when it is due."""
         self._main.commit()
         if self._indentation <= 0:
-            self._let_go()
+            self._release()
             return
         before = self._path.gone_m
         turned = self._path.add(self._step, self._indentation, self._reach, self._friction)
@@ -172,37 +181,37 @@ class AutoGel:
         if self._audit is not None:
             self._go_on(self._audit)
 
-    def _let_go(self) -> None:
-        """Nothing touches: nothing is remembered."""
+    def _release(self) -> None:
+        """Forget the path when the contact is lost."""
         if self._path.count or self._path.open:
             self._begin()
 
     # Auditing.
 
     def _send_out(self) -> None:
-        """Have the other grid of the pair come to where the answering one is now."""
+        """Begin an audit of the active grid's present state, unless the error bound allows a delay."""
         dots = self._main.displacement_now(DOTS_M)
         bound = self._bound() if self._main.operator.kernel == "pad" else math.inf
         if bound < math.inf:
             now = rms_m(dots)
             motion = max(self._motion.add(self._gone_m, now), now / _PEAK)
-            # Dots move no faster than the object.
+            # Markers move no faster than the object.
             spare = self.tolerance_m / max(bound, 1e-6) - motion
             if spare > 0:
                 self._to_next_m = max(spare, _NEAR_M)
                 return
         if self._other is None:
-            self._other = Follower(self._new(self._beside()))
+            self._other = Follower(self._new(self._partner()))
         self._path.close()
         self._set_out(Audit(self._path.count, dots, self._gone_m), self._other)
 
     def _set_out(self, audit: Audit, other: Follower) -> None:
-        """Begin an audit; where the other grid will come along is not forgotten before it has."""
+        """Begin an audit, and keep the legs that the other grid has still to retrace."""
         self._audit = audit
         self._path.held = max(other.retraced, self._path.dropped)
 
     def _look_at_pressure(self) -> None:
-        """See while it is pressed whether the contact is of a kind that the coarsest grid is seldom right about."""
+        """Check during pressing whether the contact is of a kind for which the coarsest grid is seldom accurate."""
         sharp = self._main.grid.fine == FINES[0] and self.tolerance_m <= _SHARP_M
         if self._is_narrow(self._main):
             self._send_out()
@@ -211,19 +220,18 @@ class AutoGel:
 
     @staticmethod
     def _is_narrow(gel: FieldGel) -> bool:
-        """Return whether a contact is so narrow that its cells may not even have found all of it."""
+        """Return whether a contact is so narrow that the cells may have missed part of it."""
         state = gel.state()
         return across(gel.grid, state.cells[state.pressure_n > 0]) < NARROW
 
     def _bound(self) -> float:
-        """Return how large the error may be, as part of the dots' motion; infinite where the contact is too narrow to
-        tell, whatever audits have found."""
+        """Return the bound on the error, as part of the markers' motion; infinite for a contact that is too narrow."""
         state = self._main.state()
         ever = share_of_motion(self._main.grid, state.cells, state.pressure_n)
         return ever if self._share is None or ever == math.inf else min(ever, _GROWS * self._share)
 
     def _go_on(self, audit: Audit) -> None:
-        """Lead the other grid on; where it has arrived, estimate the answering one's error, and act on it."""
+        """Advance the auditor; once it has caught up, estimate the active grid's error and act on it."""
         other = self._other
         # Do not wait for a grid known to be too coarse. In gross slip, errors stay constant.
         late = self._gone_m - audit.sent_m > _LATE_M and not self._main.fully_sliding
@@ -243,16 +251,16 @@ class AutoGel:
         self._estimate = (_COARSER if finer else _FINER) * difference
         finest = other.gel if finer else self._main
         if self._is_narrow(finest):
-            # Neither grid has found it all, and what they agree on means little; least of all that nothing touches.
+            # Both grids may have missed part of the contact, so agreement, above all on no contact, proves little.
             motion = max(motion, rms_m(finest.displacement_now(DOTS_M)))
             self._estimate = max(self._estimate, _UNRESOLVED * motion if finest.touches else self._indentation)
         self._share = max(self._share or 0.0, self._estimate / max(motion, 1e-9))
         small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
         self._worst = max(self._worst, self._estimate)
         self._wait_m = min(2 * self._wait_m, _FAR_M) if small and self._gone_m > 0 else _NEAR_M
-        # The error found in pressing says little about the error in shear.
+        # The error in pressing does not predict the error in shear.
         self._to_next_m = self._wait_m if self._gone_m > 0 else _SOON_M
-        # The RMS over the whole way counts; but it may not be this grid that is to blame for it.
+        # The tolerance applies to the RMS over the whole travel, to which earlier grids may have contributed.
         so_far = self._error.add(self._gone_m, self._estimate)
         self._over_the_way = so_far
         most = _RAISE if so_far > _RAISE_ALL * self.tolerance_m else _RAISE_NOW
@@ -262,12 +270,12 @@ class AutoGel:
         elif not finer and _COARSER * difference < _LOWER * self.tolerance_m:
             self._calm += 1
             if self._calm >= _PATIENCE:
-                self._swap("the coarser grid will do")
+                self._swap("the coarser grid suffices")
         else:
             self._calm = 0
 
-    def _beside(self) -> int:
-        """Return the grid that audits the answering one: the finer of the first pair, else the next coarser one."""
+    def _partner(self) -> int:
+        """Return the grid that audits the active one: the finer one of the first pair, else the next coarser one."""
         at = FINES.index(self._main.grid.fine)
         if self._main.operator.kernel != "pad":
             return self._main.grid.fine
@@ -280,7 +288,7 @@ class AutoGel:
         return arrived
 
     def _go_finer(self, other_is: bool) -> None:
-        """Let the other grid answer where it is the finer one; else make a finer one, and let it come and answer."""
+        """Activate the other grid if it is finer; else make a finer grid that becomes active once it catches up."""
         if other_is:
             self._swap("the auditor disagrees")
             return
@@ -290,14 +298,14 @@ class AutoGel:
             return
         self._other = Follower(self._new(FINES[at + 1]))
         self._path.close()
-        audit = Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, "the coarser grid is off by too much")
+        audit = Audit(self._path.count, np.zeros_like(DOTS_M), self._gone_m, "the coarser grid exceeds the tolerance")
         self._set_out(audit, self._other)
         self._go_on(audit)
 
     def _swap(self, why: str, legs: int = sys.maxsize) -> None:
-        """Lead the other grid to where the answering one is, let it answer, and the answering grid audit.
+        """Let the other grid catch up with the active one, then swap their roles.
 
-        While it comes nearer, in fewer than the last time's `legs`, it is not led all the way at once.
+        If fewer legs than last time (`legs`) are missing, it catches up over several steps instead of at once.
         """
         other = self._other
         if other is None:
@@ -319,7 +327,7 @@ class AutoGel:
         self._choices.append(Choice(self._gone_m, self._main.grid.pitch_m, self._estimate, why))
 
     def report(self) -> FidelityReport:
-        """Return what was chosen, why, at what cost, and what cannot be promised."""
+        """Return the chosen grids, the reasons, the cost and the limits of accuracy."""
         other = None if self._other is None else self._other.gel
         gels = {id(gel): gel for gel in (self._main, other, *self._views.values()) if gel is not None}
         work = sum(gel.work for gel in gels.values())
@@ -357,15 +365,15 @@ class AutoGel:
 
     @property
     def elastic_energy_j(self) -> float:
-        """Stored energy; it jumps a little where the grid changes."""
+        """Stored energy; it jumps slightly when the grid changes."""
         return self._main.elastic_energy_j
 
     def state(self) -> GelState:
-        """Return a copy of where the gel stands; it names its grid."""
+        """Return a copy of the gel's state, which includes its grid."""
         return self._main.state()
 
     def restore(self, state: GelState) -> None:
-        """Restore a state; its path is not known, so audits start again."""
+        """Restore a state and restart the audits, because the state does not include its path."""
         self._main = self._view(state)
         self._main.restore(state)
         self._indentation, self._reach = state.indentation_m, state.reach_m
@@ -373,13 +381,13 @@ class AutoGel:
         self._begin()
 
     def _view(self, state: GelState) -> FieldGel:
-        """Return the grid that a state is of."""
+        """Return the grid to which a state belongs."""
         if state.fine not in self._views:
             self._views[state.fine] = self._new(state.fine)
         return self._views[state.fine]
 
     def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return displacements (M, 2) of points (M, 2) as the gel stands."""
+        """Return displacements (M, 2) of points (M, 2) in the present state."""
         return self._main.displacement_now(xy_m)
 
     def marker_displacement(self, state: GelState, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:

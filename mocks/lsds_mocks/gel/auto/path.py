@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.field.grid import CellGrid
 
 LEG_M = 0.2e-3
-"""Longest leg: a straight stretch of 0.3 mm taken at once costs less than a micrometre."""
+"""Longest leg: a straight leg of 0.3 mm taken at once causes an error below a micrometre."""
 PRESS_M = 0.05e-3
-"""A leg of pressing is shorter: pressed at once, a gel is up to 9 um off."""
+"""Longest leg of pressing: a gel that is pressed all at once is up to 9 um off."""
 MEMORY_M = 2e-3
-"""Friction forgets what lies farther back than this: the surface has slid over it."""
+"""Length of the path that is kept: friction depends no longer on motion farther back, since the surface has slid."""
 MOST_LEGS = 100
 """Maximum number of legs."""
 _REACH_M = 0.2e-3
-"""A leg ends when the end of the object has come so far over the pad: a part of a cell."""
+"""A leg ends when an end of the object has moved this far over the pad: a part of a cell."""
 _STRAIGHT = math.cos(math.radians(20))
 _WIGGLE_M = 2e-6
-"""A leg goes on through a tremble: it ends when its steps have led off its course by this much in all."""
+"""A leg ends when its steps off the course add up to this length; smaller trembles do not end it."""
 _OTHER = 0.04
-"""A leg ends when friction has changed by this part: what is retraced is retraced with one friction a leg."""
+"""A leg ends when friction has changed by this part, because each leg is retraced with one friction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,12 +43,12 @@ class Friction:
 
     @property
     def mean(self) -> float:
-        """Plain mean of the coefficients; 0 where there are none."""
+        """Mean of the coefficients; 0 without cells."""
         return float(self.values.mean()) if self.values.size else 0.0
 
 
 class Leg(NamedTuple):
-    """A straight stretch: motion (m, rad), where indentation (m) and reach ended up, the friction of that time."""
+    """A straight leg: motion (m, rad), indentation (m) and reach at its end, and friction."""
 
     dx_m: float
     dy_m: float
@@ -59,7 +59,7 @@ class Leg(NamedTuple):
 
     @property
     def length_m(self) -> float:
-        """How far it leads, turning counted at the arm that increments count it at."""
+        """Length (m), with rotation counted at the lever arm of increments."""
         return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
 
     def leads_on(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
@@ -71,7 +71,7 @@ class Leg(NamedTuple):
 
 
 def _ends_apart(one: tuple[float, float] | None, other: tuple[float, float] | None) -> float:
-    """Return how far apart (m) the ends of two stretches are; None has its ends beyond the pad."""
+    """Return the distance (m) between the ends of two ranges; None has its ends beyond the pad."""
     if one is None or other is None:
         return 0.0 if one == other else math.inf
     return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
@@ -79,8 +79,10 @@ def _ends_apart(one: tuple[float, float] | None, other: tuple[float, float] | No
 
 @dataclass(slots=True)
 class Path:
-    """Closed legs since `start`, of which the first `dropped` are forgotten, and the open one. Leg number `held` and
-    those after it are remembered however long ago they were: somebody is on the way along them."""
+    """Closed legs since `start`, of which the first `dropped` are forgotten, and the open leg.
+
+    Legs from number `held` on are kept however old they are, because a follower is retracing them.
+    """
 
     start: Placement = ORIGIN
     legs: list[Leg] = field(default_factory=list)
@@ -96,7 +98,7 @@ class Path:
 
     @property
     def count(self) -> int:
-        """Legs closed so far, the forgotten included."""
+        """Number of legs closed so far, including forgotten ones."""
         return self.dropped + len(self.legs)
 
     def add(
@@ -129,7 +131,7 @@ class Path:
         return turned
 
     def close(self) -> None:
-        """End the open leg here."""
+        """Close the open leg."""
         if self.open is None:
             return
         leg, self.open = self.open, None

@@ -6,13 +6,14 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 STRAIN_DOUBTFUL = 0.1
+"""Indentation over thickness above which the small-strain model is off by some micrometres."""
 STRAIN_INVALID = 0.2
-"""Indentation over thickness from where small strain is off by some micrometres, and by more than it is worth."""
+"""Indentation over thickness above which the small-strain model is not valid."""
 _AT_WALL_M = 1e-9
 
 
 def strain_warnings(strain: float) -> list[str]:
-    """Return what no model of small strain can promise at an indentation over thickness."""
+    """Return the warnings of any small-strain model at an indentation over thickness."""
     if strain > STRAIN_INVALID:
         return [f"indentation is {strain:.0%} of the thickness: small strain is not valid beyond 20 %"]
     if strain > STRAIN_DOUBTFUL:
@@ -22,7 +23,7 @@ def strain_warnings(strain: float) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A change of grid: how far (m) the object had moved by then, the cell's side (m), the estimate (m) behind it."""
+    """A change of grid: the object's travel by then (m), the cell's side (m), and the error estimate behind it (m)."""
 
     at_m: float
     pitch_m: float
@@ -32,12 +33,12 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class FidelityReport:
-    """`estimate_m` is the last audit's estimate of the dots' RMS error that the grid causes, `error_m` its RMS over the
-    way the object has gone; None before the first.
+    """Report of a gel with automatic grid.
 
-    `strain` is the greatest indentation over the thickness. Work is counted in multiplications of the sweeps;
-    `audit_share` is the part of it that the auditing grid took. `gave_up`: a finer grid would have been needed than
-    there is, or than can keep up.
+    `estimate_m` is the last audit's estimate of the markers' RMS error due to the grid; `error_m` is its RMS over the
+    object's travel. Both are None before the first audit. `strain` is the greatest indentation over the thickness. Work
+    is counted in multiplications of the sweeps; `audit_share` is the auditor's part of it. `gave_up` is set if meeting
+    the tolerance needs a finer grid than exists or can keep up.
     """
 
     tolerance_m: float
@@ -55,7 +56,7 @@ class FidelityReport:
 
     @property
     def summary(self) -> str:
-        """In one line: the grid, and how far from the tolerance its error is."""
+        """Return one line with the grid, its error and the tolerance."""
         of = f"{self.tolerance_m * 1e6:g} um allowed"
         if self.error_m is None:
             error = f"no audit was called for, {of}"

@@ -1,16 +1,16 @@
-"""The elastic answer over a rectangle of cells: what the dense compliance says, by products of small matrices.
+"""Elastic response over a rectangle of cells: equals the dense compliance, computed by products of small matrices.
 
-**The layer** acts on sines and cosines: its table becomes a number, or a few, for each wave. Cells outside the
-rectangle carry nothing, so a table that repeats after 2 n - 1 cells acts on n of them like the whole one; where the
-layer itself repeats sooner, its own period serves. Along one axis, a table that is even takes a cosine to a cosine and
-a sine to a sine, one that is odd takes a cosine to a sine and a sine to minus a cosine. So everything is real, and the
-transform is a product with a small matrix on each side: at these sizes, and with no fast length to round up to, that
-costs no more than a fast Fourier transform, and a third of it on small rectangles.
+**The layer** acts on sines and cosines: its table becomes one number, or a few, per wave. Cells outside the rectangle
+carry no traction, so a table with a period of 2 n - 1 cells acts on n of them like the whole one; if the layer's own
+period is shorter, that is used. Along one axis, an even table maps cosine to cosine and sine to sine; an odd table maps
+cosine to sine and sine to minus cosine. All numbers are therefore real, and the transform is a product with a small
+matrix on each side. At these sizes, and without rounding up to a fast length, that costs no more than a fast Fourier
+transform, and a third of it on small rectangles.
 
-**The walls**, the pad's correction, are read as the fewest numbers that say it: reading the dense correction of all
-hats costs more than everything else that a large rectangle asks for. Along each axis there are two ways to fewer: the
-hats over the rectangle alone, or, for a long one, sums and differences of hats that are each other's mirror image,
-which do not act on each other (see `lsds_mocks.gel.field.correction`).
+**The walls**, the pad's correction, are stored in as few numbers as possible, because reading the dense correction of
+all hats costs more than the rest of a large rectangle. Along each axis one of two reductions applies: only the hats
+over the rectangle or, for a long rectangle, sums and differences of mirror-image hats, which do not couple (see
+`lsds_mocks.gel.field.correction`).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 _LEAST = 0.3
-"""Compliances below this part of that of the shortest wave are not inverted: a table cut off may dip below zero."""
+"""Least compliance that is inverted, as part of the shortest wave's; a truncated table may dip below zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +129,13 @@ _Stretch = tuple[int, int] | None
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """`down` (rows, n) and `across` (columns, m): the mean of each hat, or of each sum or difference of mirror images,
-    over each cell. `order` (3 n m,) puts into classes what they gather from a traction (3, n, m); `sizes` (classes,) of
-    these, which follow each other. `matrix`: of each class its symmetric matrix (size, size), metres per pascal, the
-    rows of its upper half one after another: less than a processor's own cache holds, where all of it would not fit."""
+    """The pad's correction over a rectangle, in classes of hats that do not couple.
+
+    `down` (rows, n) and `across` (columns, m) hold the mean over each cell of each hat, or of each sum or difference of
+    mirror images. `order` (3 n m,) sorts their values (3, n, m) into consecutive classes of `sizes` (classes,).
+    `matrix` holds the upper half of each class's symmetric matrix (size, size), row by row, in metres per pascal; the
+    upper halves fit into a processor's cache, full matrices would not.
+    """
 
     down: NDArray[np.float32]
     across: NDArray[np.float32]
@@ -141,7 +144,7 @@ class Walls:
     matrix: NDArray[np.float32]
 
     def answer(self, hats: NDArray[np.float32]) -> None:
-        """Turn what hats gather from a traction (3 n m,) into their displacement, in place."""
+        """Replace the tractions on the hats (3 n m,) by the displacements that they cause."""
         _symmetric(self.order, self.sizes, self.matrix, hats)
 
 
@@ -160,7 +163,7 @@ def walls(operator: Operator, row: int, column: int, rows: int, columns: int) ->
 
 
 def _stretch(over: NDArray[np.float32]) -> _Stretch:
-    """Return which hats to take, for their means (cells, hats) over a rectangle."""
+    """Return which hats to use, given their means (cells, hats) over a rectangle."""
     under = np.flatnonzero(over.any(axis=0))
     return None if 2 * len(under) ** 2 > over.shape[1] ** 2 else (int(under[0]), int(under[-1]) + 1)
 
@@ -187,15 +190,14 @@ def _classes(
 def _symmetric(
     order: NDArray[np.int64], sizes: NDArray[np.int64], matrix: NDArray[np.float32], hats: NDArray[np.float32]
 ) -> None:
-    """Multiply `hats`, taken in this order and in parts of these sizes, by symmetric matrices, in place; of each, the
-    upper half is given."""
+    """Multiply `hats` in place, in this order and in parts of these sizes, by symmetric matrices (upper halves)."""
     load, lift = hats[order], np.zeros(order.size, np.float32)
     begin, at = 0, 0
     for size in sizes:
         x, y = load[begin : begin + size], lift[begin : begin + size]
         begin += size
         i = 0
-        # Four rows at a time: what they are multiplied by and added to is read and written a quarter as often.
+        # Four rows at a time, so that factors and sums are read and written a quarter as often.
         while i + 3 < size:
             n = size - i
             a, b = matrix[at : at + n], matrix[at + n : at + 2 * n - 1]
@@ -240,7 +242,7 @@ def _folded(operator: Operator, fold_y: bool, fold_x: bool) -> list[tuple[NDArra
     matrix = operator.correction.reshape(size, size)
     if not (fold_y or fold_x):
         return [(np.arange(size), matrix)]
-    for _ in range(2):  # it is symmetric: fold the rows, then what were the columns
+    for _ in range(2):  # the matrix is symmetric: fold its rows, then its former columns
         if fold_y:
             matrix = _mirrored(high).T @ matrix.reshape(3, high, wide * size)
         if fold_x:
@@ -249,7 +251,7 @@ def _folded(operator: Operator, fold_y: bool, fold_x: bool) -> list[tuple[NDArra
     number = np.arange(size).reshape(3, high, wide)
     classes = []
     for flip_y, flip_x in product((False, True)[: 1 + fold_y], (False, True)[: 1 + fold_x]):
-        # In a mirror that leaves depth as it is, motion across the mirror turns round.
+        # A reflection keeps depth and reverses motion across the mirror.
         parts = [
             number[d][
                 _half(high, flip_y != (d == 1)) if fold_y else slice(None),
@@ -298,7 +300,7 @@ class Box:
             self._hats = np.empty((3, hats_y, hats_x), np.float32)
 
     def covers(self, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> bool:
-        """Return whether all these cells lie in it."""
+        """Return whether all these cells lie in the rectangle."""
         return bool(
             rows.min() >= self.row
             and columns.min() >= self.column
@@ -308,20 +310,22 @@ class Box:
 
     @property
     def work(self) -> float:
-        """Multiplications of an answer and a rough inverse."""
+        """Multiplications of one `respond` and one `precondition`."""
         high, wide = self._full.shape[1:]
         through = 2.0 * 3 * high * (self.rows * self.columns + self.columns * wide)
         return 2 * through + (float((self._walls.sizes**2).sum()) if self._walls is not None else 0.0)
 
     def respond(self, traction: NDArray[np.float32], out: NDArray[np.float32], first: int = 0) -> None:
-        """Write the displacement (m) of all cells under a traction (Pa), or of its parts only the `first` and on."""
+        """Write the displacement (m) of all cells under a traction (Pa); only its components from `first` on."""
         self._through_waves(self._waves.symbol, traction, out, first)
         if self._walls is not None:
             self._add_walls(self._walls, traction, out, first)
 
     def precondition(self, displacement: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Write roughly which traction (Pa) makes a displacement (m): symmetric and positive, and right for waves that
-        are short against the rectangle."""
+        """Write the approximate traction (Pa) that causes a displacement (m).
+
+        The operation is symmetric and positive, and accurate for waves that are short compared with the rectangle.
+        """
         self._through_waves(self._waves.inverse, displacement, out, 0)
 
     def _through_waves(

@@ -1,9 +1,9 @@
-"""Which solver a contact gets: dense blocks while there are few cells, descent with answers of a rectangle beyond.
+"""Choice of the contact solver: dense blocks for few cells, descent on a rectangle for many.
 
-Blocks are swept where something changes, in a time and memory that go with the square of their number; a rectangle
-takes what it takes. Both stand for the same operator, and tractions and displacements are their caller's, so to change
-from one to the other is to make it for the same cells. To gather blocks takes as long as tens of steps: where many are
-missing, descent solves in the meantime, and with every solution a portion of them is gathered.
+The block solver sweeps only where something changes, but its time and memory grow with the square of the cell count;
+the cost of a rectangle is fixed. Both represent the same operator, and the caller holds tractions and displacements, so
+either can replace the other at any time. Gathering all blocks takes as long as tens of steps. If many are missing,
+descent solves meanwhile, and each solution gathers a portion of them.
 """
 
 from __future__ import annotations
@@ -25,16 +25,19 @@ if TYPE_CHECKING:
 
 SWEEPS = 200
 _PORTION = 1.5e7
-"""Multiplications of a portion that nothing waits for: 1 ms."""
-_ENTRY, _LOOKUP = 300.0, 2e4
-"""Multiplications that take as long as nine numbers of a contact's compliance to be gathered, and as long as a cell's
-surface to be looked up."""
+"""Multiplications of one portion of background work: 1 ms."""
+_ENTRY = 300.0
+"""Cost, in multiplications, of gathering one entry of a contact's compliance (nine numbers)."""
+_LOOKUP = 2e4
+"""Cost, in multiplications, of looking up the object's surface over one cell."""
 
 
 @dataclass
 class Effort:
-    """Counts of one gel: `sweeps`, solutions `unconverged`, cells `looked_up`, multiplications of solving, and the
-    sweeps that the solution under way, `unsolved` so far, has taken."""
+    """Work of one gel: `sweeps`, `unconverged` solutions, cells `looked_up`, and multiplications of solving.
+
+    `unsolved` is the number of sweeps of a solution in progress, 0 without one.
+    """
 
     sweeps: int = 0
     unconverged: int = 0
@@ -43,11 +46,11 @@ class Effort:
     _solving: float = 0.0
 
     def most(self, patch: AnyPatch) -> int:
-        """Return how many sweeps a call may take."""
+        """Return the maximum number of sweeps of a call."""
         return SWEEPS if patch.grows else min(SWEEPS, 1 + int(_PORTION / max(patch.work(1), 1.0)))
 
     def count(self, patch: AnyPatch, done: int, most: int) -> None:
-        """Count a call that was done in so many sweeps, or in `most` of them was not, -1."""
+        """Count a call that converged in `done` sweeps, or (-1) did not converge in `most`."""
         swept = done if done > 0 else most
         self.sweeps += swept
         self._solving += patch.work(swept)
@@ -56,24 +59,24 @@ class Effort:
 
     @property
     def may_go_on(self) -> bool:
-        """Whether there is something left to solve, and any use in it."""
+        """Whether the solution is incomplete and its sweeps are not used up."""
         return 0 < self.unsolved < SWEEPS
 
     def work(self, patch: AnyPatch) -> float:
-        """Return the multiplications so far, or what takes as long: to solve, gather, and look surfaces up."""
+        """Return the work so far in multiplications: solving, gathering, and looking surfaces up."""
         return self._solving + _ENTRY * patch.gathered + _LOOKUP * self.looked_up
 
 
 Solver = Literal["auto", "blocks", "fft"]
 
 MANY = 600
-"""Cells beyond which descent is the faster (measured by `tests/mocks/gel/bench_spectral.py`),"""
+"""Number of cells above which descent is faster (measured by `tests/mocks/gel/bench_spectral.py`)."""
 FEW = 400
-"""and below which blocks are gone back to: making them costs as much as many a step."""
+"""Number of cells below which blocks replace descent again; less than `MANY`, because making blocks is expensive."""
 _MOST_OF = 0.75
-"""Descent is the faster beyond this part of all of a pad's cells, too: then its rectangle holds little else."""
+"""Part of a pad's cells above which descent is faster, too, because its rectangle then contains few other cells."""
 AT_ONCE = 25_000
-"""Entries of the compliance that are gathered at a time, nine numbers each: less than a millisecond."""
+"""Entries of the compliance gathered at a time, nine numbers each: less than a millisecond."""
 
 
 class AnyPatch:
@@ -84,9 +87,9 @@ class AnyPatch:
         self._solver = solver
         self._patch: Patch | SpectralPatch = SpectralPatch(operator) if solver == "fft" else Patch(operator)
         self._growing: Patch | None = None
-        """Blocks of the first of the cells, until they are those of all."""
+        """Blocks of the first cells; they grow until they cover all cells."""
         self.grows = True
-        """Whether blocks that are missing are gathered: not worth it for a few solutions."""
+        """Whether missing blocks are gathered; a few solutions do not justify the cost."""
         self.gathered = 0
         """Entries of the compliance that have been gathered so far."""
         self._many = min(MANY, int(_MOST_OF * operator.grid.size))
@@ -107,7 +110,7 @@ class AnyPatch:
         return "fft" if isinstance(self._patch, SpectralPatch) else "blocks"
 
     def add(self, cells: NDArray[np.int32]) -> None:
-        """Take cells in that are not in yet."""
+        """Add cells that are not included yet."""
         count = self.size + len(cells)
         entries = count**2 - self.size**2
         if self._solver == "auto" and isinstance(self._patch, Patch) and (count > self._many or entries > AT_ONCE):
@@ -119,7 +122,7 @@ class AnyPatch:
         self._patch.add(cells)
 
     def keep(self, which: NDArray[np.bool_]) -> None:
-        """Let all other cells go."""
+        """Remove all other cells."""
         if self._growing is not None:
             self._growing.keep(which[: self._growing.size])
         self._patch.keep(which)
@@ -128,7 +131,7 @@ class AnyPatch:
             self._grow()
 
     def _grow(self) -> None:
-        """Gather some more blocks, and go over to them when they are complete."""
+        """Gather a portion of the missing blocks; switch to the block solver once they are complete."""
         blocks = self._growing
         if blocks is None or not self.grows:
             return
@@ -144,7 +147,7 @@ class AnyPatch:
             self._patch, self._growing = blocks, None
 
     def respond(self, traction: NDArray[np.float32], w: NDArray[np.float32], known: int = 0) -> None:
-        """Write the displacement of the cells from `known` on under `traction`."""
+        """Write the displacement of the cells from number `known` on under `traction`."""
         self._patch.respond(traction, w, known)
 
     def relax(
@@ -157,10 +160,10 @@ class AnyPatch:
         tolerance: float,
         sweeps: int,
     ) -> int:
-        """Solve for `traction` and `w`; return the iterations, or -1 where `sweeps` were not enough."""
+        """Solve for `traction` and `w`; return the iterations, or -1 if `sweeps` were not enough."""
         self._grow()
         return self._patch.relax(traction, w, target, friction, slid, tolerance, sweeps)
 
     def work(self, iterations: int) -> float:
-        """Return the multiplications that so many iterations take at the most."""
+        """Return the maximum number of multiplications of `iterations` iterations."""
         return self._patch.work(iterations)

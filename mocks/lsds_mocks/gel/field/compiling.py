@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 
 def prepare(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel = "pad") -> None:
-    """Load or compile all that runs on these grids, and fill their tables; say so where it takes a while.
+    """Load or compile the code for these grids and fill their tables; print a notice if that takes long.
 
-    Raises DataError where there is no correction for this pad.
+    Raises DataError if there is no correction for this pad.
     """
     _prepared(material, fines, kernel)
 
 
 @kept
 def _prepared(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel) -> tuple[Operator, ...]:
-    """Return the operators, so that dropped operators are prepared again."""
+    """Return the operators; the cache holds them, so operators that it drops are prepared again."""
     cache = relax.stats.cache_path
     if cache is None or not any(Path(cache).glob("dense.relax-*.nbi")):
         print("compiling the simulated gel, once on this machine: some 15 s", file=sys.stderr, flush=True)

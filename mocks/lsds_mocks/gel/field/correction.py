@@ -1,15 +1,14 @@
-"""The correction for the walls of a finite pad and the layer's periodicity: a dense matrix on hats, from a file.
+"""Correction for the walls of a finite pad and for the layer's periodicity: a dense matrix on hats, from a file.
 
 The periodic layer has no walls. The correction is the compliance between hats of a 3-D finite-element model of the
-pad less that of the periodic layer; it is smooth, so bilinear hats carry it. `lsds_research.pad.make_pad` computes it.
-It is positive semi-definite, since cutting a pad out of a layer can only make it softer: layer and correction together
-are as positive as the layer.
+pad less that of the periodic layer. It is smooth, so bilinear hats represent it; `lsds_research.pad.make_pad` computes
+it. It is positive semi-definite, because cutting a pad out of a layer can only make it softer.
 
-In the file, everything is in units of thickness and Young's modulus, so it serves every pad of the same proportions.
-The pad's two mirror planes split the matrix into four classes of parity, each a quarter of the pad; a class is kept as
-the upper triangle of a symmetric matrix in half precision (0.05 % of each entry), low and high bytes apart, compressed.
+The file uses units of thickness and Young's modulus, so it serves every pad of the same proportions. The pad's two
+mirror planes split the matrix into four parity classes, each of a quarter of the pad. A class is stored as the upper
+triangle of a symmetric matrix in half precision (0.05 % of each entry), low and high bytes separate, compressed.
 
-It is read at a cell from the four hats around it, and at a point of the surface, such as a dot, from sixteen.
+A cell interpolates the correction from the four hats around it, a surface point such as a marker from sixteen.
 """
 
 from __future__ import annotations
@@ -41,14 +40,15 @@ _Real = TypeVar("_Real", np.float32, np.float64)
 
 FORMAT = "lsds pad correction 1"
 PARITIES = ((1, 1), (1, -1), (-1, 1), (-1, -1))
-"""Of motion along y and depth under a reflection of x, and of motion along x and depth under one of y."""
+"""Parities of the classes: of motion along y and depth under a reflection of x, and of motion along x and depth under
+a reflection of y."""
 _SHIPPED = "pad_24.96x20.16x4.00.npz"
 _SAME = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class CorrectionFile:
-    """Corrections for several Poisson ratios: `classes` (ratios, 4, m (m + 1) / 2), and where they come from."""
+    """Corrections for several Poisson ratios, `classes` (ratios, 4, m (m + 1) / 2), with their provenance."""
 
     hats: HatGrid
     poisson: NDArray[np.float64]
@@ -111,7 +111,7 @@ def unpack(hats: HatGrid, classes: NDArray[_Real]) -> NDArray[_Real]:
 
 
 def write(path: Path, content: CorrectionFile) -> None:
-    """Write a file, whole or not at all. Raises OSError where it cannot."""
+    """Write a file atomically. Raises OSError on failure."""
     scale = np.abs(content.classes).max(axis=2)
     half = (content.classes / scale[..., None]).astype(np.float16).view(np.uint16)
     head = {"format": FORMAT, "hats": [*_key(content.hats)], "provenance": content.provenance}
@@ -136,14 +136,14 @@ def write(path: Path, content: CorrectionFile) -> None:
 
 @kept
 def read(path: str | None) -> CorrectionFile:
-    """Read a file, or the one that is shipped. Raises DataError where it is not one."""
+    """Return the content of a file, or of the shipped one. Raises DataError if it is missing or invalid."""
     if path is None:
         name = resources.files("lsds_mocks.gel") / "data" / _SHIPPED
         with resources.as_file(name) as shipped:
             return _read(shipped)
     if not Path(path).is_file():
         raise DataError(
-            f"{path}: no such pad correction (cell.simulated.pad_correction; looked for from {Path.cwd()}); "
+            f"{path}: no such pad correction (cell.simulated.pad_correction; relative to {Path.cwd()}); "
             "make one with python -m lsds_research.pad.make_pad"
         )
     return _read(Path(path))
@@ -151,7 +151,7 @@ def read(path: str | None) -> CorrectionFile:
 
 def _read(path: Path) -> CorrectionFile:
     try:
-        # NumPy leaves a file open that it cannot make sense of.
+        # NumPy does not close a file that it fails to parse.
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             head = json.loads(bytes(file["head"]))
             if head["format"] != FORMAT:
@@ -165,7 +165,7 @@ def _read(path: Path) -> CorrectionFile:
             if classes.shape != (len(poisson), len(PARITIES), quarter * (quarter + 1) // 2):
                 raise ValueError(f"its arrays are not those of {hats.columns} x {hats.rows} hat intervals")
             if not (np.isfinite(classes).all() and np.all(np.diff(poisson) > 0) and np.all(file["scale"] > 0)):
-                raise ValueError("its values are no compliances")
+                raise ValueError("its values are not compliances")
             return CorrectionFile(hats, poisson, classes, head["provenance"])
     except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, BadZipFile, zlib.error) as error:
         raise DataError(
@@ -207,8 +207,10 @@ def _size(hats: HatGrid) -> str:
 
 
 def interpolation(nodes: NDArray[np.float64], poisson: float) -> NDArray[np.float64]:
-    """Return Lagrange's weights of the known ratios: a polynomial in (1 - 2 v) / (1 - v), which says how far the gel is
-    from keeping its volume. Compliances in units of Young's modulus are smooth in it, at 1/2 too."""
+    """Return the Lagrange weights of the known ratios, polynomials in (1 - 2 v) / (1 - v).
+
+    Compliances in units of Young's modulus are smooth in that variable, also at v = 1/2 (incompressible).
+    """
     s, at = (1 - 2 * nodes) / (1 - nodes), (1 - 2 * poisson) / (1 - poisson)
     others = [np.delete(s, i) for i in range(len(s))]
     return np.array([np.prod((at - o) / (own - o)) for own, o in zip(s, others, strict=True)])
@@ -218,7 +220,7 @@ def interpolation(nodes: NDArray[np.float64], poisson: float) -> NDArray[np.floa
 def hats_of(
     row: float, column: float, rows: int, columns: int, node: NDArray[np.int64], weight: NDArray[np.float64]
 ) -> None:
-    """Write the four hats around a place, given in hat intervals from the pad's corner, and their values there."""
+    """Write the four hats around a point, given in hat intervals from the pad's corner, and their values there."""
     r, c = min(max(int(row), 0), rows - 1), min(max(int(column), 0), columns - 1)
     y, x = min(max(row - r, 0.0), 1.0), min(max(column - c, 0.0), 1.0)
     first = r * (columns + 1) + c
@@ -229,13 +231,13 @@ def hats_of(
 
 
 _WIDTH = 4
-"""Hats along an axis that a point is read from."""
+"""Hats per axis from which a point is interpolated."""
 
 
 def reading(
     hats: HatGrid, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return numbers and weights (M, 16) of the hats to read points (M,) from, in hat intervals from the corner."""
+    """Return numbers and weights (M, 16) of the hats that interpolate points (M,), in hat intervals from the corner."""
     column, across = _along(x, hats.columns)
     row, down = _along(y, hats.rows)
     node = row[:, :, None] * (hats.columns + 1) + column[:, None, :]
@@ -244,10 +246,10 @@ def reading(
 
 
 def _along(place: NDArray[np.float64], intervals: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return numbers and weights (M, 4) that read a cubic from its best fit by hats, c = f - f'' / 12 at each of them.
+    """Return numbers and weights (M, 4) that recover a cubic from its best fit by hats, c = f - f'' / 12 at each hat.
 
-    With Lagrange's cubics L_k on four neighbouring hats, f = sum (L_k + L_k'' / 12) c_k. The fit itself is right in the
-    mean over a cell, but not at a point: up to 2 % off for loads at a wall.
+    With Lagrange's cubics L_k on four neighbouring hats, f = sum (L_k + L_k'' / 12) c_k. The fit itself is accurate as
+    a mean over a cell, but up to 2 % off at a point for loads at a wall.
     """
     first = np.clip(np.floor(place).astype(np.int64) - 1, 0, intervals + 1 - _WIDTH)
     at = np.clip(place, 0, intervals) - first

@@ -1,17 +1,17 @@
-"""The cells that touch or nearly touch, with their dense compliance; cells come and go as the contact moves.
+"""Contact solver on the dense compliance of the cells that touch or nearly touch, a set that changes with the contact.
 
-`compliance[i, a, b, j]` is what traction a (0 x, 1 y, 2 pressure) in cell i does to displacement b of cell j, gathered
-from the layer's table and the pad's correction. It is symmetric under (i, a) <-> (j, b), and a cell's three columns lie
-side by side, as the sweep reads them.
+`compliance[i, a, b, j]` is the displacement b of cell j per traction a (0 x, 1 y, 2 pressure) in cell i, gathered from
+the layer's table and the pad's correction. It is symmetric under (i, a) <-> (j, b). A cell's three columns are adjacent
+in memory, in the order in which the sweep reads them.
 
-Friction contact is solved by nonlinear Gauss-Seidel over cells (Jourdan, Alart and Jean 1998). Cell by cell, pressure
-and friction are set so that the cell alone is right, the others being as they are:
+A nonlinear Gauss-Seidel iteration solves friction contact (Jourdan, Alart and Jean 1998). It sets pressure and friction
+of one cell at a time so that this cell satisfies its conditions while all others stay fixed:
 
     p <- max(0, p - (w_z - b_z) / K_zz),    q <- disc of radius mu p nearest to q - (w_t - b_t) / K_tt,
 
-and the displacement w of all cells follows at once. `b_z` is how deep the object stands over a cell, `b_t` where it
-has carried a cell that sticks to it. Cells that are right to a fraction of the tolerance are passed over, so a scene in
-which little happens costs little.
+and updates the displacement w of all cells at once. `b_z` is the depth of the object over a cell, `b_t` the position to
+which it has carried a sticking cell. The sweep skips cells that are right to a fraction of the tolerance, so a scene
+with little change costs little.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def correct(
 ) -> None:
     """Add the pad's correction, (3, nodes, 3, nodes) in metres per pascal in a cell, to the rows `known` to `count`, up
     to the diagonal."""
-    # Numbers without a sign are not checked for being negative, and columns are read one after another.
+    # Unsigned indices save the check for negative values; columns are read consecutively.
     place, share = np.zeros((4, count), np.uint32), np.zeros((4, count), np.float32)
     node, weight = np.zeros(4, np.int64), np.zeros(4)
     number, needed, many = np.full(correction.shape[1], -1), np.zeros(correction.shape[1], np.uint32), 0
@@ -99,8 +99,10 @@ def correct(
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
 def mirror(compliance: NDArray[np.float32], known: int, count: int) -> None:
-    """Fill what lies beyond the diagonal in the columns `known` to `count` from the rows that they mirror, a tile at a
-    time, so that each line of the cache is fetched once."""
+    """Fill the columns `known` to `count` beyond the diagonal from the mirrored rows.
+
+    It works tile by tile, so that each cache line is fetched once.
+    """
     for i0 in range(known, count, _TILE):
         i1 = min(i0 + _TILE, count)
         for j0 in range(0, i1, _TILE):
@@ -114,16 +116,17 @@ def mirror(compliance: NDArray[np.float32], known: int, count: int) -> None:
 
 
 _SKIP = 0.03
-"""Part of the tolerance below which a change is not worth making."""
+"""Smallest change that is applied, as part of the tolerance."""
 _FULL = 30
+"""Sweeps with full changes. Cells that still alternate then, as under high friction at a free wall where shear raises
+the pressure that carries it, are damped."""
 _DAMPED = 0.4
-"""Cells that after so many sweeps still push each other to and fro, as under high friction at a free wall, where shear
-raises the pressure that carries it, go a part of the way at a time."""
+"""Part of a change that is applied to a damped cell."""
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
 def own(compliance: NDArray[np.float32], diagonal: NDArray[np.float32], known: int, count: int) -> None:
-    """Write what each new cell does to itself, (n, 4): K_zz, K_tt, and pressure to motion along x and y."""
+    """Write each new cell's own compliance (n, 4): K_zz, K_tt, and pressure to motion along x and y."""
     for i in range(known, count):
         diagonal[i, 0] = compliance[i, 2, 2, i]
         cross = abs(compliance[i, 0, 1, i])
@@ -161,8 +164,10 @@ def relax(
     tolerance: float,
     sweeps: int,
 ) -> int:
-    """Sweep until no traction changes by more than `tolerance` times the greatest pressure; return the sweeps done,
-    or -1 where `sweeps` were not enough."""
+    """Sweep until no traction changes by more than `tolerance` times the greatest pressure.
+
+    Return the number of sweeps, or -1 if `sweeps` were not enough.
+    """
     for done in range(1, sweeps + 1):
         greatest = np.float32(0.0)
         for i in range(count):
@@ -193,8 +198,8 @@ def relax(
                 y = traction[1, i] + share * (y - traction[1, i])
             dx, dy = x - traction[0, i], y - traction[1, i]
             step = max(abs(dp), max(abs(dx), abs(dy)))
-            # Two things are never put off: letting go altogether, and coming back under a limit that has fallen, or
-            # been guessed below nothing.
+            # Never skip a change that ends the contact, or that returns the traction to a limit that has fallen or
+            # that the initial guess made negative.
             held = friction[i] * max(p, np.float32(0.0)) * np.float32(1.00001)
             if step <= skip and new_p > 0.0 and traction[0, i] ** 2 + traction[1, i] ** 2 <= held * held:
                 continue
@@ -230,7 +235,7 @@ class Patch:
         return len(self.cells)
 
     def reserve(self, count: int) -> None:
-        """Make room for so many cells, and some more, keeping what is there."""
+        """Enlarge the arrays to hold at least `count` cells; keep their content."""
         if count <= len(self._diagonal):
             return
         n, room = self.size, -(-count * 5 // 4 // _STEP) * _STEP
@@ -242,7 +247,7 @@ class Patch:
         self._compliance, self._diagonal = compliance, diagonal
 
     def add(self, cells: NDArray[np.int32]) -> None:
-        """Take cells in that are not in yet."""
+        """Add cells that are not included yet."""
         known = self.size
         count = known + len(cells)
         self.reserve(count)
@@ -258,7 +263,7 @@ class Patch:
         own(self._compliance, self._diagonal, known, count)
 
     def keep(self, which: NDArray[np.bool_]) -> None:
-        """Let all other cells go."""
+        """Remove all other cells."""
         kept = np.flatnonzero(which)
         self._compliance[: len(kept), :, :, : len(kept)] = self._compliance[kept][..., kept]
         self._diagonal[: len(kept)] = self._diagonal[kept]
@@ -270,7 +275,7 @@ class Patch:
         respond(self._compliance, traction, w, known, self.size)
 
     def depths(self) -> NDArray[np.float32]:
-        """Return (n, 3, n): what traction (x, y, pressure) in a cell does to the depth of all, metres per pascal."""
+        """Return (n, 3, n): depth of all cells per traction (x, y, pressure) in each cell, metres per pascal."""
         return np.ascontiguousarray(self._compliance[: self.size, :, 2, : self.size])
 
     def relax(
@@ -289,5 +294,5 @@ class Patch:
         )
 
     def work(self, sweeps: int) -> float:
-        """Return the multiplications that so many sweeps take at the most."""
+        """Return the maximum number of multiplications of `sweeps` sweeps."""
         return 9.0 * sweeps * self.size**2

@@ -1,8 +1,8 @@
-"""Steps of a projected, preconditioned descent: loops over cells, everything between two elastic answers.
+"""Steps of a projected, preconditioned descent: the loops over cells between two elastic responses.
 
-Traction y (3, n) is admissible where p >= 0 and |q| <= limit. Its residual r = w - b (3, n), in metres, is the gradient
+Traction y (3, n) is admissible if p >= 0 and |q| <= limit. Its residual r = w - b (3, n), in metres, is the gradient
 of the elastic energy less the work of the target. All arrays are in single precision: x, y, and pressure or depth.
-Loops have neither branches nor Python's care about division, and look for a maximum apart: so they are vectorised.
+Loops are vectorised because they have no branches and no division checks, and find a maximum in a separate loop.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _TINY = np.float32(1e-30)
 _ROUNDING = np.float32(1e-6)
 _SLOWER, _FASTER = np.float32(0.5), np.float32(1.3)
 _EDGE = np.float32(0.2)
-"""Part of the limit, and of the greatest pressure, within which a cell that its own next step would take to the bound
-is taken to be there already. Steps end inside the discs, if only by a little; bounds to be met exactly never were."""
+"""Distance to a bound, as part of the limit or of the greatest pressure, within which a cell counts as on the bound if
+its own next step would reach it. Steps end slightly inside the discs, so no cell would meet an exact bound."""
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -34,9 +34,9 @@ def lay_out(
     targets: Field,
     frictions: Field,
 ) -> None:
-    """Write what belongs to the cells `at` (n,) where they lie in a rectangle: traction, residual, target, friction.
+    """Copy traction, residual, target and friction of the cells `at` (n,) to their places in a rectangle.
 
-    Cells that are not looked after have no traction, and the residual that their target asks for.
+    Inactive cells have no traction, and the residual that follows from their target.
     """
     y[:] = _0
     for i in range(at.size):
@@ -63,7 +63,7 @@ def take_in(
     w: Field,
     slid: NDArray[np.bool_],
 ) -> None:
-    """The other way round: write the traction and displacement of the cells `at`, and which slide or do not touch."""
+    """Inverse of `lay_out`: write traction and displacement of the cells `at`, and which slide or do not touch."""
     rest, bound = np.empty((3, at.size), np.float32), np.empty(at.size, np.float32)
     for a in range(3):
         for i in range(at.size):
@@ -78,11 +78,11 @@ def take_in(
 def confine(
     y: Field, r: Field, friction: Field, kt: float, patient: bool, pace: Field, limit: Field, moved: Field
 ) -> tuple[float, float]:
-    """Let the limits follow the pressures and make `y` admissible, sliding cells on their limits; write how it was
-    `moved`; return the greatest pressure and the greatest change.
+    """Set the limits from the pressures and make `y` admissible, with sliding cells on their limits.
 
-    Being `patient`, a limit goes only a part of the way, which is smaller next time if it has turned round, and larger
-    if it has not: `pace` (2, n) keeps the part and the last way.
+    Write the change of `y` to `moved`; return the greatest pressure and the greatest change. If `patient`, a limit
+    makes only a part of its change. That part shrinks when the change reverses and grows when it does not; `pace`
+    (2, n) keeps the part and the last change.
     """
     ct = np.float32(1 / kt)
     for i in range(limit.size):
@@ -99,7 +99,7 @@ def confine(
         pull = -(x * r[0, i] + z * r[1, i]) / size
         f = g / size
         f = f if (size >= (_1 - _EDGE) * g) & (size + ct * pull > g) else min(_1, f)
-        # What is on its limit but for rounding is left there, and asks for no answer.
+        # A cell within rounding of its limit stays unchanged, so that it needs no elastic response.
         f = _1 if abs(f - _1) < _ROUNDING else f
         moved[0, i], moved[1, i], moved[2, i] = (f - _1) * x, (f - _1) * z, p - y[2, i]
         limit[i] = g
@@ -117,11 +117,11 @@ def confine(
 def misfit(
     y: Field, r: Field, factor: Field, follows: bool, kt: float, kz: float, arm: Field, even: float, change: Field
 ) -> float:
-    """Return by how much (Pa) the traction of a cell changes, at the most, when that alone is set right.
+    """Return the greatest change (Pa) in the traction of a cell when only that cell is corrected.
 
-    Or `even` times what they change by on the average, if that is more; `change` is overwritten. `factor` is the limit,
-    or if that `follows` the pressure, the friction coefficient. `arm` (2, n) is where cells are, for an average of what
-    turns; its mean square is 1.
+    If `even` times the average change is greater, return that instead. `change` is overwritten. `factor` is the limit
+    or, if the limit `follows` the pressure, the friction coefficient. `arm` (2, n) holds the cells' positions, scaled
+    to a mean square of 1, for the average change in torque.
     """
     ct, cz = np.float32(1 / kt), np.float32(1 / kz)
     follow, hold = (_1, _0) if follows else (_0, _1)
@@ -159,9 +159,9 @@ def reduce(
 ) -> None:
     """Find the face of the admissible set that `y` is on, and the gradient along it.
 
-    `face` (4, n): outward direction (x, y) where a cell slides, else zero; a weight for motion along the surface: zero
-    where there is no traction, less than one where a disc's curvature makes its edge stiff; and one, or zero where
-    pressure ends. `gradient` is `r` along the face, `scaled` the same times the weight.
+    `face` (4, n) holds: outward direction (x, y) of a sliding cell, else zero; weight of motion along the surface, zero
+    without traction and below one if a disc's curvature makes its edge stiff; one, or zero if the cell's pressure ends.
+    `gradient` is `r` along the face, `scaled` the gradient times the weight.
     """
     stiff, cz = np.float32(kt), np.float32(1 / kz)
     ct = _1 / stiff
@@ -183,8 +183,10 @@ def reduce(
 
 @njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def direct(z: Field, gradient: Field, before: Field, product: float, d: Field, face: Field) -> float:
-    """Turn `d` into the next direction, conjugate to itself (Polak and Ribiere), from `z`, the preconditioned gradient;
-    `before` and `product` are the last gradient and its product with the last `z`, 0 to start. Return that product."""
+    """Replace `d` by the next conjugate direction (Polak and Ribiere); `z` is the preconditioned gradient.
+
+    `before` and `product` are the last gradient and its product with the last `z`, 0 to start. Return the new product.
+    """
     now, cross = _0, _0
     for i in range(z.shape[1]):
         ex, ey, weight, free = face[0, i], face[1, i], face[2, i], face[3, i]
@@ -211,7 +213,7 @@ def direct(z: Field, gradient: Field, before: Field, product: float, d: Field, f
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
 def steepest(gradient: Field, face: Field, kt: float, kz: float, d: Field) -> None:
-    """Write the direction `d` in which each cell goes by itself, with length 1: it never leads uphill."""
+    """Write the direction `d` of each cell's own step of length 1, along which the energy never rises."""
     ct, cz = np.float32(1 / kt), np.float32(1 / kz)
     for i in range(d.shape[1]):
         c = ct * face[2, i] * face[2, i]
@@ -220,22 +222,24 @@ def steepest(gradient: Field, face: Field, kt: float, kz: float, d: Field) -> No
 
 @njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def aim(y: Field, r: Field, d: Field, length: float, limit: Field, face: Field, step: Field) -> float:
-    """Write the `step` from `y` to the admissible traction next to y + length d, on the edges of the face; return how
-    fast the energy changes along it."""
+    """Write the `step` from `y` to the admissible traction nearest to y + length d, on the edges of the face.
+
+    Return the slope of the energy along it.
+    """
     a = np.float32(length)
     slope = _0
     for i in range(limit.size):
         x, z, g = y[0, i], y[1, i], limit[i]
         ux, uz = a * d[0, i], a * d[1, i]
         size = np.sqrt((x + ux) * (x + ux) + (z + uz) * (z + uz) + _TINY)
-        # The limit's square less that of `size`, but rounding at the limit left as it is: where a cell far behind the
-        # object pulls outward, to make that good would be more work than the step is for.
+        # The limit's square less that of `size`, except for rounding at the limit: if a cell far behind the object
+        # pulls outward, correcting that rounding would take more work than the step saves.
         inside = g * g - x * x - z * z
         inside = inside if inside > _4 * _ROUNDING * g * g else _0
         beyond = inside - _2 * (x * ux + z * uz) - ux * ux - uz * uz
         slips = face[0, i] * face[0, i] + face[1, i] * face[1, i] > _0
         f = (beyond if slips else min(_0, beyond)) / (size * (g + size))
-        # Written so that neither a small turn nor a long way back to a small disc drowns in rounding.
+        # This form loses neither a small rotation nor a long way back to a small disc to rounding.
         f, back = (f, _0) if size < _2 * g else (g / size, _1)
         x, z = f * (x + ux) + (_1 - back) * ux - back * x, f * (z + uz) + (_1 - back) * uz - back * z
         p = face[3, i] * max(_0, y[2, i] + a * d[2, i]) - y[2, i]
@@ -246,9 +250,9 @@ def aim(y: Field, r: Field, d: Field, length: float, limit: Field, face: Field, 
 
 @njit(cache=True, fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def advance(y: Field, r: Field, step: Field, answer: Field, slope: float) -> tuple[float, float]:
-    """Go along `step`, whose elastic answer is known, to where the energy is least, but not beyond its end.
+    """Move along `step`, whose elastic response is `answer`, to the least energy, but not beyond its end.
 
-    Return where that would be if there were no end, as part of the step, and the greatest pressure.
+    Return the position of the unlimited minimum, as part of the step, and the greatest pressure.
     """
     curvature = _0
     for i in range(y.shape[1]):

@@ -1,4 +1,4 @@
-"""Where an object stands over the cells: its gap and slope, as means over each cell, wherever it has been moved to."""
+"""Gap and slope of an object over the cells, as means over each cell, at any placement of the object."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 _SAMPLES = 8
-"""Intervals per hat at which the object's surface is looked up: 0.12 mm."""
+"""Samples of the object's surface per hat interval: 0.12 mm apart."""
 
 
 def own_coordinates(
     place: Placement, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return points of the pad as seen from an object put at a place."""
+    """Return points of the pad in the coordinates of an object at `place`."""
     x, y = x_m - place.x_m, y_m - place.y_m
     if place.angle_rad:
         cos, sin = math.cos(place.angle_rad), math.sin(place.angle_rad)
@@ -56,7 +56,7 @@ class Footprint:
         return along @ self._weight, slope
 
     def near(self, place: Placement, reach_m: float) -> NDArray[np.bool_]:
-        """Return (cells,): whether the gap over the cell's middle, texture aside, is below `reach_m`."""
+        """Return (cells,): whether the gap without texture at the cell's centre is below `reach_m`."""
         at = own_coordinates(place, self._grid.x_m[None, :], self._grid.y_m[:, None])
         gap = np.broadcast_to(self.shape.least_gap(*at), (self._grid.rows, self._grid.columns))
         return np.asarray(gap < reach_m).ravel()

@@ -1,9 +1,9 @@
-"""Gel tiers 'half-space', 'layer' and 'pad': contact of an elastic pad with friction, on a grid of cells.
+"""Gel tiers 'half-space', 'layer' and 'pad': frictional contact of an elastic pad, on a grid of cells.
 
-History lives in anchors: where on the gel a cell that sticks is held, as a displacement. A trial carries the anchors of
-all cells along with the object and solves for tractions; a commit leaves the anchors of sticking cells where they were
-carried, and lets those of sliding and free cells go where the surface went. So a gel that creeps by less than the
-solver resolves loses nothing over many steps, and a step that is repeated changes nothing.
+The history consists of anchors: the displacement at which a sticking cell is held. A trial moves the anchors of all
+cells with the object and solves for tractions. A commit keeps the moved anchors of sticking cells and sets those of
+sliding and free cells to the displacement of the surface. Motion below the solver's resolution is therefore not lost
+over many steps, and repeating a step changes nothing.
 """
 
 from __future__ import annotations
@@ -30,28 +30,29 @@ if TYPE_CHECKING:
     from lsds_mocks.optics.grain import Grain
 
 TOLERANCE = 0.02
-"""Traction that is still let change when a solution is taken for one, as part of the greatest pressure."""
+"""Greatest residual change of a traction in an accepted solution, as part of the greatest pressure."""
 _BESIDE = 1.15
-"""Cells are active where the gap is below this many indentations, because the surface bulges around the contact."""
+"""Gap, in indentations, below which a cell is active; above 1 because the surface bulges around the contact."""
 _DEAD = 1.5
-"""A patch is cleared of cells that touch no more when it is this many times as large as it need be."""
-_LOOK_M, _LOOK_AGAIN_M = 2e-6, 20e-6
-"""The object's surface is looked up anew when it has moved so far; within a search for balance, so far."""
+"""A patch drops the cells that no longer touch when it holds this many times the cells it needs."""
+_LOOK_M = 2e-6
+"""Motion of the object after which its surface is looked up again."""
+_LOOK_AGAIN_M = 20e-6
+"""The same within one search for balance."""
 _REFRESH = 64
-"""Increments after which displacements, added up in single precision, are computed afresh."""
+"""Increments after which displacements, accumulated in single precision, are recomputed."""
 _FORCE = 0.05
-"""Error of the total force that the tolerance on single tractions leaves, as part of it."""
+"""Error of the total force, as part of the tolerance on single tractions."""
 _CLOSE = 0.3
-"""The end of an increment of many steps, each of which may have been put off, is solved to this part of the
-tolerance."""
+"""Tolerance at the end of an increment, as part of the tolerance; its steps may each have left small changes undone."""
 _SLIDES = 0.03
-"""A cell is called sliding when it falls back behind the object by this part of a step."""
+"""Lag of a cell behind the object, as part of a step, above which the cell counts as sliding."""
 
 
 class FieldGel:
     """A `GelModel` on `fine` x `fine` cells per hat interval (0.96 mm on the default pad).
 
-    `follows`: the object's surface moves over the gel with it, as it must; the reference solutions keep it in place.
+    `follows`: the object's surface moves over the gel with the object; the reference solutions keep it in place.
     `solver`: see `lsds_mocks.gel.field.choice`.
     """
 
@@ -109,7 +110,7 @@ class FieldGel:
     _slip: NDArray[np.float64]
 
     def _resize(self, kept: NDArray[np.int64], count: int) -> None:
-        """Keep the columns `kept` of all arrays, and append columns of nothing up to `count`."""
+        """Keep the columns `kept` of all arrays and append zero columns up to `count`."""
         for names, rows, kind in (
             ("_traction _w _old_traction _old_w _older_traction _older_w _target", 3, np.float32),
             ("_anchor _carried", 2, np.float64),
@@ -127,28 +128,30 @@ class FieldGel:
         self._points = self.grid.centres_m(self._patch.cells)
 
     def solve_in_portions(self, portions: bool) -> None:
-        """Set whether a call solves no more than a portion, which `solve_on` goes on from, and the contact is not made
-        ready for many solutions to come: for a gel that nothing waits for."""
+        """Set whether a call solves only a portion that `solve_on` continues, for a gel in the background.
+
+        Such a gel does not prepare its contact for many solutions either.
+        """
         self._patch.grows = not portions
 
     @property
     def work(self) -> float:
-        """Multiplications so far, or what takes as long."""
+        """Work so far, in multiplications."""
         return self.effort.work(self._patch)
 
     @property
     def force_tolerance(self) -> float:
-        """What the sweeps leave."""
+        """Error of forces that the solver leaves, as part of the normal force."""
         return _FORCE * self.tolerance
 
     @property
     def cells(self) -> NDArray[np.int32]:
-        """Numbers (N,) of the cells that are looked after."""
+        """Numbers (N,) of the active cells."""
         return self._patch.cells
 
     @property
     def wall_distance_m(self) -> float | None:
-        """Least distance of the contact from a wall of the pad, 0 where it reaches one; None without contact."""
+        """Least distance of the contact from a wall of the pad, 0 if it reaches one; None without contact."""
         x, y = np.abs(self._points[:, self._touching])
         if not x.size:
             return None
@@ -157,21 +160,21 @@ class FieldGel:
 
     @property
     def points_m(self) -> NDArray[np.float64]:
-        """Centres of the cells that are looked after, (2, N); another array whenever they change."""
+        """Centres (2, N) of the active cells; a new array whenever they change."""
         return self._points
 
     def press(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> float:
-        """Set how deep the object stands, and over which stretch of y; return the normal force (N) at rest."""
+        """Set the indentation and the range of y under the object; return the normal force (N) at rest."""
         self.stand(indentation_m, reach_m)
         return self._solve(0.0, 0.0, 0.0).normal_n
 
     def stand(self, indentation_m: float, reach_m: tuple[float, float] | None = None) -> None:
-        """Set how deep the object stands, for a trial to find the forces."""
+        """Set the indentation without solving; the next trial finds the forces."""
         self._indentation, self._reach = indentation_m, reach_m
         self._look_after(self.place)
 
     def _look_after(self, place: Placement, within_m: float = _LOOK_M) -> None:
-        """Take in the cells that the object now comes near to; from time to time let those go that it has left."""
+        """Activate the cells near the object; from time to time drop those that it has left."""
         moved = self._looked_from is None or place.distance_m(self._looked_from) > within_m
         if not moved and (self._indentation, self._reach) == self._looked_at:
             return
@@ -199,7 +202,7 @@ class FieldGel:
         self._target[2] = self._indentation - gap
 
     def _add(self, new: NDArray[np.int32]) -> None:
-        """Look after more cells: free so far, they are where the others' tractions have moved them."""
+        """Activate cells; as free cells, their displacement so far is that due to the other cells' tractions."""
         known = self._patch.size
         self._patch.add(new)
         self._resize(np.arange(known), self._patch.size)
@@ -212,7 +215,7 @@ class FieldGel:
         self._anchor[:, known:] = self._old_w[:2, known:]
 
     def _find_surface(self, place: Placement) -> None:
-        """Find the object's surface over the patch."""
+        """Look up the object's surface over the patch."""
         self.effort.looked_up += self._patch.size
         self._gap, slope = self._footprint.over(self._patch.cells, place)
         self._slope = slope.astype(np.float32)
@@ -234,7 +237,7 @@ class FieldGel:
         self._tried = motion = (dx_m, dy_m, dtheta_rad)
         pad_m = (self.material.width_m, self.material.height_m)
         if any(motion) and self._follows and (self._astray or not self.shape.slides_along(self.place, motion, pad_m)):
-            self._astray = True  # Should this trial not be the last one, the next has to look again.
+            self._astray = True  # If another trial follows, it has to look up the surface again.
             self._look_after(self.place.moved(*motion), within_m)
         if not self._patch.size:
             return NO_REACTION
@@ -252,13 +255,13 @@ class FieldGel:
         self.effort.count(self._patch, done, most)
 
     def solve_on(self) -> bool:
-        """Continue the last trial by a portion; return whether it is done, or more portions would not help."""
+        """Continue the last trial by a portion; return whether it is done or cannot be improved."""
         if self.effort.unsolved:
             self._relax(self.tolerance)
         return not self.effort.may_go_on
 
     def _guess(self, motion: Increment) -> None:
-        """Start from where the last increment's change, as far as this motion repeats it, would lead."""
+        """Extrapolate the initial guess: add the last increment's change, as far as this motion repeats it."""
         share = motion.share_of(self._last)
         if share > 0:
             self._traction += np.float32(share) * (self._old_traction - self._older_traction)
@@ -271,7 +274,7 @@ class FieldGel:
         return Reaction(fx * area, fy * area, torque * area, stiffness * area, normal * area)
 
     def commit(self) -> None:
-        """Make the last trial real; end the increment where it has grown long, or turns."""
+        """Adopt the last trial; end the increment if it is long or turns."""
         self._since = self._since.and_then(*self._tried)
         self._first, self._astray = True, False
         self._steps += 1
@@ -282,7 +285,7 @@ class FieldGel:
             self._end_increment()
 
     def _notice_sliding(self) -> None:
-        """A cell slides now if it slid in this increment, and its slip has grown with the last step."""
+        """Mark the cells that slid in this increment and whose slip has grown with the last step as sliding."""
         step = math.hypot(self._tried[0], self._tried[1]) + abs(self._tried[2]) * self.material.thickness_m
         notice_sliding(self._carried, self._w, self._slid, _SLIDES * step, self._slip, self._now_sliding)
 
@@ -313,7 +316,7 @@ class FieldGel:
         self._fresh = True
 
     def displacement_now(self, xy_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return displacements (M, 2) of points (M, 2) as the gel stands."""
+        """Return displacements (M, 2) of points (M, 2) in the present state."""
         return self._view.displacement(self._patch.cells, self._traction, xy_m)
 
     @property
@@ -344,7 +347,7 @@ class FieldGel:
 
     @property
     def elastic_energy_j(self) -> float:
-        """Half traction times displacement, pressing included, and friction's work that the increment may give back.
+        """Half of traction times displacement, pressing included, plus friction work that the increment may give back.
 
         A step adds to it no more than the object's work, up to the solver's tolerance.
         """
@@ -353,7 +356,7 @@ class FieldGel:
         return self.grid.cell_m2 * float(0.5 * np.vdot(traction, self._w) + np.vdot(traction[:2], slip))
 
     def state(self) -> GelState:
-        """Return a copy of where the gel stands."""
+        """Return a copy of the gel's state."""
         area = np.float64(self.grid.cell_m2)
         force = self._traction * area
         return GelState(
@@ -370,7 +373,7 @@ class FieldGel:
         )
 
     def restore(self, state: GelState) -> None:
-        """Put a state back, as the beginning of an increment."""
+        """Restore a state as the beginning of an increment."""
         self._patch.keep(np.zeros(self._patch.size, bool))
         self._resize(np.zeros(0, np.int64), 0)
         self._patch.add(state.cells)

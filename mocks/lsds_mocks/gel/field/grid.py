@@ -1,4 +1,4 @@
-"""How a pad is divided: hats that carry the finite-pad correction, and cells, whole fractions of a hat, for contact.
+"""Grids of a pad: hats that carry the finite-pad correction, and contact cells that are whole fractions of a hat.
 
 Cells are rectangles of constant traction; a cell's displacement is its mean over the cell, which makes the discrete
 operator symmetric and positive, and contact forces accurate to a fraction of a cell. Cell (row, column) counts from
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.material import GelMaterial
 
 HATS_PER_THICKNESS = 4.0 / 0.96
-"""Hats are 0.96 mm apart on the gel of 4 mm."""
+"""Hat intervals per thickness: hats are 0.96 mm apart on a gel of 4 mm."""
 PERIOD = 1.5
-"""The layer repeats after at least this many pads; the correction takes the repetition out again."""
+"""Least period of the layer, in pads; the correction removes the effect of the repetition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ def hat_grid(material: GelMaterial) -> HatGrid:
 
 
 def _period(intervals: int) -> int:
-    """Return the least number of the form 2^a 5^b, a > 2, that is at least `PERIOD` pads: such transform fast."""
+    """Return the least number 2^a 5^b, a > 2, of at least `PERIOD` pads; such lengths have a fast transform."""
     least = PERIOD * intervals
     return min(int(2**a * 5**b) for a in range(3, 16) for b in range(4) if 2**a * 5**b >= least)
 
@@ -64,7 +64,7 @@ class CellGrid:
 
     @cached_property
     def hats(self) -> HatGrid:
-        """The hats it divides."""
+        """The hats that the cells divide."""
         return hat_grid(self.material)
 
     @property
@@ -99,7 +99,7 @@ class CellGrid:
 
     @property
     def pitch_m(self) -> float:
-        """Geometric mean of a cell's sides: what a grid is called by."""
+        """Geometric mean of a cell's sides, by which reports identify a grid."""
         return float(np.sqrt(self.cell_m2))
 
     @cached_property

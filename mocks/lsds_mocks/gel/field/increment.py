@@ -1,8 +1,9 @@
-"""When a stretch of motion is long enough, or has turned enough, to be written into the gel's history.
+"""Increments of motion, after which the gel updates its history.
 
-Friction with memory is integrated over increments of motion, not of time: solutions inside an increment all start from
-its beginning, so small steps do not add up small errors, and a frame rate has no say in the result. On straight
-paths increments of 0.3 mm cost less than a micrometre; a turn must not be cut short, so an increment ends there.
+Friction with memory is integrated over increments of motion, not of time. All solutions within an increment start from
+its beginning, so small steps do not accumulate small errors, and the result does not depend on the frame rate. On
+straight paths increments of 0.3 mm cause an error below a micrometre. An increment ends at a turn, so that no turn is
+cut short.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ if TYPE_CHECKING:
 
 
 LONG_M = 0.04e-3
-"""An increment ends when the object has gone this far, or has been pressed in by so much."""
+"""Motion, or change of the indentation, at which an increment ends."""
 BACK_M = 1e-6
-"""Or has come back by more than this from where it had been farthest."""
+"""Motion back from the farthest point at which an increment ends."""
 ARM_M = 2e-3
-"""Distance at which turning counts as going."""
+"""Lever arm that converts rotation to motion."""
 _TURN = math.cos(math.radians(30))
 
 
 class Increment(NamedTuple):
-    """Motion (m, rad) since an increment began, change of indentation (m), and the farthest it has been."""
+    """Motion (m, rad) since an increment began, change of indentation (m), and the farthest distance so far (m)."""
 
     dx_m: float = 0.0
     dy_m: float = 0.0
@@ -43,16 +44,16 @@ class Increment(NamedTuple):
 
     @property
     def length_m(self) -> float:
-        """How far it leads from its beginning."""
+        """Distance (m) from its beginning."""
         return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
 
     def is_over(self, pressed_m: float) -> bool:
-        """Return whether it ends here, the indentation having changed by `pressed_m`."""
+        """Return whether the increment ends here after a change of the indentation by `pressed_m`."""
         length = self.length_m
         return length >= LONG_M or abs(pressed_m) >= LONG_M or self.farthest_m - length > BACK_M
 
     def turns_with(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
-        """Return whether a step would turn it by so much that it has to end first."""
+        """Return whether a step turns so sharply that the increment has to end before it."""
         size = math.sqrt(dx_m * dx_m + dy_m * dy_m + (ARM_M * dtheta_rad) ** 2)
         length = self.length_m
         if size < BACK_M or length < BACK_M:
@@ -61,7 +62,7 @@ class Increment(NamedTuple):
         return along < _TURN * size * length
 
     def share_of(self, last: Increment) -> float:
-        """Return which part of the last increment this one repeats, 0 to 1."""
+        """Return the part of the last increment that this one repeats, 0 to 1."""
         own = (self.dx_m, self.dy_m, ARM_M * self.dtheta_rad, self.pressed_m)
         other = (last.dx_m, last.dy_m, ARM_M * last.dtheta_rad, last.pressed_m)
         size = sum(o * o for o in other)
@@ -79,7 +80,7 @@ def carry(
     carried: NDArray[np.float64],
     target: NDArray[np.float32],
 ) -> None:
-    """Write where the object has carried the anchors (2, n) to, into `carried` and the first two rows of `target`."""
+    """Write the anchors (2, n) as moved by the object into `carried` and the first two rows of `target`."""
     for i in range(anchor.shape[1]):
         carried[0, i] = anchor[0, i] + dx - dtheta * points[1, i]
         carried[1, i] = anchor[1, i] + dy + dtheta * points[0, i]
@@ -96,7 +97,7 @@ def add_up(
 ) -> tuple[float, float, float, float, int]:
     """Return sums of traction along x and y, of its moment about the origin, of pressure, and the count of stuck cells.
 
-    `sloped`: pressure on a slope pushes sideways, which an object feels that is moved over its own dent.
+    `sloped`: add the sideways force of pressure on a slope, which acts on an object that moves over its own dent.
     """
     fx = fy = torque = normal = 0.0
     stuck = 0
@@ -123,8 +124,8 @@ def notice_sliding(
     slip: NDArray[np.float64],
     sliding: NDArray[np.bool_],
 ) -> None:
-    """Write which cells slide: those that slid in this increment and have fallen back by more than `least` since `slip`
-    was written, which is written anew."""
+    """Write which cells slide: those that slid in this increment and have lagged by more than `least` since the last
+    call; update `slip`."""
     for i in range(slip.size):
         now = math.hypot(carried[0, i] - w[0, i], carried[1, i] - w[1, i])
         sliding[i] = slid[i] and now - slip[i] > least
@@ -142,8 +143,10 @@ def settle(
     old_w: NDArray[np.float32],
     slip: NDArray[np.float64],
 ) -> None:
-    """Begin a new increment here: anchors of cells that slid go where the surface is, the others where they were
-    carried; tractions and displacements are kept as the old ones."""
+    """Begin a new increment: keep tractions and displacements as the old ones and set the anchors.
+
+    Anchors of cells that slid move to the surface's displacement, the others to their carried positions.
+    """
     for i in range(slip.size):
         for a in range(2):
             anchor[a, i] = w[a, i] if slid[i] else carried[a, i]

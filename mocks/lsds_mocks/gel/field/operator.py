@@ -1,4 +1,4 @@
-"""The elastic answer of a pad's surface: what one loaded cell does to another cell, and to a point of the surface.
+"""Elastic response of a pad's surface: displacement of cells and of surface points per traction in one cell.
 
 **Bonded layer.** A sinusoidal traction moves the surface of an elastic layer on a rigid base by plane strain in the
 wave's direction and antiplane strain across it. z points into the gel, p > 0 presses. With x = q h and
@@ -10,15 +10,14 @@ D = (3-4v) cosh 2x + 2x^2 + 5 - 12v + 8v^2 the compliances are
     c    [(1-2v)(3-4v)(cosh 2x - 1) - 2x^2] / (2GqD)  pressure to motion along the wave, times i
 
 and h/M, h/G, h/G, 0 at q = 0, M = 2G (1-v)/(1-2v). Everything is scaled by e^-2x, so nothing overflows. Short waves
-see a half-space, long ones a Winkler foundation. In the code G = 1 and h = 1: multiply by h/G.
+respond like a half-space, long ones like a Winkler foundation. In the code G = 1 and h = 1: multiply by h/G.
 
 The tables are periodic. A cell's traction is constant, so its transform is a sinc; a cell's displacement is a mean,
-another sinc. Waves too short for a table's spacing fold back onto its own; adding them up makes it the table of true
-rectangles.
+another sinc. Waves too short for a table's spacing alias; adding them up yields the table of exact rectangles.
 
-**Half-space.** Boussinesq and Cerruti, integrated over a rectangle (Love 1929; Johnson, Contact Mechanics, 3.25). Wrong
-for a gel bonded to its base (even in sign: it draws markers toward the contact), but the case that analytic solutions
-exist for.
+**Half-space.** Boussinesq and Cerruti, integrated over a rectangle (Love 1929; Johnson, Contact Mechanics, 3.25). It is
+wrong for a gel bonded to its base, even in sign (it draws markers toward the contact), but analytic solutions exist for
+it.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.material import GelMaterial
 
 
-#: x = q h beyond which the base is out of sight: e^-60 is nothing in double precision.
+#: x = q h beyond which the base has no effect: e^-60 is negligible in double precision.
 _DEEP = 30.0
 
 
@@ -72,10 +71,13 @@ def layer_symbol(qx: float, qy: float, poisson: float) -> tuple[float, float, fl
 
 
 _CELL_FOLDS = 5
+"""Aliased images per side that are added up in the cell-to-cell table."""
 _POINT_FOLDS = 2
+"""Aliased images per side that are added up in the cell-to-point table."""
 POINT_FINE = 16
-"""Points of the cell-to-point table per hat interval: 0.06 mm, between which it is interpolated. Sheared surface bends
-sharply at the edge of a load: from points 0.12 mm apart, dots beside one were off by 0.8 % of the greatest motion."""
+"""Points of the cell-to-point table per hat interval: 0.06 mm apart, interpolated in between. A sheared surface bends
+sharply at the edge of a load: with points 0.12 mm apart, markers next to an edge were off by 0.8 % of the greatest
+motion."""
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -112,7 +114,7 @@ def cell_symbol(hats: HatGrid, fine: int, poisson: float) -> NDArray[np.complex1
     dx, dy = hats.pitch_x / fine, hats.pitch_y / fine
     shape = (hats.period_x * fine, hats.period_y * fine, dx, dy, dx, dy, 2, poisson)
     few, many = (_folded(*shape, folds) for folds in (_CELL_FOLDS, 2 * _CELL_FOLDS))
-    # What is left out falls with the square of the folds (Richardson).
+    # The truncation error falls with the square of the folds (Richardson extrapolation).
     return np.asarray((4 * many - few) / 3)
 
 
@@ -152,7 +154,7 @@ def rectangle(
     for ex, ey, sign in ((0.5, 0.5, 1), (-0.5, 0.5, -1), (0.5, -0.5, -1), (-0.5, -0.5, 1)):
         a, b = x + ex * dx, y + ey * dy
         r = np.hypot(a, b)
-        # Points on an edge's line: the limits are finite, and a tiny offset finds them.
+        # On the line of an edge the limits are finite; a tiny offset yields them.
         a, b = np.where(a == 0, 1e-12 * dx, a), np.where(b == 0, 1e-12 * dy, b)
         along_y, along_x = b * np.arcsinh(a / np.abs(b)), a * np.arcsinh(b / np.abs(a))
         inverse += sign * (along_x + along_y)
@@ -174,7 +176,7 @@ def rectangle(
 
 
 def halfspace_tables(grid: CellGrid) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return what `Operator` calls `cells` and `points`, wrapping round at twice the pad's size."""
+    """Return `cells` and `points` of an `Operator` for a half-space, periodic in twice the pad's size."""
     dx, dy, poisson = grid.dx_m, grid.dy_m, grid.material.poisson
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
     x, y = (_wrapped(2 * n) * d for n, d in ((grid.columns, dx), (grid.rows, dy)))
@@ -214,13 +216,13 @@ class Operator:
 def operator(material: GelMaterial, fine: int, kernel: Kernel) -> Operator:
     """Return the operator for a grid of `fine` cells per hat.
 
-    Raises DataError where the kernel is `pad` and no correction for this pad is at hand.
+    Raises DataError if the kernel is `pad` and there is no correction for this pad.
     """
     grid = CellGrid(material, fine)
     none = np.zeros((3, 0, 3, 0), np.float32)
     if kernel == "half-space":
         return Operator(grid, kernel, *halfspace_tables(grid), none)
-    # Before tables that take a while: there may be none for this pad.
+    # The correction comes first: it may be missing, and the tables take long.
     correction = pad_correction(material) * np.float32(grid.cell_m2) if kernel == "pad" else none
     softness = np.float32(material.thickness_m / material.shear_modulus_pa)
     cells = softness * cell_table(grid.hats, fine, material.poisson)

@@ -1,13 +1,14 @@
-"""The cells that touch, for contacts too large for a dense compliance: solved by descent, with answers of a rectangle.
+"""Contact solver for contacts too large for a dense compliance: descent with the elastic response of a rectangle.
 
-With the friction limits held, contact with an elastic pad is a convex problem: least energy over pressures that do not
-pull and frictions within their discs. It is solved by conjugate gradients on the face of that set the traction is on,
-projected after each step (Polonsky and Keer 1999, Wear 231; Vollebregt 2014, J. Comput. Phys. 257), pressure and
-friction at once, and preconditioned by the inverse of the layer's symbol: what is left of the spectrum lies between 1
-and 6, nearly all of it at 1. A sliding cell moves along its disc's edge, as in TangCG (Zhao, Vollebregt and Oosterlee
-2014), whose curvature the preconditioner takes into account. A step ends where the energy is least between two
-admissible tractions, so it is admissible, costs one elastic answer, and energy never rises; should a direction lead
-uphill, every cell takes its own step instead. Then the limits follow the pressures, and so on (Panagiotopoulos 1975).
+With fixed friction limits, contact with an elastic pad is a convex problem: least energy over non-negative pressures
+and frictions within their discs. Conjugate gradients solve it for pressure and friction together, on the face of the
+admissible set that holds the traction, with a projection after each step (Polonsky and Keer 1999, Wear 231; Vollebregt
+2014, J. Comput. Phys. 257). The preconditioner is the inverse of the layer's symbol; the preconditioned spectrum lies
+between 1 and 6, nearly all of it at 1. A sliding cell moves along the edge of its disc, as in TangCG (Zhao, Vollebregt
+and Oosterlee 2014); the preconditioner accounts for the edge's curvature. A step ends at the least energy between two
+admissible tractions. It is therefore admissible, costs one elastic response, and never raises the energy. If a
+direction leads uphill, every cell takes its own step instead. Then the limits are updated from the pressures, and the
+problem is solved again (Panagiotopoulos 1975).
 """
 
 from __future__ import annotations
@@ -28,32 +29,33 @@ if TYPE_CHECKING:
 _ALIGNED = 4
 """Rectangles start and end at multiples of this many cells, so that their tables are rebuilt less often."""
 _ROOMY = 2.0
-"""A rectangle is drawn in when it is so many times as large as it need be."""
+"""A rectangle shrinks when it is this many times as large as necessary."""
 _STRICT = 0.5
+"""Greatest residual change of a cell, as part of the tolerance. It is stricter than for sweeps, which leave scattered
+noise, because descent leaves smooth errors that add up."""
 _EVEN = 5.0
-"""Sweeps leave little more than scattered noise when the last changes are within the tolerance, and descent something
-smoother, that adds up. So that both are as good, a cell is right to this part of the tolerance, and what all of them
-are off by is on the average, as a force and as a torque, less by this factor."""
+"""Factor by which the average residual, as force and as torque, must be smaller than that of a single cell."""
 _INNER = 0.9
-"""The problem with limits held is solved to this part of the tolerance,"""
+"""Residual to which the problem with fixed limits is solved, as part of the tolerance."""
 _FORCING = 0.4
-"""or of what it was off by at first, if that is more: its limits are not the last."""
+"""The same as part of the initial residual, which applies if it is greater, because the limits are not final yet."""
 _AWAY_M = -1.0
-"""Where the object stands over cells of the rectangle that are not looked after: out of reach."""
+"""Depth of the object over the inactive cells of the rectangle: out of reach."""
 _NEGLIGIBLE = 1e-6
-"""Change of traction, as part of the greatest pressure, that is rounding."""
+"""Change of traction, as part of the greatest pressure, that counts as rounding."""
 _LONGER = 1.1
-"""Steps are tried this much longer than the last was best: one that ends short is cut to the best length, one that is
-too short is not made longer."""
+"""Length of a trial step over the best length of the last one; a step that is too long is cut, but a short one is not
+extended."""
 _LENGTH, _LENGTHS, _PACES = 0.5, (0.1, 2.0), (0.3, 2.0)
 _LOOPS = 6
+"""Loops after which limits that have not settled make only a part of their change, as under high friction where shear
+changes the pressure that carries it."""
 _PATIENT = 0.6
-"""Where after so many loops the limits have not settled, as under high friction, where shear changes the pressure that
-carries it, each goes a part of the way, this to begin with."""
+"""Initial part of its change that such a limit makes."""
 
 
 class SpectralPatch:
-    """Numbered cells of a grid, like `lsds_mocks.gel.field.dense.Patch` in all that it does, with the same operator."""
+    """Numbered cells of a grid, with the interface and the operator of `lsds_mocks.gel.field.dense.Patch`."""
 
     def __init__(self, operator: Operator) -> None:
         self.operator = operator
@@ -69,17 +71,17 @@ class SpectralPatch:
         return len(self.cells)
 
     def add(self, cells: NDArray[np.int32]) -> None:
-        """Take cells in that are not in yet."""
+        """Add cells that are not included yet."""
         self.cells = np.concatenate([self.cells, cells]).astype(np.int32)
         self._enclose()
 
     def keep(self, which: NDArray[np.bool_]) -> None:
-        """Let all other cells go."""
+        """Remove all other cells."""
         self.cells = self.cells[which]
         self._enclose()
 
     def _enclose(self) -> None:
-        """Draw the rectangle around the cells, if it does not fit."""
+        """Fit the rectangle to the cells if it is too small or much too large."""
         if not self.size:
             self._box = None
             return
@@ -108,7 +110,7 @@ class SpectralPatch:
         box.respond(traction.reshape(shape), out.reshape(shape))
 
     def respond(self, traction: NDArray[np.float32], w: NDArray[np.float32], known: int = 0) -> None:
-        """Write the displacement of the cells from `known` on under `traction`."""
+        """Write the displacement of the cells from number `known` on under `traction`."""
         if self._box is None:
             return
         self._step[:] = 0.0
@@ -126,12 +128,12 @@ class SpectralPatch:
         tolerance: float,
         sweeps: int,
     ) -> int:
-        """Solve for `traction` (3, n) and `w` (3, n) from what they are, which have to belong together.
+        """Solve for `traction` (3, n) and `w` (3, n), starting from their consistent present values.
 
-        It is done when no cell, set right by itself, would change its traction by more than half of `tolerance` times
-        the greatest pressure, nor all of them by more than a tenth on the average. Pressures are then not negative,
-        friction is within its limit; `slid` is set where a cell slides or does not touch. Return the iterations, at
-        least 1, or -1 where `sweeps` were not enough.
+        The solution is accepted when correcting any single cell would change its traction by at most half of
+        `tolerance` times the greatest pressure, and all cells by at most a tenth of it on average. Pressures are then
+        not negative, and friction is within its limit; `slid` marks cells that slide or do not touch. Return the
+        iterations, at least 1, or -1 if `sweeps` were not enough.
         """
         box = self._box
         if box is None:
@@ -143,12 +145,12 @@ class SpectralPatch:
         return done
 
     def work(self, iterations: int) -> float:
-        """Return the multiplications that so many iterations take."""
+        """Return the multiplications of `iterations` iterations."""
         return iterations * self._box.work if self._box is not None else 0.0
 
     def _descend(self, box: Box, tolerance: float, sweeps: int) -> int:
         """Solve for `_y` and `_r`."""
-        # Only traction and displacement are carried from one solution to the next: what is repeated comes out alike.
+        # Solutions share nothing but traction and displacement, so repeating one gives the same result.
         self._length = _LENGTH
         done = loops = 0
         ready = tolerance
@@ -158,7 +160,7 @@ class SpectralPatch:
                 self._pace[0], self._pace[1] = _PATIENT, 0.0
             off = self._follow(box, patient)
             if patient and (off <= ready or done >= sweeps):
-                # The limits go the rest of the way at once; where that is too far, they have to come nearer first.
+                # Limits close to the solution make their full change; others have to come nearer first.
                 off, patient, ready = self._follow(box, False), False, _FORCING * ready
             if off <= tolerance and not patient:
                 return max(done, 1)
@@ -168,7 +170,7 @@ class SpectralPatch:
             loops += 1
 
     def _follow(self, box: Box, patient: bool) -> float:
-        """Let the limits follow the pressures; return how far off the traction is, as part of the greatest pressure."""
+        """Update the limits from the pressures; return the traction's residual, as part of the greatest pressure."""
         y, r = self._y, self._r
         greatest, change = confine(y, r, self._friction, self._kt, patient, self._pace, self._limit, self._step)
         if change > _NEGLIGIBLE * greatest:
@@ -179,7 +181,7 @@ class SpectralPatch:
         return off / greatest if greatest > 0.0 else math.inf if off > 0.0 else 0.0
 
     def _hold(self, box: Box, tolerance: float, most: int) -> int:
-        """Descend with the limits as they are; return the iterations done, at least 1."""
+        """Descend with fixed limits; return the number of iterations, at least 1."""
         y, r, d, limit, kt, kz = self._y, self._r, self._d, self._limit, self._kt, self._kz
         goal = _FORCING * misfit(y, r, limit, False, kt, kz, self._arm, _EVEN, self._work)
         product, done = 0.0, 0
@@ -201,7 +203,7 @@ class SpectralPatch:
                 return done
 
     def _conjugate(self, box: Box, product: float) -> float:
-        """Find the next direction; `product` is what it returned for the last, or 0 to start afresh."""
+        """Find the next direction; `product` is the value returned for the last direction, or 0 to restart."""
         z, shape = self._answer, (3, box.rows, box.columns)
         self._gradient, self._before = self._before, self._gradient
         reduce(
@@ -212,14 +214,14 @@ class SpectralPatch:
 
 
 def _span(places: NDArray[np.int32], cells: int) -> tuple[int, int]:
-    """Return where an aligned stretch of all places begins, and how long it is."""
+    """Return start and length of the aligned range that holds all places."""
     first = int(places.min()) // _ALIGNED * _ALIGNED
     last = min(cells, -(-(int(places.max()) + 1) // _ALIGNED) * _ALIGNED)
     return first, last - first
 
 
 def _arm(rows: int, columns: int, ratio: float) -> NDArray[np.float32]:
-    """Return where the cells of a rectangle are (2, cells) from its middle; their mean square is 1."""
+    """Return the positions (2, cells) of a rectangle's cells relative to its middle, scaled to a mean square of 1."""
     y, x = np.meshgrid(
         ratio * (np.arange(rows) - (rows - 1) / 2), np.arange(columns) - (columns - 1) / 2, indexing="ij"
     )

@@ -1,9 +1,9 @@
 """Observable quantities of a gel state: marker positions, surface depth, contact area.
 
-The free surface is smooth, so forces on fine cells are added up on cells of a whole hat, and the depth of those is read
-from one dense matrix. Beside the contact of round things that is right to some micrometres, ten at a block's edge;
-inside, the object's own surface is what is seen. Between cells the depth is a cubic with continuous slope (Catmull and
-Rom 1974): a kink in it would be seen as a step in colour.
+The free surface is smooth, so forces on fine cells are summed over cells of a whole hat, and one dense matrix gives the
+depth of those. Next to the contact of round objects the error is some micrometres, at a block's edge ten. Within the
+contact the depth is the object's own surface. Between cells the depth is a cubic with continuous slope (Catmull and Rom
+1974), because a kink would show as a step in colour.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class FreeSurface:
-    """Depth (H, W) of the surface on an image's rows and columns, which are kept from call to call."""
+    """Depth (H, W) of the surface on an image's rows and columns; weights are cached between calls."""
 
     def __init__(self, material: GelMaterial, kernel: Kernel) -> None:
         self._grid = operator(material, 1, kernel).grid
@@ -43,7 +43,7 @@ class FreeSurface:
     def depth(
         self, state: GelState, grid: CellGrid, x_m: NDArray[np.float64], y_m: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """Return metres (H, W), negative where the gel bulges, of a state on `grid`."""
+        """Return the depth (H, W) in metres of a state on `grid`; negative values are bulges."""
         if self._axes is None or not all(map(np.array_equal, self._axes, (x_m, y_m))):
             self._axes = (x_m, y_m)
             self._across = _between(self._grid.x_m, x_m).T.astype(np.float32).copy()
@@ -56,7 +56,7 @@ class FreeSurface:
 
 @kept
 def _depths(material: GelMaterial, kernel: Kernel) -> NDArray[np.float32]:
-    """Return (cells, 3, cells): what traction (x, y, pressure) in a cell does to the depth of all, m/Pa."""
+    """Return (cells, 3, cells): depth of all cells per traction (x, y, pressure) in each cell, m/Pa."""
     patch = Patch(operator(material, 1, kernel))
     patch.add(np.arange(patch.operator.grid.size, dtype=np.int32))
     return patch.depths()
@@ -72,7 +72,7 @@ def sink(
     fine: int,
     columns: int,
 ) -> None:
-    """Add to `sunk` (coarse cells,) what forces on `cells` of a grid `fine` times finer do, times a cell's area."""
+    """Add to `sunk` (coarse cells,) the depth due to forces on `cells` of a `fine` times finer grid, times area."""
     whole = sunk.size
     force = np.zeros((whole, 3), np.float32)
     for i in range(cells.size):
@@ -90,7 +90,7 @@ def sink(
 
 
 def _between(knots: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (A, K): weights that read a Catmull-Rom cubic through evenly spaced knots, straight at its ends."""
+    """Return (A, K): weights of a Catmull-Rom cubic through evenly spaced knots, straight at its ends."""
     place = np.clip((at - knots[0]) / (knots[1] - knots[0]), 0, len(knots) - 1)
     first = np.minimum(place.astype(int), len(knots) - 2)
     t = place - first
@@ -119,7 +119,7 @@ def point_correction(
     weight: NDArray[np.float32],
     correction: NDArray[np.float32],
 ) -> None:
-    """Write (3, nodes, 2 M): the correction from hats to points, each read from hats `node` with `weight` (M, K)."""
+    """Write (3, nodes, 2 M): the correction from hats to points; each point uses hats `node` with `weight` (M, K)."""
     points, many = node.shape
     for a in range(3):
         for n in range(correction.shape[1]):
@@ -146,9 +146,9 @@ def point_rows(
     hat_rows: int,
     hat_columns: int,
 ) -> None:
-    """Write (N, 3, 2 M): what tractions in cells do to points `x`, `y` (M,), in hat intervals from the pad's corner.
+    """Write (N, 3, 2 M): displacement of points `x`, `y` (M,), in hat intervals from the corner, per cell traction.
 
-    `from_hats` is `point_correction`'s answer, of size 0 where there is none.
+    `from_hats` is the result of `point_correction`, of size 0 without a correction.
     """
     ny, nx = table.shape[2], table.shape[3]
     points = x.size
@@ -181,7 +181,7 @@ def point_rows(
 def displace(
     out: NDArray[np.float32], rows: NDArray[np.float32], which: NDArray[np.int64], traction: NDArray[np.float32]
 ) -> None:
-    """Add up what cells `which` of `rows` (., 3, 2 M) do under `traction` (3, N) into `out` (2 M,)."""
+    """Add the displacement due to cells `which` of `rows` (., 3, 2 M) under `traction` (3, N) to `out` (2 M,)."""
     out[:] = 0.0
     for i in range(which.size):
         row = rows[which[i]]
@@ -193,11 +193,11 @@ def displace(
 
 
 _SETS = 4
-"""Sets of points whose matrices are kept: two fingers, the dots of an audit, one to spare."""
+"""Sets of points whose matrices are cached: two fingers, the points of an audit, one to spare."""
 
 
 class FieldView:
-    """Looks at states of one operator's grid; keeps what it worked out for each cell and set of points."""
+    """Observes states on one operator's grid; caches the matrices per cell and set of points."""
 
     def __init__(self, operator: Operator, shape: Shape) -> None:
         self._operator = operator
@@ -220,7 +220,7 @@ class FieldView:
         return matrices.displacement(cells, traction)
 
     def depth(self, state: GelState, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Return (H, W) metres below the flat surface: the object's own surface where it is deepest, else the gel's."""
+        """Return the depth (H, W) in metres below the flat surface: the greater of the object's and the free gel's."""
         gel = self._free.depth(state, self._operator.grid, x_m, y_m)
         if state.indentation_m > 0:
             place = Placement(*state.placement)
@@ -287,7 +287,7 @@ def _in_hats(operator: Operator, xy_m: NDArray[np.float64]) -> tuple[NDArray[np.
 
 @kept
 def _point_correction(operator: Operator, xy: bytes) -> NDArray[np.float32]:
-    """Return the correction from hats to points (3, nodes, 2 M), of size 0 where there is none."""
+    """Return the correction from hats to points (3, nodes, 2 M), of size 0 without a correction."""
     if not operator.correction.size:
         return np.zeros((3, 0, 0), np.float32)
     x, y = _in_hats(operator, np.frombuffer(xy).reshape(-1, 2))
@@ -301,6 +301,6 @@ def _traction(state: GelState, area_m2: float) -> NDArray[np.float32]:
 
 
 def _overlap(centre: NDArray[np.float64], size: float, window: float) -> NDArray[np.float64]:
-    """Return how much (m) of each interval lies in a centred window."""
+    """Return the length (m) of each interval within a centred window."""
     low, high = np.maximum(centre - size / 2, -window / 2), np.minimum(centre + size / 2, window / 2)
     return np.asarray(np.maximum(high - low, 0))

@@ -1,1 +1,1 @@
-"""Cameras on the wire: the GelSight Mini, and the one that sees the ground truth."""
+"""Wire mocks of cameras: the GelSight Mini and the ground-truth camera."""

@@ -1,4 +1,4 @@
-"""The GelSight Mini's wire face: the simulated gel at 25 Hz as MJPEG, at the size of the sensor's own pictures."""
+"""Wire mock of the GelSight Mini: the simulated gel at 25 Hz as MJPEG, at the sensor's picture size."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 NAME = "gelsight-mini"
 BORDER = 0.15
-"""Share of the sensor's picture on each side that the vendor's software cuts off."""
+"""Fraction of the sensor's picture that the vendor's software crops on each side."""
 
 
 class GelView:
-    """Renders the gel and puts it into a picture of the sensor's size."""
+    """Renders the gel into a picture of the sensor's size."""
 
     def __init__(self, options: GelSightMiniOptions, link: GelLink, context: BuildContext) -> None:
         shown = {name: getattr(options, name) for name in ("optics", "gel", "pad", "noise", "dim_start")}
@@ -46,7 +46,8 @@ class GelView:
             return None
         gel = self._link.gel
         xy = self._renderer.markers(gel, state)
-        # Past the start the look depends on the exposure's number alone, or each new reader would see the same noise.
+        # After the first frames the image depends on the exposure number only; otherwise each new reader would get the
+        # same noise.
         number = since_start if since_start < 2 else max(seq, 2)
         return enlarged(self._renderer.render(gel, state, xy, t_ns / NS_PER_S, number), self._size)
 
@@ -56,7 +57,7 @@ class GelView:
 
 
 def enlarged(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return a picture of (width, height) px whose middle, without the vendor's border, is the whole image."""
+    """Return a picture of (width, height) px that contains the whole image within the vendor's border."""
     if size == (WIDTH_PX, HEIGHT_PX):
         return image
     width, height = size
@@ -66,6 +67,6 @@ def enlarged(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint
 
 
 def build(options: GelSightMiniOptions, context: BuildContext) -> CameraMock:
-    """Factory of the wire mock `gelsight-mini`. Raises ConfigError for a cell that cannot be had."""
+    """Return the wire mock `gelsight-mini`. Raises ConfigError for an unsuitable cell."""
     link = gel_link(options, context.clock, context.seed)
     return CameraMock(NAME, options, GelView(options, link, context), seed=context.seed, clock=context.clock)

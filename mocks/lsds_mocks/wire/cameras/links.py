@@ -1,4 +1,4 @@
-"""Which plant a wire camera looks at: one of its own, or that of another process."""
+"""Choice of the plant that a wire camera records: a scripted one, or that of another process."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ class LinkOptions(Protocol):
 
     @property
     def cell(self) -> str:
-        """Address of another process's cell, empty for none."""
+        """Address of another process's cell; empty for the scripted scene."""
         ...
 
     @property
     def scene(self) -> Happening:
-        """Links to the camera's own scene."""
+        """The scripted scene."""
         ...
 
     @property
     def speed_mm_s(self) -> float:
-        """How fast the arm lifts there."""
+        """Lifting speed of the arm in the scripted scene."""
         ...
 
 
 def gel_link(options: LinkOptions, clock: Clock, seed: int) -> GelLink:
-    """Return the gel that a tactile camera films. Raises ConnectFailed where no cell is at the address."""
+    """Return the gel that a tactile camera records. Raises ConnectFailed if no cell is at the address."""
     if options.cell:
         return RemoteGel(options.cell)
     if options.scene == "rest":
@@ -49,7 +49,7 @@ def gel_link(options: LinkOptions, clock: Clock, seed: int) -> GelLink:
 
 
 def scene_link(options: LinkOptions, clock: Clock, seed: int) -> SceneLink:
-    """Return the scene that a ground-truth camera films. Raises ConnectFailed as `gel_link` does."""
+    """Return the scene that a ground-truth camera records. Raises ConnectFailed if no cell is at the address."""
     if options.cell:
         return RemoteScene(options.cell)
     return _scripted(options, clock, seed)

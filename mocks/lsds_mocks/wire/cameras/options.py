@@ -1,4 +1,4 @@
-"""Options of the camera mocks: of the tactile one, and of the one that sees the ground truth."""
+"""Options of the camera mocks: tactile camera and ground-truth camera."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
 from lsds_mocks.wire.mjpeg.options import CameraOptions
 
 Happening = Literal["rest", "slide", "hold"]
-"""What happens in a camera's own scene: nothing; a pipe pressed in that slides; one that is held while lifted."""
+"""Scripted scenes: gel at rest; a pipe that slides while it is lifted; a pipe that is held while it is lifted."""
 
 
 class GelSightMiniOptions(CameraOptions):

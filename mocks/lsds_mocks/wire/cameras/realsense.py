@@ -1,4 +1,4 @@
-"""A RealSense recording made of rendered pictures: what an unmodified `rs.pipeline` plays as if it were the camera."""
+"""RealSense recordings of rendered pictures, which an unmodified `rs.pipeline` plays back like a camera."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lsds.calibration.vision.camera import CameraModel
 
 DEPTH_M = 0.45
-"""What its depth pictures show everywhere: a recording has a depth stream, and nothing here measures by it."""
+"""Constant depth in the depth stream, which a recording must have but no code here uses."""
 _DEPTH_UNIT_M = 0.001
 _COLOUR_ID, _DEPTH_ID = 1, 2
 
@@ -28,9 +28,9 @@ def record(
     rate_hz: float,
     pictures: Iterable[tuple[int, NDArray[np.uint8] | None]],
 ) -> int:
-    """Write (t_ns, uint8 RGB image) pairs as a colour stream with a flat depth stream; return how many.
+    """Write (t_ns, uint8 RGB image) pairs as a colour stream with a flat depth stream; return the number of frames.
 
-    Raises ConnectFailed where pyrealsense2 cannot be imported or will not write the file, which has to end in .db3.
+    Raises ConnectFailed if pyrealsense2 cannot be imported or cannot write the file, whose name must end in .db3.
     """
     try:
         rs: Any = importlib.import_module("pyrealsense2")
@@ -66,7 +66,7 @@ def _record(
         sensor.start(queue)
     width, height = camera.size
     flat = np.full((height, width), round(DEPTH_M / _DEPTH_UNIT_M), np.uint16)
-    kept: list[NDArray[Any]] = []  # the library reads a frame's memory later than it takes the frame
+    kept: list[NDArray[Any]] = []  # the library reads a frame's memory some time after it accepts the frame
     count = 0
     for t_ns, image in pictures:
         if image is None:

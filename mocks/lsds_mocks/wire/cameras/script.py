@@ -1,6 +1,7 @@
-"""A cell of the camera's own, in which something happens over and over: for a mock that stands alone.
+"""Scripted cell for a camera mock without a plant, which repeats the same grip in rounds.
 
-Each round begins with a fresh pipe on the table: the fingers close on it, lift, and lose it slowly; then they let go.
+Each round begins with a new pipe on the table. The fingers close on it and lift it while it slides slowly; then they
+open.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.plant import Plant
 
 ROUND_S = 5.0
-GRASP_S, LIFT_S, LET_GO_S = 0.8, 1.8, 4.2
+GRASP_S, LIFT_S, RELEASE_S = 0.8, 1.8, 4.2
 _STEP_NS = 2_000_000
 _Moving = tuple[GelState, float, float]
-"""What moves: the gel, the arm's height and the object's (m)."""
+"""State of the moving parts: gel, height of the arm (m), height of the object (m)."""
 
 
 class ScriptedCell:
-    """Physics advanced to any requested instant; the same seed and instants give the same states.
+    """Physics that advances to any requested instant; equal seed and instants give equal states.
 
-    `aperture_mm` decides how hard the pipe is held: 23.6 and it slides while it is lifted, 21.5 and it comes along.
+    `aperture_mm` sets the grip force: at 23.6 the pipe slides while it is lifted, at 21.5 it does not.
     """
 
     def __init__(self, clock: Clock, seed: int, *, aperture_mm: float, speed_mm_s: float) -> None:
@@ -55,12 +56,12 @@ class ScriptedCell:
         return self._cell.plant.gel
 
     def at(self, t_ns: int) -> GelState | None:
-        """Return the gel at an instant, None for one before those already asked for."""
+        """Return the gel at an instant; None for an instant before earlier requests."""
         share = self._reach(t_ns)
         return None if share is None else blend(self._before[0], self._after[0], share)
 
     def scene(self, t_ns: int) -> Scene | None:
-        """Return where things are at an instant, None for one before those already asked for."""
+        """Return the scene at an instant; None for an instant before earlier requests."""
         share = self._reach(t_ns)
         if share is None:
             return None
@@ -68,10 +69,10 @@ class ScriptedCell:
         return Scene(t_ns, arm + share * (arm_late - arm), body + share * (body_late - body))
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Do nothing: there is nothing to release."""
 
     def _reach(self, t_ns: int) -> float | None:
-        """Step until the last step covers the instant; return how far into that step it lies."""
+        """Step until the last step covers the instant; return the instant's fraction of that step."""
         number = max(0, (t_ns - self._start_ns) // round(ROUND_S * NS_PER_S))
         if number < self._round:
             return None
@@ -97,11 +98,11 @@ class ScriptedCell:
         def lift(plant: Plant) -> None:
             plant.arm.target_m_s = self._speed_m_s
 
-        def let_go(plant: Plant) -> None:
+        def release(plant: Plant) -> None:
             plant.arm.target_m_s = 0.0
             plant.fingers.target_m, plant.fingers.speed_m_s = 0.05, 0.05
 
-        for at_s, action in ((GRASP_S, grip), (LIFT_S, lift), (LET_GO_S, let_go)):
+        for at_s, action in ((GRASP_S, grip), (LIFT_S, lift), (RELEASE_S, release)):
             self._cell.post(origin + round(at_s * NS_PER_S), "script", action)
         self._before = self._after = self._moving()
 
@@ -111,7 +112,7 @@ class ScriptedCell:
 
 
 class RestingGel:
-    """A gel that nothing touches."""
+    """A gel without contact."""
 
     def __init__(self, gel: GelModel) -> None:
         self._gel = gel
@@ -127,4 +128,4 @@ class RestingGel:
         return self._state
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Do nothing: there is nothing to release."""

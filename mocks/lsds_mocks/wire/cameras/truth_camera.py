@@ -1,4 +1,4 @@
-"""The ground-truth camera's wire face: markers on gripper and object at 60 Hz, as MJPEG or as a RealSense recording."""
+"""Wire mock of the ground-truth camera: markers on gripper and object at 60 Hz, as MJPEG or RealSense recording."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class SceneView:
         if end is None:
             return None
         if begin is None or abs(begin.object_m - end.object_m) > _LEAP_M or abs(begin.arm_m - end.arm_m) > _LEAP_M:
-            begin = end  # a new round of the script has begun in between
+            begin = end  # a new round of the script began during the exposure
         return self.stage.render(begin, end, seq)
 
     def close(self) -> None:
@@ -48,7 +48,7 @@ class SceneView:
 
 
 class TruthCamera:
-    """A `WireMock`: the camera on HTTP, after the recording where one was asked for."""
+    """A `WireMock`: writes the recording if one is configured, then serves the camera on HTTP."""
 
     def __init__(self, options: TruthCameraOptions, context: BuildContext) -> None:
         self._options = options
@@ -84,5 +84,5 @@ class TruthCamera:
         self._camera.inject(fault)
 
     def close(self) -> None:
-        """Give everything back."""
+        """Release all resources."""
         self._camera.close()

@@ -1,1 +1,1 @@
-"""Motion JPEG over HTTP and through a named pipe, as network cameras and mjpg-streamer serve it."""
+"""Motion JPEG over HTTP and through a named pipe, like network cameras and mjpg-streamer."""

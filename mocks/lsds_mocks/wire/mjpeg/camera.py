@@ -1,6 +1,6 @@
-"""A camera behind an MJPEG server: exposes on absolute deadlines, shows its faults, encodes, and hands on.
+"""A camera behind an MJPEG server: exposes on absolute deadlines, applies faults, encodes and publishes.
 
-Every wire camera is this with a picture of its own.
+All wire cameras share this code; each supplies a `View` that renders its pictures.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FACE = "http"
 CAMERA_FAULTS: dict[FaultKind, tuple[str, ...]] = dict.fromkeys(
     (*MESSAGE_FAULTS, "disconnect", "freeze", "black-frame", "torn-frame"), (FACE,)
 )
-"""Faults of pictures also show in the pipe; faults of messages do not."""
+"""Supported faults. Picture faults also affect the pipe; message faults do not."""
 
 _TORN_SHARE = 0.5
 _END_OF_IMAGE = b"\xff\xd9"
@@ -39,19 +39,19 @@ class View(Protocol):
     """The scene of a camera."""
 
     def picture(self, t_ns: int, seq: int, since_start: int) -> NDArray[np.uint8] | None:
-        """Return a new uint8 RGB image of the instant `t_ns`, None where nothing is known of it.
+        """Return a new uint8 RGB image of the instant `t_ns`; None if the scene at that instant is not available.
 
         `seq` counts exposures since the camera was switched on, `since_start` those since streaming began.
         """
         ...
 
     def close(self) -> None:
-        """Give back what it holds."""
+        """Release its resources."""
         ...
 
 
 class CameraMock:
-    """A `WireMock`. It renders only while a client is connected; time and frame numbers go on."""
+    """A `WireMock` that renders only while a client is connected; time and frame numbers always advance."""
 
     def __init__(self, name: str, options: CameraOptions, view: View, *, seed: int, clock: Clock) -> None:
         self._options = options
@@ -84,11 +84,11 @@ class CameraMock:
             due = start + round(seq * period_ns)
             now = self._clock.now()
             if due > now:
-                # In short waits, so that a slow camera, too, ends at once.
+                # Wait in short intervals, so that even a slow camera stops at once.
                 self._clock.sleep_until(min(due, now + _WAIT_NS))
                 continue
             missed = int((now - due) // period_ns)
-            seq += missed  # a late exposure is skipped, the phase kept
+            seq += missed  # late exposures are skipped; the phase stays
             self._expose(start + round(seq * period_ns), seq)
             seq += 1
 
@@ -97,7 +97,7 @@ class CameraMock:
         self._faults.add(fault)
 
     def close(self) -> None:
-        """Give back port, pipe and what the picture was made of."""
+        """Release port, pipe and view."""
         self._server.close()
         if self._pipe is not None:
             self._pipe.close()
@@ -109,7 +109,7 @@ class CameraMock:
         piped = self._pipe is not None and self._pipe.watched
         if not self._server.watched and not piped:
             self._since_start = 0
-            self._server.strike()  # an idle camera can be disconnected, too
+            self._server.strike()  # a disconnect also applies to an idle camera
             return
         image = self._image(t_ns, seq)
         if image is None:
@@ -143,16 +143,16 @@ class CameraMock:
 
 
 def encode(image: NDArray[np.uint8], quality: int) -> bytes:
-    """Return an RGB image as JPEG with full colour resolution in brightness and half in hue, as UVC cameras do."""
+    """Return an RGB image as JPEG with full-resolution luminance and half-resolution chrominance, as UVC cameras do."""
     _, jpeg = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
     return jpeg.tobytes()
 
 
 def torn(jpeg: bytes) -> bytes:
-    """Return a JPEG whose lower part was lost on the bus: complete for a client that only checks its ends."""
+    """Return a JPEG without its lower part but with an end marker, which passes a check of both ends."""
     start_of_scan = jpeg.index(b"\xff\xda")
     cut = start_of_scan + round((len(jpeg) - start_of_scan) * _TORN_SHARE)
-    # An escaped byte pair must not be parted, or the end mark would read as image data.
+    # Do not split an escaped byte pair, or the end marker would read as image data.
     while jpeg[cut - 1] == 0xFF:
         cut -= 1
     return jpeg[:cut] + _END_OF_IMAGE

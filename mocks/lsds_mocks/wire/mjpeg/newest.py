@@ -1,4 +1,4 @@
-"""A slot that holds one picture: who comes late gets the newest, never a queue."""
+"""A slot for one picture: a late reader gets the newest picture, not a queue."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Picture(NamedTuple):
-    """One encoded picture: JPEG bytes, when its exposure was (monotonic ns), its number since the camera started."""
+    """One encoded picture: JPEG bytes, exposure time (monotonic ns), number since the camera started."""
 
     jpeg: bytes
     t_ns: int
@@ -15,7 +15,7 @@ class Picture(NamedTuple):
 
 
 class Newest:
-    """Hands the newest picture to any number of waiting readers."""
+    """Gives the newest picture to any number of waiting readers."""
 
     def __init__(self) -> None:
         self._condition = threading.Condition()
@@ -24,25 +24,25 @@ class Newest:
         self._closed = False
 
     def put(self, picture: Picture) -> None:
-        """Replace the picture and wake all who wait."""
+        """Replace the picture and wake all waiting readers."""
         with self._condition:
             self._picture = picture
             self._number += 1
             self._condition.notify_all()
 
     def close(self) -> None:
-        """Let all who wait go with empty hands."""
+        """Wake all waiting readers without a picture."""
         with self._condition:
             self._closed = True
             self._condition.notify_all()
 
     @property
     def number(self) -> int:
-        """How many pictures there have been."""
+        """Number of pictures so far."""
         return self._number
 
     def after(self, number: int, timeout_s: float) -> tuple[int, Picture] | None:
-        """Wait for a picture later than the `number`-th; return (its number, it), None where none came in time."""
+        """Wait for a picture after the `number`-th; return (its number, picture), or None on timeout."""
         with self._condition:
             self._condition.wait_for(lambda: self._closed or self._number > number, timeout_s)
             if self._closed or self._number <= number or self._picture is None:

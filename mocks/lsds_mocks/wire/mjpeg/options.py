@@ -1,4 +1,4 @@
-"""Options that every wire camera has."""
+"""Options of every wire camera."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lsds_mocks.wire.faults import Fault
 
 
 class CameraOptions(BaseModel):
-    """Where the camera serves, how fast, and what goes wrong."""
+    """Address, rate and faults of a wire camera."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

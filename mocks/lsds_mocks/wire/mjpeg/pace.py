@@ -1,8 +1,8 @@
-"""Whether one client is ready for another picture: not while it has left the last one lying.
+"""Flow control per client: no new picture while the client has not read the last one.
 
-TCP does not inform a sender of what its peer has read; the advertised window also changes for other reasons. But the
-peer of a loopback connection is in the same kernel, which reports the bytes waiting in any socket, as used by `ss`
-(sock_diag(7)).
+TCP does not inform a sender of what its peer has read; the advertised window also changes for other reasons. The peer
+of a loopback connection, however, is in the same kernel, which reports the unread bytes of any socket (sock_diag(7), as
+used by `ss`).
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ import struct
 import termios
 
 SEND_BUFFER = 1024 * 1024
-"""Room for one whole picture. A small buffer would not keep old pictures away: `Pace` sends none while the last one is
-still in it. It would only make a large picture wait for acknowledgements, which on loopback come late."""
+"""Send buffer (bytes), enough for one whole picture. A smaller buffer would not avoid old pictures, since `Pace` sends
+none while the last one is in the buffer. It would only make a large picture wait for acknowledgements, which arrive
+late on loopback."""
 
 _NETLINK_SOCK_DIAG = 4
 _SOCK_DIAG_BY_FAMILY = 20
@@ -23,7 +24,8 @@ _ESTABLISHED = 1 << 1
 _HEADER = struct.Struct("=IHHII")
 _REQUEST = struct.Struct("=BBBBI")
 _ANSWER_RQUEUE = _HEADER.size + 4 + 48 + 4
-"""Behind the netlink header: family, state, timer, retransmits; the socket's id; its expiry; then bytes to be read."""
+"""Offset of the unread bytes: after the netlink header come four bytes (family, state, timer, retransmits), the
+socket's id and its expiry."""
 
 
 class Pace:
@@ -42,15 +44,15 @@ class Pace:
         self._last_size = 0
 
     def ready(self) -> bool:
-        """Return whether the client has taken up at least half of the last picture."""
+        """Return whether the client has read at least half of the last picture."""
         return self._unsent() == 0 and 2 * self.unread() <= self._last_size
 
     def sent(self, size: int) -> None:
-        """Take note of a picture of so many bytes that went out."""
+        """Record that a picture of `size` bytes was sent."""
         self._last_size = size
 
     def unread(self) -> int:
-        """Return how many bytes lie in the client's socket, 0 where that cannot be known."""
+        """Return the number of unread bytes in the client's socket; 0 if it is unknown."""
         if self._diag is None:
             return 0
         try:
@@ -63,7 +65,7 @@ class Pace:
         return int(struct.unpack_from("=I", answer, _ANSWER_RQUEUE)[0])
 
     def close(self) -> None:
-        """Give the netlink socket back."""
+        """Close the netlink socket."""
         if self._diag is not None:
             self._diag.close()
 
@@ -72,7 +74,7 @@ class Pace:
 
 
 def _query(connection: socket.socket) -> bytes:
-    """Return the question about the other end of a connection."""
+    """Return the netlink request about the other end of a connection."""
     ours, theirs = connection.getsockname(), connection.getpeername()
     family = connection.family
 

@@ -1,4 +1,4 @@
-"""The same pictures through a named pipe: JPEG after JPEG with nothing between, as `ffplay -f mjpeg PATH` reads it."""
+"""Output to a named pipe: consecutive JPEG images without separators, as `ffplay -f mjpeg PATH` reads them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PIPE_BYTES = 64 * 1024
 
 
 class JpegPipe:
-    """Writes whole pictures, the newest only, to whoever has the pipe open; a reader may come and go."""
+    """Writes the newest picture, always completely, to the reader of the pipe; readers may connect at any time."""
 
     def __init__(self, name: str, path: str) -> None:
         self._name = name
@@ -30,27 +30,27 @@ class JpegPipe:
         self.watched = False
 
     def start(self) -> str:
-        """Make the pipe where it is not there yet; return its path. Raises ConnectFailed where it is something else."""
+        """Create the pipe if necessary; return its path. Raises ConnectFailed if the path is not a named pipe."""
         try:
             if not self._path.exists():
                 os.mkfifo(self._path, 0o600)
                 self._made = True
             if not stat.S_ISFIFO(self._path.stat().st_mode):
-                raise ConnectFailed(self._name, f"{self._path} is not a named pipe", remedy="name a path that is free")
+                raise ConnectFailed(self._name, f"{self._path} is not a named pipe", remedy="choose an unused path")
         except OSError as error:
             raise ConnectFailed(
-                self._name, f"{self._path}: {error.strerror}", remedy="name a path in a folder that can be written"
+                self._name, f"{self._path}: {error.strerror}", remedy="choose a path in a writable folder"
             ) from error
         self._thread = threading.Thread(target=self._run, name=f"{self._name}-pipe", daemon=True)
         self._thread.start()
         return str(self._path)
 
     def publish(self, picture: Picture) -> None:
-        """Make this the newest picture. Never waits for the reader."""
+        """Set the newest picture, without waiting for the reader."""
         self._newest.put(picture)
 
     def close(self) -> None:
-        """End the writing, and take the pipe away where it was made here."""
+        """Stop writing, and remove the pipe if `start` created it."""
         self._closed = True
         self._newest.close()
         if self._thread is not None:
@@ -73,7 +73,7 @@ class JpegPipe:
                 fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
                 self._feed(pipe)
             except OSError:
-                pass  # the reader has gone; wait for the next
+                pass  # the reader has closed the pipe; wait for the next one
             finally:
                 self.watched = False
                 os.close(pipe)
@@ -86,7 +86,7 @@ class JpegPipe:
                 continue
             number, picture = found
             left = memoryview(picture.jpeg)
-            # A picture once begun is ended, or the reader would lose its place in the stream.
+            # Finish a picture that has begun, or the reader would lose synchronisation.
             while left and not self._closed:
                 _, writable, _ = select.select([], [pipe], [], _POLL_S)
                 if writable:

@@ -22,11 +22,11 @@ _WISHES: dict[str, Wish] = {
 
 
 def read_request(connection: socket.socket) -> Wish:
-    """Return what the client wants; "nothing" where it went away or kept silent. Raises OSError."""
+    """Return the requested resource; "nothing" if the client disconnected or sent no request. Raises OSError."""
     clock = WallClock()
     deadline = clock.now() + nanoseconds(REQUEST_TIMEOUT_S)
     request = b""
-    # The whole request has one deadline: a client that sends a byte a second would otherwise hold its thread for ever.
+    # One deadline covers the whole request; otherwise a client that sends a byte a second would block its thread.
     while b"\r\n\r\n" not in request and b"\n\n" not in request:
         left = seconds(deadline - clock.now())
         if left <= 0 or len(request) > LONGEST_REQUEST:
@@ -43,7 +43,7 @@ def read_request(connection: socket.socket) -> Wish:
 
 
 def wish(request: bytes) -> Wish:
-    """Return the path requested in the first line; a further `&key=value` is ignored, as mjpg-streamer does."""
+    """Return the resource requested in the first line; like mjpg-streamer, ignore any further `&key=value`."""
     words = request.split(b"\n", 1)[0].decode("latin-1").split()
     if len(words) != 3 or not words[2].startswith("HTTP/"):
         return "bad-request"

@@ -31,7 +31,7 @@ _STATUS: dict[Wish, str] = {
 
 
 def part(picture: Picture) -> bytes:
-    """Return one part of the stream. The boundary follows at once, so that a reader need not wait to see its end."""
+    """Return one part of the stream with the boundary after it, so that a reader detects the part's end at once."""
     head = (
         f"Content-Type: image/jpeg\r\nContent-Length: {len(picture.jpeg)}\r\n"
         f"X-Timestamp: {picture.t_ns / NS_PER_S:.6f}\r\nX-Sequence: {picture.seq}\r\n\r\n"
@@ -57,7 +57,7 @@ class MjpegServer:
         self._closed = False
 
     def start(self) -> tuple[str, int]:
-        """Listen; return the host and port really bound. Raises ConnectFailed."""
+        """Listen; return the bound host and port. Raises ConnectFailed."""
         host, port = self._wanted
         if not is_loopback(host):
             raise ConnectFailed(self._name, f"'{host}' is not loopback", remedy="a mock listens on 127.0.0.1 only")
@@ -65,9 +65,9 @@ class MjpegServer:
             listener = socket.create_server((host, port))
         except OSError as error:
             raise ConnectFailed(
-                self._name, f"{host}:{port} cannot be had: {error.strerror}", remedy="--port 0 takes a free one"
+                self._name, f"cannot listen on {host}:{port}: {error.strerror}", remedy="--port 0 takes a free one"
             ) from error
-        # Set before a client connects: the buffers of an accepted connection come from its listener.
+        # An accepted connection inherits the buffer size of its listener, so set it here.
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         listener.settimeout(_POLL_S)
         self._listener = listener
@@ -88,12 +88,12 @@ class MjpegServer:
             return "stream" in self._clients.values()
 
     def publish(self, picture: Picture) -> None:
-        """Make this the newest picture. Never waits for a reader."""
+        """Set the newest picture, without waiting for readers."""
         if not self.strike():
             self._newest.put(picture)
 
     def strike(self) -> bool:
-        """Cut all clients off where a disconnect is due now, and refuse them while it lasts; return whether it was."""
+        """Disconnect all clients if that fault is due, and refuse new ones while it lasts; return whether it is due."""
         cut = self._faults.strikes("disconnect", self._face)
         if cut is None:
             return False
@@ -102,7 +102,7 @@ class MjpegServer:
         return True
 
     def close(self) -> None:
-        """Take the listener and every client away, and wait for their threads."""
+        """Close the listener and all clients, and wait for their threads."""
         self._closed = True
         self._newest.close()
         if self._listener is not None:
@@ -124,7 +124,7 @@ class MjpegServer:
                     self._threads.discard(threading.current_thread())
 
         thread = threading.Thread(target=run, name=f"{self._name}-{self._face}", daemon=True)
-        # Started under the lock: `close` must not find a thread that has not started, which cannot be joined.
+        # Start under the lock, because `close` cannot join a thread that has not started.
         with self._lock:
             self._threads.add(thread)
             thread.start()
@@ -149,7 +149,7 @@ class MjpegServer:
                 self._start_thread(self._serve, connection)
 
     def _serve(self, connection: socket.socket) -> None:
-        # Any error of a client, or its disconnection, ends only its own thread.
+        # An error or disconnection of a client ends only that client's thread.
         try:
             with suppress(OSError):
                 wanted = read_request(connection)
@@ -215,7 +215,7 @@ class MjpegServer:
 
 
 def _gone(connection: socket.socket) -> bool:
-    """Return whether the client has hung up; one to which nothing is sent would otherwise never be missed."""
+    """Return whether the client has disconnected, which would go unnoticed while nothing is sent to it."""
     poll = select.poll()
     poll.register(connection, select.POLLIN | select.POLLRDHUP)
     return bool(poll.poll(0)) and connection.recv(4096) == b""

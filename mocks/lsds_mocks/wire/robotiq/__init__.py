@@ -1,1 +1,1 @@
-"""Robotiq grippers on the wire: one register machine behind a serial line, RTU over TCP and the URCap's strings."""
+"""Wire mocks of Robotiq grippers: one register machine behind a serial line, RTU over TCP and URCap strings."""

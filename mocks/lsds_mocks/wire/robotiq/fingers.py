@@ -1,4 +1,4 @@
-"""Which fingers a gripper face drives: its own, or those of a plant that it shares with other mocks."""
+"""Choice of the fingers that a gripper mock drives: its own, or those of a plant shared with other mocks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def clearing(options: RobotiqOptions, link: FingerLink) -> Callable[[bool], None]:
-    """Return what takes the object away for an activation, and puts it back after it."""
+    """Return the function that removes the object for an activation (True) and puts it back afterwards (False)."""
     if isinstance(link, LoneFingers) and not options.object_stays:
         return link.set_aside
     return lambda _: None

@@ -1,4 +1,4 @@
-"""The faults of the gripper: the one that is reported, and those that stay until a reset."""
+"""Faults of the gripper: the reported one, and those that persist until a reset."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from lsds.clock import NS_PER_S
 from lsds_mocks.wire.robotiq.layout import Trouble
 
 SILENCE_NS = NS_PER_S
-"""Without a request for this long the gripper reports a loss of communication."""
+"""Time without a request after which the gripper reports a loss of communication (ns)."""
 REFRESH_NS = 5_000_000
-"""Status registers are refreshed at 200 Hz."""
+"""Refresh period of the status registers: 200 Hz."""
 PASSING_NS = NS_PER_S // 2
-"""Duration of a self-clearing fault after its last injection."""
+"""Duration of a self-clearing fault after its last injection (ns)."""
 
 NEEDS_RESET = frozenset(
     {
@@ -25,7 +25,7 @@ NEEDS_RESET = frozenset(
 
 
 class Health:
-    """Latched, passing and communication faults; the gravest is shown."""
+    """Latched, self-clearing and communication faults; the gripper reports the most severe one."""
 
     def __init__(self) -> None:
         self.latched = Trouble.NONE
@@ -35,13 +35,13 @@ class Health:
         self._heard_ns: int | None = None
 
     def heard(self, now_ns: int) -> None:
-        """Take note of a request. The first after a silence finds the loss of communication reported."""
+        """Record a request. The first request after a silence still gets the loss of communication reported."""
         if self._heard_ns is not None and now_ns - self._heard_ns >= SILENCE_NS:
             self._silence_until = now_ns + REFRESH_NS
         self._heard_ns = now_ns
 
     def passing(self, code: Trouble, now_ns: int) -> None:
-        """Show a fault that goes away by itself."""
+        """Report a fault that clears by itself."""
         if code is Trouble.HOT:
             self._hot_until = now_ns + PASSING_NS
         elif code is Trouble.SILENCE:
@@ -50,15 +50,15 @@ class Health:
             self._other, self._other_until = code, now_ns + PASSING_NS
 
     def reset(self) -> None:
-        """Forget what a reset clears; heat stays."""
+        """Clear the faults that a reset clears; overheating persists."""
         self.latched, self.controller = Trouble.NONE, 0
 
     def hot(self, now_ns: int) -> bool:
-        """Whether it is too hot to move."""
+        """Whether the gripper is too hot to move."""
         return now_ns < self._hot_until
 
     def shown(self, now_ns: int, minor: Trouble) -> int:
-        """Return the fault byte; `minor` is what the last command met."""
+        """Return the fault byte; `minor` is the minor fault of the last command."""
         code = self.latched
         if code is Trouble.NONE:
             if self.hot(now_ns):

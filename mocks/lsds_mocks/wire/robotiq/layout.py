@@ -1,7 +1,7 @@
-"""Where things are in a Robotiq gripper's registers. Bytes are counted from 0, as the manuals do.
+"""Register layout of a Robotiq gripper. Bytes are counted from 0, as in the manuals.
 
-Instruction manuals of the Hand-E and the 2F series, "Control": command bytes from register 1000, status bytes from
-register 2000, most significant byte first, six of each with a meaning and ten reserved.
+Instruction manuals of the Hand-E and the 2F series, "Control": command bytes start at register 1000, status bytes at
+register 2000, most significant byte first. Of each block, six bytes have a meaning and ten are reserved.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from enum import IntEnum
 
 COMMAND_REGISTER, STATUS_REGISTER = 1000, 2000
 BYTES = 16
-"""Of each block: eight registers."""
+"""Size of each block: eight registers."""
 
 ACTION, POSITION, SPEED, FORCE = 0, 3, 4, 5
-"""Bytes of the command block."""
+"""Offsets of action, position, speed and force in the command block."""
 
 ACT, GTO, ATR, ARD = 0x01, 0x08, 0x10, 0x20
 """Bits of the action byte: activate, go to, automatic release, and its direction (set: opening)."""
@@ -55,6 +55,6 @@ class Trouble(IntEnum):
 def status_bytes(
     action: int, activation: Activation, detection: Detection, fault: int, echo: int, position: int, current: int
 ) -> bytes:
-    """Return the status block; `fault` is the whole fault byte, with the controller's code in the high nibble."""
+    """Return the status block; `fault` is the complete fault byte, with the controller's code in the high nibble."""
     first = (action & (ACT | GTO)) | activation << 4 | detection << 6
     return bytes((first, 0, fault, echo, position, current)).ljust(BYTES, b"\0")

@@ -1,4 +1,4 @@
-"""A serial line's end at the gripper: byte time, turnaround and line faults, over any transport."""
+"""The gripper's end of a serial line: byte time, turnaround and line faults, over any transport."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 _BITS_PER_BYTE = 10
 """8N1."""
 _WAITING = 32
-"""Requests under way at once; a flood beyond is lost, as it would be on a line."""
+"""Maximum number of requests in progress; further ones are lost, as on a line."""
 
 
 class SerialLine:
-    """Takes a client's bytes, and sends answers through `send` when a line of this speed would have carried them."""
+    """Receives a client's bytes and passes answers to `send` at the time at which the line would have carried them."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class SerialLine:
         self._waiting = 0
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the client. A pseudo-terminal carries them at once; a line takes its time."""
+        """Receive bytes from the client, and add the line's transmission time, which a pseudo-terminal lacks."""
         now = self._reactor.now()
         for frame in self._deframer.feed(data, now):
             if self._waiting < _WAITING:

@@ -1,6 +1,6 @@
 """The register machine of a Robotiq gripper: the effect of a written command, and the resulting status.
 
-No I/O and no clock of its own: every call gets the time (ns). The fingers are behind a `FingerLink`.
+It does no I/O and reads no clock: every call passes the time (ns). It moves the fingers through a `FingerLink`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _NEAR_M = 1e-6
 _MOVING_COUNTS = 10
-"""gCU of free motion: the manual's frame of a closing gripper shows 0x0A."""
+"""Current register (gCU) during free motion: the manual's frame of a closing gripper has 0x0A."""
 _COUNTS_PER_N = 0.4
 _FOREVER = 2**63
 
@@ -29,7 +29,7 @@ _FOREVER = 2**63
 class RegisterMachine:
     """Steps through activation, motion, automatic release and faults.
 
-    `clear` is called with True where an activation begins, so that nothing is in its way, and with False at its end.
+    `clear` is called with True when an activation begins, to remove the object, and with False at its end.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class RegisterMachine:
 
     @property
     def busy(self) -> bool:
-        """Whether it does something that time alone moves on."""
+        """Whether an activity is in progress that advances with time."""
         return self._phase is not None or bool(self._under_way) or not self._cool
 
     def status(self, now_ns: int) -> bytes:
@@ -106,7 +106,7 @@ class RegisterMachine:
         self._refreshed = -1
 
     def step(self, now_ns: int) -> None:
-        """Do what has come due."""
+        """Advance all activities to the present."""
         if now_ns < self._frozen_until:
             return
         while self._under_way and self._under_way[0][0] <= now_ns:
@@ -120,7 +120,7 @@ class RegisterMachine:
     # -- faults -------------------------------------------------------------------------------------------
 
     def fail(self, code: int, now_ns: int) -> None:
-        """Let the gripper have a fault; `code` is the whole fault byte. Raises ValueError for one that there is not."""
+        """Cause a fault; `code` is the complete fault byte. Raises ValueError for an unknown fault."""
         fault = Trouble(code & 0x0F)
         self._health.controller = code >> 4
         self._refreshed = -1
@@ -137,7 +137,7 @@ class RegisterMachine:
             self._health.passing(fault, now_ns)
 
     def freeze(self, until_ns: int | None) -> None:
-        """Stop refreshing and obeying until a time; for ever for None."""
+        """Ignore commands and stop refreshing the status until a time, or permanently (None)."""
         self._frozen_until = _FOREVER if until_ns is None else until_ns
 
     # -- inside -------------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ class RegisterMachine:
             self._go(now_ns)
 
     def _go(self, now_ns: int) -> None:
-        """Start the motion of the command block, if there is one."""
+        """Start the motion that the command block requests, if any."""
         if not (self._can_go() and self._command[layout.ACTION] & GTO):
             return
         _, _, _, position, speed, force = self._command[:6]
@@ -254,7 +254,7 @@ class RegisterMachine:
 
 
 def _stuck_towards(fingers: Fingers, aperture_m: float) -> bool:
-    """True if an object blocks this motion; a plant in another process may still report the previous motion."""
+    """Return whether an object blocks this motion; a plant in another process may still report the previous motion."""
     return abs(fingers.target_m - aperture_m) <= _NEAR_M and fingers.stalled
 
 

@@ -1,4 +1,4 @@
-"""Options of the Robotiq wire mocks: the faces, the gripper's figures, what lies between the fingers."""
+"""Options of the Robotiq wire mocks: faces, gripper parameters, object between the fingers."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.faults import Fault
 
 OFF = -1
-"""A port that is not to be opened."""
+"""Port number that disables a face."""
 
 
 class RobotiqOptions(BaseModel):
-    """Options common to all grippers; the figures are those of a Hand-E."""
+    """Options common to all grippers; the defaults are those of a Hand-E."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

@@ -1,4 +1,4 @@
-"""One thread's waiting: readable descriptors and calls that come due, on the rig's clock."""
+"""Event loop of one thread: readable descriptors and scheduled calls, on the rig's clock."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Reactor:
-    """Waits for input and for time. `select` and not `epoll`, which rounds waits up to whole milliseconds."""
+    """Waits for input and scheduled calls with `select`; `epoll` would round waits up to whole milliseconds."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -27,20 +27,20 @@ class Reactor:
         return self._clock.now()
 
     def watch(self, fd: int, readable: Callable[[], None]) -> None:
-        """Call `readable` whenever there is something to read."""
+        """Call `readable` whenever a descriptor has data to read."""
         self._selector.register(fd, selectors.EVENT_READ, readable)
 
     def unwatch(self, fd: int) -> None:
-        """Leave a descriptor alone."""
+        """Stop watching a descriptor."""
         self._selector.unregister(fd)
 
     def call_at(self, t_ns: int, call: Callable[[], None]) -> None:
-        """Call once at a time; calls for the same time in the order of their requests."""
+        """Schedule one call; calls for the same time run in the order of their requests."""
         heapq.heappush(self._calls, (t_ns, self._number, call))
         self._number += 1
 
     def turn(self, longest_ns: int) -> None:
-        """Wait for the first thing to do, at most so long, and do all that is due."""
+        """Wait for the first event, at most `longest_ns`, and handle all events that are due."""
         wait = longest_ns
         if self._calls:
             wait = min(wait, self._calls[0][0] - self.now())

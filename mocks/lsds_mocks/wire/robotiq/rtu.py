@@ -1,4 +1,4 @@
-"""Modbus RTU as the gripper speaks it: frames out of a stream of bytes, requests into answers.
+"""The gripper's Modbus RTU: extracts frames from a byte stream and answers requests.
 
 Modbus over serial line V1.02. The gripper sends no Modbus exceptions: it ignores requests that it does not support.
 """
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.robotiq.machine import RegisterMachine
 
 GAP_NS = 10_000_000
-"""A pause that ends a frame. 3.5 characters are 0.3 ms on a line; a pseudo-terminal under load pauses longer."""
+"""Pause that ends a frame (ns). 3.5 characters take 0.3 ms on a line; a pseudo-terminal under load pauses longer."""
 LONGEST = 256
 READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_MANY, READ_WRITE = 3, 4, 6, 16, 23
 
@@ -29,7 +29,7 @@ def crc(data: bytes) -> bytes:
 
 
 class Deframer:
-    """Cuts requests out of what arrives; after a frame that is damaged it waits for the line to fall silent."""
+    """Extracts requests from the received bytes; after a damaged frame it waits until the line is silent."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
@@ -37,7 +37,7 @@ class Deframer:
         self._last_ns = 0
 
     def feed(self, data: bytes, now_ns: int) -> list[bytes]:
-        """Take bytes that came at a time; return the sound requests that they complete."""
+        """Add bytes received at a time; return the valid requests that they complete."""
         if now_ns - self._last_ns >= GAP_NS:
             self._buffer.clear()
             self._deaf = False
@@ -60,7 +60,7 @@ class Deframer:
 
 
 def _length(buffer: bytearray) -> int | None:
-    """Return how long the request at the buffer's start is; None if too little is known yet, 0 if it is none."""
+    """Return the length of the request at the buffer's start; None if it is still unknown, 0 for an invalid request."""
     if len(buffer) < 2:
         return None
     function = buffer[1]
@@ -75,7 +75,7 @@ def _length(buffer: bytearray) -> int | None:
 
 
 def answer(frame: bytes, slave: int, machine: RegisterMachine, now_ns: int) -> bytes | None:
-    """Carry out a sound request; return the answer's frame, None for silence."""
+    """Execute a valid request; return the frame of the answer, or None for no answer."""
     if frame[0] != slave:
         return None
     machine.heard(now_ns)

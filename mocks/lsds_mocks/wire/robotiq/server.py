@@ -46,9 +46,9 @@ _URCAP_CLIENTS = 16
 class RobotiqMock:
     """A `WireMock`: serial line, RTU over TCP and URCap strings.
 
-    Wire faults apply to the face that they name ("pty", "tcp", "urcap"). `busy` holds a port as another program
-    would; `disconnect` takes it away and, after `for_s`, gives it back; `freeze` stops the registers; `gripper-fault`
-    with a code is the gripper's own.
+    Wire faults apply to the face that they name ("pty", "tcp", "urcap"). `busy` occupies a port as another program
+    would; `disconnect` closes it and reopens it after `for_s`; `freeze` stops the registers; `gripper-fault` causes the
+    gripper fault of a code.
     """
 
     def __init__(self, options: RobotiqOptions, context: BuildContext) -> None:
@@ -63,7 +63,7 @@ class RobotiqMock:
         self._held: set[str] = set()
 
     def start(self) -> Mapping[str, str]:
-        """Open all faces; return their addresses. Raises ConnectFailed where one is taken, or no plant is there."""
+        """Open all faces; return their addresses. Raises ConnectFailed if one is in use or there is no plant."""
         options = self._options
         self._link = finger_link(options, self._clock)
         self._machine = RegisterMachine(options, self._link, self._clock.now(), clearing(options, self._link))
@@ -104,7 +104,7 @@ class RobotiqMock:
         self._faults.add(fault)
 
     def close(self) -> None:
-        """Give ports, terminal and link back."""
+        """Close ports, terminal and link."""
         for face in self._faces:
             face.close()
         self._faces = []
@@ -161,7 +161,7 @@ class RobotiqMock:
 
 
 class _Strings:
-    """A URCap client's conversation, with the faults of a wire on its answers."""
+    """One URCap client's session, with wire faults on its answers."""
 
     def __init__(
         self, machine: RegisterMachine, faults: FaultInjector, reactor: Reactor, send: Callable[[bytes], None]
@@ -191,7 +191,7 @@ class _Strings:
 
 
 def _require_known(fault: Mapping[str, Any]) -> None:
-    """Raise ConfigError for a code that is no fault of the gripper; the injector checks the rest."""
+    """Raise ConfigError for a code that is not a fault of the gripper; the injector checks all else."""
     code = fault.get("code", 0)
     if fault.get("kind") == "gripper-fault" and isinstance(code, int) and (code & 0x0F not in _CODES or code == 0):
         known = ", ".join(str(code) for code in sorted(_CODES) if code)

@@ -1,4 +1,4 @@
-"""A TCP face: a listener and its clients, each with a conversation of its own."""
+"""A TCP face: a listener and its clients, each with a separate session."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ class Conversation(Protocol):
     """The state of a face for one client."""
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the client."""
+        """Receive bytes from the client."""
         ...
 
     def hang_up(self) -> None:
-        """The client has gone."""
+        """End the session of a client that has disconnected."""
         ...
 
 
 class TcpFace:
-    """Listens on one port. A client beyond `most` is let in and hung up on at once, as a port in use does."""
+    """Listens on one port. It accepts a client beyond `most` and disconnects it at once, as a port in use does."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class TcpFace:
         return self._listener is not None
 
     def open(self) -> None:
-        """Listen; after a `drop`, on the same port. Raises ConnectFailed where it is taken."""
+        """Listen; after a `drop`, on the same port. Raises ConnectFailed if the port is in use."""
         host, port = self._address
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
@@ -80,7 +80,7 @@ class TcpFace:
         self._reactor.watch(listener.fileno(), self._accept)
 
     def drop(self) -> None:
-        """Hang up on everybody and listen no more."""
+        """Disconnect all clients and stop listening."""
         for client in list(self._clients):
             self._hang_up(client)
         if self._listener is not None:
@@ -89,14 +89,14 @@ class TcpFace:
             self._listener = None
 
     def hold(self, taken: bool) -> None:
-        """Accept the next client, or act as in use by another one."""
+        """Act as a port in use by another client (True), or accept the next client (False)."""
         if taken:
             for client in list(self._clients):
                 self._hang_up(client)
         self._taken = taken
 
     def close(self) -> None:
-        """Give everything back."""
+        """Release all resources."""
         self.drop()
 
     def _accept(self) -> None:
@@ -126,7 +126,7 @@ class TcpFace:
             self._hang_up(client)
 
     def _send(self, client: socket.socket, data: bytes) -> None:
-        # A client that vanished, or that never reads: what cannot be sent is lost.
+        # Data for a client that has vanished or does not read is lost.
         with contextlib.suppress(OSError):
             client.send(data)
 

@@ -1,4 +1,4 @@
-"""The serial face: a pseudo-terminal under a link that a client opens like any port."""
+"""The serial face: a pseudo-terminal behind a symbolic link that a client opens like any port."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAME = "pty"
 
 
 class TerminalFace:
-    """One pseudo-terminal. Both ends are raw; the far end is held open, so that clients may come and go.
+    """One pseudo-terminal. Both ends are raw; the mock holds the far end open, so that clients may come and go.
 
     Like a real port it can be opened by several programs, and a program that opens it exclusively (pyserial's
     `exclusive=True`) excludes others that also open it exclusively.
@@ -51,9 +51,9 @@ class TerminalFace:
         return self._near >= 0
 
     def claim(self) -> None:
-        """Make the link's name this process's own. Raises ConnectFailed where another mock has it, or a file is there.
+        """Reserve the link's name for this process. Raises ConnectFailed if another mock or a file has it.
 
-        The claim is a socket in the abstract namespace, which ends with the process however that ends.
+        The reservation is a socket in the abstract namespace, which always ends with the process.
         """
         if self._link is None or not hasattr(socket, "AF_UNIX"):
             return
@@ -86,13 +86,13 @@ class TerminalFace:
         self._reactor.watch(self._near, self._readable)
 
     def hold(self, taken: bool) -> None:
-        """Take the port for itself, as another program would, or let it go. Does nothing where a client has it."""
+        """Occupy the port as another program would (True), or free it. Does nothing while a client has it open."""
         if self.up:
             with contextlib.suppress(OSError):
                 fcntl.flock(self._far, (fcntl.LOCK_EX | fcntl.LOCK_NB) if taken else fcntl.LOCK_UN)
 
     def drop(self) -> None:
-        """Take link and terminal away, as pulling the plug does."""
+        """Remove link and terminal, as if the cable was unplugged."""
         if self._line is not None:
             self._line.hang_up()
             self._reactor.unwatch(self._near)
@@ -106,7 +106,7 @@ class TerminalFace:
         self._near = self._far = -1
 
     def close(self) -> None:
-        """Give everything back."""
+        """Release all resources."""
         self.drop()
         if self._claim is not None:
             self._claim.close()
@@ -123,7 +123,7 @@ class TerminalFace:
             self._line.receive(data)
 
     def _send(self, data: bytes) -> None:
-        # A client that never reads fills the terminal's buffer; what does not fit is lost, as on a line.
+        # A client that does not read fills the terminal's buffer; further data is lost, as on a line.
         with contextlib.suppress(OSError):
             os.write(self._near, data)
 

@@ -17,7 +17,7 @@ _BYTES = {"POS": layout.POSITION, "SPE": layout.SPEED, "FOR": layout.FORCE}
 
 
 class UrcapSession:
-    """One client's conversation. After an HTTP request the client is ignored: its body could hold commands."""
+    """One client's session. After an HTTP request the client is ignored, because its body could contain commands."""
 
     def __init__(self, machine: RegisterMachine) -> None:
         self._machine = machine
@@ -25,7 +25,7 @@ class UrcapSession:
         self._ignored = False
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Take what has come; return all answers in one piece, as clients read once and do not frame."""
+        """Receive data; return all answers in one piece, because clients read once without framing."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
         self._ignored = self._ignored or is_http_request(self._buffer[:LONGEST_LINE].decode("ascii", "replace"))
         if len(self._buffer) > LONGEST_LINE:
@@ -61,7 +61,7 @@ class UrcapSession:
         return values.get(name)
 
     def _set(self, words: list[str], now_ns: int) -> bool:
-        """Write all the pairs at once, or none where one of them is not understood."""
+        """Write all pairs at once, or none if one of them is invalid; return whether they were written."""
         block = bytearray(self._machine.command)
         if not words or len(words) % 2:
             return False

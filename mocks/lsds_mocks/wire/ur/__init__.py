@@ -1,1 +1,1 @@
-"""The wire face of an e-Series arm: script interpreter, motion, and the controller's ports."""
+"""Wire mock of an e-Series arm: script interpreter, motion, and the controller's ports."""

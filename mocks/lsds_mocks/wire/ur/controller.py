@@ -1,7 +1,7 @@
-"""The controller: one cycle every two milliseconds, in which inputs take effect, programs run and the arm moves.
+"""The controller: in each cycle of two milliseconds it applies inputs, runs programs and moves the arm.
 
-Pure: it has no sockets and reads no clock. Whoever owns it calls `cycle` 500 times a second, feeds in what clients
-send, and reads out its state and `messages`.
+It has no sockets and reads no clock. Its owner calls `cycle` 500 times a second, feeds in what clients send, and reads
+its state and `messages`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 STEP_S = 0.002
 BOOTED_S = 100.0
-"""Controller time at the start: clients wait for one that has just booted."""
+"""Controller time at the start (s); at a time near 0, clients wait for the controller to boot."""
 
 UNLOCK_AFTER_S = 5.0
 UNLOCK_EARLY = (
@@ -49,7 +49,7 @@ UNLOCK_EARLY = (
 MOST_SECONDARIES = 16
 PROTECTIVE_STOP, PATH_CHECK, JOINT_RANGE = 209, 204, 153
 HISTORY = 1500
-"""Joint positions kept for `get_actual_joint_positions_history`, one a cycle."""
+"""Number of joint positions kept for `get_actual_joint_positions_history`, one per cycle."""
 
 
 class Library(Protocol):
@@ -61,13 +61,15 @@ class Library(Protocol):
         ...
 
     def close(self) -> None:
-        """Give back what the program has opened."""
+        """Close everything that the program has opened."""
         ...
 
 
 class Controller:
-    """State and behaviour of one arm; `library` makes the functions for each program that it runs, from the ports to
-    which that program may open a socket."""
+    """State and behaviour of one arm.
+
+    `library` makes the functions of each program from the ports to which that program may open a socket.
+    """
 
     def __init__(
         self, options: UrOptions, environment: Environment, library: Callable[[Controller, frozenset[int]], Library]
@@ -107,7 +109,7 @@ class Controller:
 
     @property
     def time_s(self) -> float:
-        """Seconds since the controller's start; steps of exactly two milliseconds."""
+        """Time since the controller's start (s), in steps of exactly two milliseconds."""
         return BOOTED_S + self.step_number * STEP_S
 
     @property
@@ -136,7 +138,7 @@ class Controller:
     def tcp_pose(self) -> list[float]:
         """Pose of the tool centre point in the base frame."""
         q, offset, pose = self._tcp
-        # Joints and offset are replaced, never changed: while they are the same lists, so is the pose.
+        # Joints and offset are replaced, never modified, so the pose is valid while they are the same lists.
         if q is not self.arm.q or offset is not self.arm.tcp_offset:
             pose = self.arm.tcp()
             self._tcp = (self.arm.q, self.arm.tcp_offset, pose)
@@ -144,7 +146,7 @@ class Controller:
 
     @property
     def tcp_speed(self) -> list[float]:
-        """Velocity of the tool centre point in the base frame, as it really is under the speed slider."""
+        """Actual velocity of the tool centre point in the base frame, scaled by the speed slider."""
         if self._tcp_speed[0] != self.step_number:
             speed = [0.0] * 6
             if self.arm.moving:
@@ -157,14 +159,14 @@ class Controller:
         """Force and torque on the tool in the base frame, less the sensor's zero."""
         return [a - b for a, b in zip(self.wrench, self.force_offset, strict=True)]
 
-    # -- what comes in ------------------------------------------------------------------------------------
+    # -- inputs -------------------------------------------------------------------------------------------
 
     def feed(self, values: Mapping[str, Any]) -> None:
-        """Take one input package; it takes effect at the start of the next cycle, after those before it."""
+        """Queue one input package, which takes effect at the start of the next cycle, in order of arrival."""
         self._pending.append(values)
 
     def start(self, compiled: Compiled) -> None:
-        """Run a program: a primary one in the place of the present one, a secondary one in parallel."""
+        """Run a program: a primary one replaces the present program, a secondary one runs in parallel."""
         if self.power.mode is not RobotMode.RUNNING:
             self.refuse(ScriptError(f"{compiled.name} is not started: the robot is in {self.power.mode.name}", 1, 1))
             return
@@ -182,42 +184,42 @@ class Controller:
         self.stop_program()
         self.program = program
         self.watchdogs.clear()
-        self.tell(KeyMessage("PROGRAM_XXX_STARTED", compiled.name))
+        self.post_message(KeyMessage("PROGRAM_XXX_STARTED", compiled.name))
 
     def refuse(self, error: ScriptError) -> None:
         """Report that a program cannot run."""
-        self.tell(RuntimeExceptionMessage(error.line, error.column, error.text))
+        self.post_message(RuntimeExceptionMessage(error.line, error.column, error.text))
 
     def stop_program(self) -> None:
-        """End the program, if there is one; the arm brakes."""
+        """End the running program, if any; the arm brakes."""
         program, self.program = self.program, None
         if program is not None:
             program.stop()
             self.motion.drop_all()
-            self.tell(KeyMessage("PROGRAM_XXX_STOPPED", program.name))
+            self.post_message(KeyMessage("PROGRAM_XXX_STOPPED", program.name))
 
     def pause_program(self) -> bool:
-        """Let the program, and the arm, stand still; return whether there is one."""
+        """Pause the program and the arm; return whether there is a program."""
         if self.program is None:
             return False
         self.program.pause()
         return True
 
     def resume_program(self) -> bool:
-        """Let a paused program go on; return whether there was one."""
+        """Resume a paused program; return whether there was one."""
         if self.program is None or not self.program.paused:
             return False
         self.program.resume()
         return True
 
     def protective_stop(self, code: int = PROTECTIVE_STOP, text: str = "", level: int = WARNING) -> None:
-        """Stop the arm at once and end the program; only `unlock` ends this."""
+        """Stop the arm at once and end the program; only `unlock` ends a protective stop."""
         if self.safety is SafetyMode.PROTECTIVE_STOP or self.power.mode is not RobotMode.RUNNING:
             return
         self.safety = SafetyMode.PROTECTIVE_STOP
         self._stopped_at_s = self.time_s
-        self.tell(ErrorCode(code, 0, level, text))
-        self.tell(SafetyModeMessage(int(self.safety), code))
+        self.post_message(ErrorCode(code, 0, level, text))
+        self.post_message(SafetyModeMessage(int(self.safety), code))
         self.motion.freeze()
         self.stop_program()
         self._end_secondaries()
@@ -228,17 +230,17 @@ class Controller:
         return self.time_s - self._stopped_at_s >= UNLOCK_AFTER_S
 
     def unlock(self) -> bool:
-        """End a protective stop; return whether there is none any more.
+        """End a protective stop; return whether the arm is unlocked.
 
-        Earlier than five seconds after it, this is refused, and not remembered: who asked may ask again.
+        Within five seconds of the stop the request is refused; the client has to repeat it.
         """
         if self.safety is not SafetyMode.PROTECTIVE_STOP:
             return True
         if not self.unlockable:
-            self.tell(TextMessage(UNLOCK_EARLY))
+            self.post_message(TextMessage(UNLOCK_EARLY))
             return False
         self.safety = SafetyMode.NORMAL
-        self.tell(SafetyModeMessage(int(self.safety)))
+        self.post_message(SafetyModeMessage(int(self.safety)))
         return True
 
     def fail_programs(self, error: ScriptError) -> None:
@@ -250,7 +252,7 @@ class Controller:
         self.secondaries.clear()
 
     def power_off(self) -> None:
-        """Take the power from the arm; the program ends."""
+        """Switch off the arm's power; the program ends."""
         self.motion.freeze()
         self.stop_program()
         self._end_secondaries()
@@ -261,7 +263,7 @@ class Controller:
         self.safety = SafetyMode.NORMAL
         self.power_off()
 
-    def tell(self, message: Message) -> None:
+    def post_message(self, message: Message) -> None:
         """Queue a message for the primary interface."""
         self.messages.append(message)
 
@@ -306,7 +308,7 @@ class Controller:
         for name, (period_s, action) in list(self.watchdogs.items()):
             if self.time_s - self.written_s.get(name, self.time_s) > period_s:
                 del self.watchdogs[name]
-                self.tell(TextMessage(f"RTDE watchdog: no {name} for {period_s:g} s"))
+                self.post_message(TextMessage(f"RTDE watchdog: no {name} for {period_s:g} s"))
                 if action == "pause":
                     self.pause_program()
                 elif action == "stop":
@@ -330,7 +332,7 @@ class Controller:
     def _report(self, program: Program) -> None:
         if program.error is not None:
             self.refuse(program.error)
-            # One that has spent what all have to share leaves the others enough to go on.
+            # A program that exhausts the shared budget must leave the others enough to continue.
             self.work.left = max(self.work.left, CYCLE)
 
     def _move(self) -> None:

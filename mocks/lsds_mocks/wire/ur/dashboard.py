@@ -30,7 +30,7 @@ class DashboardSession:
         link.send(GREETING)
 
     def received(self, data: bytes) -> None:
-        """Take request lines. Raises ProtocolEnd after `quit`, for a line without end, and for an HTTP request."""
+        """Process request lines. Raises ProtocolEnd after `quit`, for an endless line, and for an HTTP request."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
         for line in lines:
             text = line.decode("utf-8", "replace").strip()
@@ -117,7 +117,7 @@ def _load(p: Pendant, name: str) -> str:
 def _add_to_log(p: Pendant, text: str) -> str:
     if not text:
         return "No log message to add"
-    p.controller.tell(TextMessage(text))
+    p.controller.post_message(TextMessage(text))
     return "Added log message"
 
 

@@ -16,7 +16,7 @@ FLOOR_N_M, FLOOR_N_S_M = 20_000.0, 50.0
 
 
 class Environment:
-    """Forces on the tool. `floor_m` is a level surface's height in the base frame, None for none."""
+    """Forces on the tool. `floor_m` is the height of a level floor in the base frame; None for no floor."""
 
     def __init__(self, floor_m: float | None = None, link: ArmLink | None = None, clock: Clock | None = None) -> None:
         self._floor_m = floor_m

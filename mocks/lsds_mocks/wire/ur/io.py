@@ -1,4 +1,4 @@
-"""Inputs and outputs, and the registers through which clients and programs talk."""
+"""Inputs and outputs, and the registers through which clients and programs communicate."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ REGISTERS = 48
 BITS = 128
 
 FLAGS = 33
-"""Flags of a program's own, 0 to 32: kept from one program to the next."""
+"""Number of flags (0 to 32); they persist from one program to the next."""
 
 STANDARD_SHIFT, CONFIGURABLE_SHIFT, TOOL_SHIFT = 0, 8, 16
 
@@ -56,7 +56,7 @@ class Outputs:
         self.analog[index] = _ratio(ratio, self.analog[index])
 
     def shown(self, index: int) -> float:
-        """Return an analogue output as it is measured: 0..10 V, or 4..20 mA in ampere."""
+        """Return an analogue output as a measured value: 0..10 V, or 4..20 mA in ampere."""
         ratio = self.analog[index]
         return ratio * 10.0 if self.analog_is_voltage[index] else 0.004 + ratio * 0.016
 
@@ -72,7 +72,7 @@ class Outputs:
         return sum(int(voltage) << place for place, voltage in enumerate(self.tool_analog_in_is_voltage))
 
     def apply(self, values: Mapping[str, Any]) -> None:
-        """Take one data package's outputs; only what its masks select changes."""
+        """Apply one data package's outputs; only the values that its masks select change."""
         for name, shift, width in (
             ("standard", STANDARD_SHIFT, 8),
             ("configurable", CONFIGURABLE_SHIFT, 8),
@@ -94,5 +94,5 @@ class Outputs:
 
 
 def _ratio(value: float, before: float) -> float:
-    """Return a value within 0..1; what is no number changes nothing."""
+    """Return a value clamped to 0..1, or `before` if it is NaN."""
     return before if math.isnan(value) else min(max(value, 0.0), 1.0)

@@ -1,8 +1,8 @@
 """Kinematics of the e-Series: forward, Jacobian, and all inverse solutions in closed form.
 
-Denavit-Hartenberg parameters as Universal Robots publishes them ("DH Parameters for calculations of kinematics and
-dynamics"); nominal, without an arm's own calibration. The closed form uses what all of them share: the second, third
-and fourth axes are parallel, and neighbours of the wrist are at right angles.
+Denavit-Hartenberg parameters as published by Universal Robots ("DH Parameters for calculations of kinematics and
+dynamics"): nominal values without an arm's calibration. The closed form relies on properties of all sizes: the second,
+third and fourth axes are parallel, and neighbouring wrist axes are perpendicular.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ MODELS = {
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """Where the joints' axes are: directions and points on them, and the flange."""
+    """Directions of the joints' axes, points on them, and the flange."""
 
     axes: tuple[Vec, ...]
     points: tuple[Vec, ...]
@@ -74,7 +74,7 @@ class Frames:
 
 
 class Kinematics:
-    """Of one arm. Joint angles in radians, poses in the base frame."""
+    """Kinematics of one arm. Joint angles in radians, poses in the base frame."""
 
     def __init__(self, model: ArmModel) -> None:
         self.model = model
@@ -114,7 +114,7 @@ class Kinematics:
         return [*frames.flange_m, *vector_of(frames.flange)]
 
     def tcp(self, q: Sequence[float], offset: Sequence[float]) -> list[float]:
-        """Return the pose of a tool centre point that sits at `offset` on the flange."""
+        """Return the pose of a tool centre point at `offset` from the flange."""
         return compose(self.flange(q), offset) if any(offset) else self.flange(q)
 
     def jacobian(self, q: Sequence[float], point_m: Sequence[float]) -> NDArray[np.float64]:
@@ -127,7 +127,7 @@ class Kinematics:
         return np.array(columns).T
 
     def inverse(self, flange_pose: Sequence[float], near: Sequence[float]) -> list[float] | None:
-        """Return the solution for a flange pose that is nearest to `near`, None where the arm cannot reach it."""
+        """Return the solution for a flange pose that is nearest to `near`; None if the pose is out of reach."""
         best: tuple[float, list[float]] | None = None
         for q in self.solutions(flange_pose, near):
             distance = sum((a - b) ** 2 for a, b in zip(q, near, strict=True))
@@ -136,7 +136,7 @@ class Kinematics:
         return None if best is None else best[1]
 
     def solutions(self, flange_pose: Sequence[float], near: Sequence[float]) -> list[list[float]]:
-        """Return all solutions within the joint limits, each angle by whole turns as near to `near` as can be."""
+        """Return all solutions within the joint limits, each angle shifted by whole turns to be nearest to `near`."""
         m, rotation = self.model, rotation_of(flange_pose[3:])
         (xx, yx, zx), (xy, yy, zy), (xz, yz, zz) = rotation
         px, py, pz = flange_pose[:3]
@@ -153,7 +153,7 @@ class Kinematics:
                 continue
             for q5 in _both(math.acos(min(max(cosine, -1.0), 1.0))):
                 s5 = math.sin(q5)
-                # With the wrist straight, the last angle is free.
+                # With a straight wrist, the last angle is free.
                 free = abs(s5) < 1e-7
                 q6 = near[5] if free else math.atan2(-(yx * s1 - yy * c1) / s5, (xx * s1 - xy * c1) / s5)
                 c6, s6 = math.cos(q6), math.sin(q6)
@@ -181,7 +181,7 @@ def _both(angle: float) -> tuple[float, float]:
 
 
 def _near(angle: float, to: float) -> float:
-    """Return the angle by whole turns nearest to another, within the joint's limits."""
+    """Return the angle, shifted by whole turns to be nearest to another, within the joint's limits."""
     angle += 2 * math.pi * round((to - angle) / (2 * math.pi))
     if angle > JOINT_LIMIT_RAD:
         return angle - 2 * math.pi

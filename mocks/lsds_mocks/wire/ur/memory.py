@@ -7,14 +7,14 @@ import gc
 import os
 
 LIMIT_BYTES = 64 << 20
-"""What programs may add to the memory of the mock."""
+"""Memory that programs may add to the mock (bytes)."""
 
 EVERY = 8
-"""Cycles between two looks."""
+"""Cycles between two measurements."""
 
 
 def resident_bytes() -> int:
-    """Return the resident memory of this process; 0 where the system does not tell."""
+    """Return the resident memory of this process; 0 if the system does not report it."""
     try:
         with open("/proc/self/statm", "rb") as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -23,7 +23,7 @@ def resident_bytes() -> int:
 
 
 def give_back() -> None:
-    """Return free memory to the system, as far as it can be."""
+    """Return free memory to the system, as far as possible."""
     gc.collect()
     try:
         ctypes.CDLL(None).malloc_trim(0)
@@ -32,7 +32,7 @@ def give_back() -> None:
 
 
 class MemoryWatch:
-    """Tells when programs have taken too much. Counts from when none of them ran."""
+    """Detects that programs take too much memory, compared with the last time when none ran."""
 
     def __init__(self) -> None:
         self._before = resident_bytes()
@@ -40,7 +40,7 @@ class MemoryWatch:
         self._idle = True
 
     def exceeded(self, busy: bool) -> bool:
-        """Return whether it is too much, once a cycle; `busy` tells whether programs run."""
+        """Return whether the limit is exceeded; call it once per cycle. `busy` is whether programs run."""
         if not busy:
             self._idle = True
             return False

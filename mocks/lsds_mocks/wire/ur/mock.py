@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 STEP_NS = 2_000_000
 LATEST_NS = 1_000_000_000
-"""A late loop catches up, so that no package is lost; if it is later than this, it was suspended and continues from
-now."""
+"""Delay up to which a late loop catches up, so that no package is lost (ns). After a longer delay, which means that the
+process was suspended, the loop continues from the present."""
 
 FACES = (
     *("dashboard", "rtde", "primary", "primary-read-only", "secondary", "secondary-read-only"),
@@ -68,7 +68,7 @@ class MockUr:
         self._pendant: Pendant | None = None
 
     def start(self) -> Mapping[str, str]:
-        """Bind all ports. Raises ConnectFailed where one is taken."""
+        """Bind all ports. Raises ConnectFailed if one is in use."""
         link = RemoteArm(self.options.cell) if self.options.cell else None
         environment = Environment(self.options.floor_m, link, self._clock)
         controller = self.controller = Controller(self.options, environment, Library)
@@ -129,7 +129,7 @@ class MockUr:
                 state.publish(messages)
 
     def inject(self, fault: Mapping[str, Any]) -> None:
-        """Begin a fault. Raises ConfigError for one that an arm does not have."""
+        """Begin a fault. Raises ConfigError for a fault that the arm does not support."""
         self._faults.add(fault)
 
     def close(self) -> None:
@@ -157,8 +157,8 @@ def _rest(faults: FaultInjector, fault: Fault) -> float | None:
 
 
 def _be_punctual() -> None:
-    """Request short timer slack and, if permitted, real-time priority; keep other work out of the loop: the
-    collector, and the thread that compiles."""
+    """Request short timer slack and, if permitted, real-time priority; keep the garbage collector and the compiler
+    thread from delaying the loop."""
     sys.setswitchinterval(_SWITCH_S)
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)

@@ -1,4 +1,4 @@
-"""Listening and talking without ever waiting: everything happens once a control cycle."""
+"""Non-blocking network input and output, performed once per control cycle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
 
 BACKLOG_BYTES = 1 << 18
-"""Unsent bytes after which a client that does not read loses what is new."""
+"""Unsent bytes above which a client that does not read loses new packages."""
 
 LONGEST_BYTES = 1 << 20
 """Unsent bytes above which a client that never reads its answers is disconnected."""
@@ -26,25 +26,25 @@ PIECE_BYTES = 1 << 16
 
 
 class Session(Protocol):
-    """One client's side of a protocol. `at_once` bytes are read in a cycle: as much as one cycle can answer."""
+    """One client's session of a protocol. A cycle reads `at_once` bytes, as many as it can answer."""
 
     at_once: int
 
     def received(self, data: bytes) -> None:
-        """Take what the client sent. Raises ProtocolEnd where the connection has to be closed."""
+        """Process data from the client. Raises ProtocolEnd if the connection has to be closed."""
         ...
 
     def closed(self) -> None:
-        """Learn that the client is gone."""
+        """End the session of a client that has disconnected."""
         ...
 
 
 class ProtocolEnd(Exception):
-    """The connection is to be closed, after what was sent has gone out."""
+    """The connection has to be closed after all pending data has been sent."""
 
 
 class Link:
-    """One client's socket: sends what it can, keeps the rest, and lets faults spoil it."""
+    """One client's socket: sends as much as possible, queues the rest, and applies faults."""
 
     def __init__(self, link: socket.socket, face: str, faults: FaultInjector, clock: Clock) -> None:
         self.socket = link
@@ -57,7 +57,7 @@ class Link:
         self._late: deque[tuple[int, bytes]] = deque()
 
     def send(self, data: bytes, *, may_drop: bool = False) -> None:
-        """Send, now or as soon as the client takes it. What `may_drop` is lost where too much waits already."""
+        """Send data as soon as the client accepts it. Data that `may_drop` is lost if too much is already queued."""
         if self.dead or (may_drop and len(self._unsent) > BACKLOG_BYTES):
             return
         if self._faults.quiet and not self._late:
@@ -66,18 +66,18 @@ class Link:
         due = self._late[-1][0] if self._late else self._clock.now()
         now = self._clock.now()
         for delay_s, part in self._faults.outgoing(data, self.face):
-            # A stream keeps its order: what comes behind something late is late, too.
+            # A stream keeps its order, so data behind a delayed message is delayed, too.
             due = max(due, now + round(delay_s * 1e9))
             self._late.append((due, part))
         self.flush()
 
     def flush(self) -> None:
-        """Send what is due and could not be sent before."""
+        """Send queued data that is due."""
         now = self._clock.now() if self._late else 0
         while self._late and self._late[0][0] <= now:
             self._unsent += self._late.popleft()[1]
         while self._unsent:
-            # Piece by piece: a client that does not read costs one call, and no copy of all that waits.
+            # Send in pieces, so that a client that does not read costs one call and no copy of the whole queue.
             sent = self._try(self._unsent[:PIECE_BYTES])
             if not sent:
                 break
@@ -93,7 +93,7 @@ class Link:
                 self.dead = True
 
     def _try(self, data: bytes | bytearray) -> int:
-        """Return how much the socket takes now."""
+        """Return how many bytes the socket accepted."""
         try:
             return self.socket.send(data)
         except BlockingIOError:
@@ -121,7 +121,7 @@ class Network:
         self.acknowledges_at_once = True
 
     def listen(self, face: str, port: int, open_session: Open) -> None:
-        """Offer a protocol on a port. Raises ConnectFailed where the port is taken."""
+        """Serve a protocol on a port. Raises ConnectFailed if the port is in use."""
         self._faces.append((face, port, open_session))
         self._bind(face, port, open_session)
 
@@ -139,7 +139,7 @@ class Network:
                 self._drop(descriptor)
 
     def disconnect(self, for_s: float | None) -> None:
-        """Close all connections and refuse new ones for a time; None: for ever."""
+        """Close all connections and refuse new ones for a time, or permanently (None)."""
         self._refusing_until_ns = 2**63 if for_s is None else self._clock.now() + round(for_s * 1e9)
         for descriptor in list(self._clients):
             self._drop(descriptor)
@@ -163,8 +163,8 @@ class Network:
             listener.listen(16)
         except OSError as error:
             listener.close()
-            problem = f"{self._host}:{port} ({face}) cannot be had: {error.strerror}"
-            remedy = "another mock has it; give each arm its own address: --host 127.0.0.2"
+            problem = f"cannot listen on {self._host}:{port} ({face}): {error.strerror}"
+            remedy = "another mock may use it; give each arm its own address: --host 127.0.0.2"
             raise ConnectFailed(
                 "mock arm", problem, remedy=remedy if error.errno == errno.EADDRINUSE else ""
             ) from error
@@ -198,7 +198,7 @@ class Network:
         try:
             data = link.socket.recv(session.at_once)
             if self.acknowledges_at_once and not self._faults.strikes("delayed-ack", link.face):
-                # Without this, clients that lose TCP_NODELAY on the way send their second package 40 ms late.
+                # Without this, clients without TCP_NODELAY send their second package 40 ms late.
                 link.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
         except BlockingIOError:
             return

@@ -22,12 +22,13 @@ FOLDER = "/programs"
 EXTERNAL_CONTROL, WAIT = "external_control.urp", "wait_program.urp"
 _WAIT_SCRIPT = "def wait_program():\n  while True:\n    sleep(0.01)\n  end\nend\n"
 _REQUEST_S = 5.0
+"""Time limit for the first bytes of a requested script."""
 _SCRIPT_S = 10.0
-"""For the first answer, and for the whole script."""
+"""Time limit for the whole script."""
 
 
 class Pendant:
-    """The teach pendant of one controller. Scripts, and the other commands of the script ports, pass through here."""
+    """The teach pendant of one controller, which also receives the scripts and commands of the script ports."""
 
     def __init__(self, controller: Controller, uploads: Uploads) -> None:
         self.controller = controller
@@ -51,13 +52,13 @@ class Pendant:
 
     @operational_mode.setter
     def operational_mode(self, mode: str) -> None:
-        """Manual mode takes remote control away, automatic mode gives it back."""
+        """Manual mode disables remote control, automatic mode enables it."""
         self._mode = mode
         if mode != "NONE":
             self.remote = mode == "AUTOMATIC" and self.controller.options.remote_control
 
     def script(self, text: str, sender: Sender | None = None) -> None:
-        """Take one program, or one command, from a script port."""
+        """Run one program or command from a script port."""
         command = self._commands.get(text.strip())
         if command is not None:
             command()
@@ -65,7 +66,7 @@ class Pendant:
             self._uploads.submit(text + "\n", sender)
 
     def poll(self) -> bool:
-        """Start what has been compiled, or report why not; return whether there was anything."""
+        """Start a compiled program or report its error; return whether there was one."""
         compiled = self._uploads.poll()
         if isinstance(compiled, ScriptError):
             self.controller.refuse(compiled)
@@ -74,7 +75,7 @@ class Pendant:
         return compiled is not None
 
     def load(self, name: str) -> str:
-        """Load a program by its file's name; return its path, "" where there is none. Stops a running one."""
+        """Load a program by its file name and stop the running one; return its path, "" if it does not exist."""
         path = name if name.startswith("/") else f"{FOLDER}/{name}"
         if Path(name).name not in (EXTERNAL_CONTROL, WAIT) and self._file(name) is None:
             return ""
@@ -83,7 +84,7 @@ class Pendant:
         return path
 
     def play(self) -> bool:
-        """Start the loaded program, or let a paused one go on; return whether that is possible."""
+        """Start the loaded program, or resume a paused one; return whether that is possible."""
         if self.controller.resume_program():
             return True
         ready = self.controller.power.mode is RobotMode.RUNNING and self.controller.safety is SafetyMode.NORMAL
@@ -112,7 +113,7 @@ class Pendant:
     def _external_control(self) -> Script:
         """Request the script from the other computer, as the External Control URCap does; "" if it does not answer.
 
-        Raises ScriptError for one that is too long.
+        Raises ScriptError for a script that is too long.
         """
         options = self.controller.options
         if not on_loopback(options.urcap_host):
@@ -134,7 +135,7 @@ class Pendant:
                         return "", frozenset
                     if part.endswith(b"\n") and not _more(link):
                         break
-                # Looked up while the sender still holds its end.
+                # Look the ports up while the sender's connection is still open.
                 ports = frozenset() if sender is None else listening_ports(sender)
         except OSError:
             return "", frozenset
@@ -145,7 +146,7 @@ class Pendant:
 
 
 def _more(link: socket.socket) -> bool:
-    """Whether more comes within a tenth of a second: not every sender closes the connection at the end."""
+    """Return whether more data arrives within 0.1 s, because not every sender closes the connection at the end."""
     link.settimeout(0.1)
     try:
         return bool(link.recv(1, socket.MSG_PEEK))

@@ -1,6 +1,6 @@
-"""Poses as the controller writes them: x, y, z in metres and a rotation vector in radians.
+"""Poses in the controller's form: x, y, z in metres and a rotation vector in radians.
 
-Plain floats: a control cycle has no time to set up arrays of six.
+They are plain floats, because creating arrays of six would take too long for a control cycle.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def vector_of(rotation: Rotation) -> Vec:
     if sine > 1e-6 or cosine > 0:
         scale = angle / (2 * sine) if sine > _SMALL else 0.5
         return x * scale, y * scale, z * scale
-    # Half a turn: the axis is in the symmetric part, its sign is free.
+    # At half a turn the symmetric part contains the axis, whose sign is arbitrary.
     axis = [math.sqrt(max(0.0, (entry + 1.0) / 2)) for entry in (a, e, i)]
     largest = axis.index(max(axis))
     for other, product in enumerate(((a, b, c), (d, e, f), (g, h, i))[largest]):
@@ -83,7 +83,7 @@ def inverse(pose: Sequence[float]) -> list[float]:
 
 
 def difference(start: Sequence[float], end: Sequence[float]) -> tuple[Vec, Vec]:
-    """Return how far it is from one pose to another: translation, and rotation vector, both in the base frame."""
+    """Return translation and rotation vector from one pose to another, both in the base frame."""
     shift = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     return shift, vector_of(multiply(rotation_of(end[3:]), transpose(rotation_of(start[3:]))))
 

@@ -1,28 +1,28 @@
-"""Power and brakes: what takes how long on the way from off to running."""
+"""Power and brakes: transitions from off to running with their durations."""
 
 from __future__ import annotations
 
 from lsds_mocks.wire.ur.modes import RobotMode
 
 OFF_S, POWERING_S, IDLE_S, BRAKES_S = 0.3, 0.4, 0.4, 0.6
-"""Seconds to switch off, to boot the joints, from there to idle, and to release the brakes: shorter than a real arm's
-ten seconds, so that tests do not wait for what they do not test."""
+"""Durations of switching off, booting the joints, becoming idle, and releasing the brakes. They are shorter than a real
+arm's ten seconds to save test time."""
 
 
 class Power:
-    """Walks from mode to mode as time passes."""
+    """State machine of the robot mode, driven by time."""
 
     def __init__(self, mode: RobotMode) -> None:
         self.mode = mode
         self._next: list[tuple[float, RobotMode]] = []
 
     def on(self, now_s: float) -> None:
-        """Power on: ends idle, with the brakes on. Does nothing where the power is on."""
+        """Switch power on; ends in idle, with the brakes on. Does nothing if the power is on."""
         if self.mode is RobotMode.POWER_OFF and not self._heads_for(RobotMode.IDLE):
             self._plan(now_s, (POWERING_S, RobotMode.POWER_ON), (IDLE_S, RobotMode.IDLE))
 
     def release(self, now_s: float) -> None:
-        """Release the brakes, after powering on where that is needed."""
+        """Release the brakes, after powering on if necessary."""
         if self.mode is RobotMode.RUNNING and not self._next:
             return
         if self.mode is RobotMode.POWER_OFF and not self._next:

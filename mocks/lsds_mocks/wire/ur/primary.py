@@ -1,4 +1,4 @@
-"""The primary and secondary interfaces: robot state ten times a second, messages, and scripts coming in.
+"""The primary and secondary interfaces: they send robot state at 10 Hz and messages, and receive scripts.
 
 Layouts: Universal Robots, "client interfaces", version 5.10 and later.
 """
@@ -34,8 +34,10 @@ CONTROL_RUNNING, CONTROL_FORCE = 0, 2
 
 
 class StateFace:
-    """Everybody who listens on the primary, or on the secondary, interface. `scripts` takes what they upload, None
-    where the port is read-only; `all_messages` is True for primary ones."""
+    """All clients of the primary or of the secondary interface.
+
+    `scripts` receives their uploads; None for a read-only port. `all_messages` is True for the primary interface.
+    """
 
     def __init__(self, controller: Controller, scripts: Scripts | None, *, all_messages: bool) -> None:
         self._controller = controller
@@ -45,18 +47,20 @@ class StateFace:
         self._modes = self._present_modes()
 
     def open(self, link: Link) -> ScriptSession:
-        """Greet a new client with the version; the state follows, not at once: clients begin by not knowing it."""
+        """Greet a new client with the version; the state follows half a period later, for clients start without it."""
         link.send(version_message(self._controller))
         self._links[link] = self._controller.step_number + STATE_EVERY // 2
         return ScriptSession(self, link, self._scripts)
 
     def forget(self, link: Link) -> None:
-        """Let go of a client."""
+        """Remove a client."""
         self._links.pop(link, None)
 
     def publish(self, messages: list[Message]) -> None:
-        """Send messages, and the state where its time has come, or where a mode has changed: before the message that
-        tells it, so that no client goes by an old one."""
+        """Send messages, and the state if it is due or a mode has changed.
+
+        The state precedes the message that reports a change of mode, so that no client acts on an old mode.
+        """
         modes, before = self._present_modes(), self._modes
         self._modes = modes
         if not self._links:

@@ -1,4 +1,4 @@
-"""The real-time interface: a fixed package each cycle, and scripts coming in. 1220 bytes since version 5.10."""
+"""The real-time interface: it sends a package of 1220 bytes (since 5.10) in each cycle, and receives scripts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZE = _LAYOUT.size
 
 
 class RealtimeFace:
-    """Everybody who listens to the stream."""
+    """All clients of the stream."""
 
     def __init__(self, controller: Controller, scripts: Scripts | None) -> None:
         self._controller = controller
@@ -35,7 +35,7 @@ class RealtimeFace:
             self._links.remove(link)
 
     def publish(self) -> None:
-        """Send the present cycle; a client that never reads, as the one that only uploads, loses it."""
+        """Send the present cycle; clients that do not read, such as those that only upload, lose it."""
         if self._links:
             data = package(self._controller)
             for link in self._links:

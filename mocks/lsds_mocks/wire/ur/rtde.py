@@ -1,6 +1,6 @@
 """RTDE, the controller's real-time data exchange, protocol versions 1 and 2 (Universal Robots, "RTDE guide").
 
-A package is u16 size (of all of it), u8 type, payload; big endian.
+A package is big endian: u16 total size, u8 type, payload.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ class RtdeFace:
         return session
 
     def forget(self, session: RtdeSession) -> None:
-        """Let go of a client that is gone, and of its inputs."""
+        """Remove a disconnected client and free its inputs."""
         if session in self._sessions:
             self._sessions.remove(session)
         self.claimed = {name: owner for name, owner in self.claimed.items() if owner is not session}
 
     def publish(self) -> None:
-        """Send everybody the present cycle."""
+        """Send the present cycle to all clients."""
         for session in self._sessions:
             session.publish()
 
@@ -62,7 +62,7 @@ class RtdeSession:
         self._inputs: dict[int, Unpacker] = {}
 
     def received(self, data: bytes) -> None:
-        """Take bytes; raises ProtocolEnd for what can be no package."""
+        """Process data from the client. Raises ProtocolEnd for an invalid package."""
         self._buffer += data
         while len(self._buffer) >= 3:
             size, kind = struct.unpack_from(">HB", self._buffer)
@@ -79,7 +79,7 @@ class RtdeSession:
         self._face.forget(self)
 
     def publish(self) -> None:
-        """Send the present cycle where it is this client's turn."""
+        """Send the present cycle if it is due at this client's frequency."""
         if self._started and self._pack is not None:
             controller = self._face.controller
             if controller.step_number % self._every == 0:
@@ -108,7 +108,7 @@ class RtdeSession:
             self._started = False
             self._reply(kind, b"\x01")
         elif kind != TEXT:
-            self._tell(f"unknown package type {kind}")
+            self._send_text(f"unknown package type {kind}")
 
     def _set_up_outputs(self, payload: bytes) -> None:
         frequency = RATE_HZ
@@ -127,7 +127,7 @@ class RtdeSession:
         self._every = round(RATE_HZ / frequency) if sound else 1
         self._started = self._started and sound
         if not in_range:
-            self._tell(f"frequency {frequency:g} Hz is out of range: {SLOWEST_HZ:g} to {RATE_HZ:g}")
+            self._send_text(f"frequency {frequency:g} Hz is out of range: {SLOWEST_HZ:g} to {RATE_HZ:g}")
         front = bytes([int(sound)]) if self._version == 2 else b""
         self._reply(OUTPUTS, front + ",".join(types).encode())
 
@@ -153,12 +153,12 @@ class RtdeSession:
     def _data(self, payload: bytes) -> None:
         recipe = self._inputs.get(payload[0]) if payload else None
         if recipe is None:
-            self._tell("input package for a recipe that was not set up")
+            self._send_text("input package for a recipe that was not set up")
             return
         try:
             values: Mapping[str, object] = recipe.values(payload[1:])
         except ValueError as error:
-            self._tell(f"input package: {error}")
+            self._send_text(f"input package: {error}")
             return
         self._face.controller.feed(values)
 
@@ -167,7 +167,7 @@ class RtdeSession:
             raise ProtocolEnd
         self._link.send(struct.pack(">HB", len(payload) + 3, kind) + payload)
 
-    def _tell(self, text: str) -> None:
+    def _send_text(self, text: str) -> None:
         message, source, level = text.encode()[:255], b"RTDE", 2
         if self._version == 2:
             body = bytes([len(message)]) + message + bytes([len(source)]) + source + bytes([level])
@@ -177,5 +177,5 @@ class RtdeSession:
 
 
 def _names(payload: bytes) -> list[str]:
-    # One client ends its list with a comma.
+    # Some client ends its list with a comma.
     return [name.strip() for name in payload.decode("ascii", "replace").split(",") if name.strip()]

@@ -1,4 +1,4 @@
-"""Who sent a program: the ports on which that process listens are those that the program may call back."""
+"""Identification of a program's sender; the program may connect to the ports on which the sender's process listens."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LISTENING = "0A"
 
 
 class Sender(NamedTuple):
-    """A TCP connection over which a program came: the address of the sender, and the mock's own."""
+    """The TCP connection that delivered a program: the sender's address and the mock's."""
 
     peer: Address
     own: Address
@@ -31,7 +31,7 @@ class _Socket(NamedTuple):
 
 
 def sender_of(link: socket.socket) -> Sender | None:
-    """Return the sender behind a connected socket, None if it has gone."""
+    """Return the sender behind a connected socket; None if it has disconnected."""
     try:
         return Sender(link.getpeername()[:2], link.getsockname()[:2])
     except OSError:
@@ -39,8 +39,10 @@ def sender_of(link: socket.socket) -> Sender | None:
 
 
 def listening_ports(sender: Sender) -> frozenset[int]:
-    """Return the TCP ports on which the sender's process listens now; none if it has ended, or where the system has no
-    `/proc`."""
+    """Return the TCP ports on which the sender's process listens now.
+
+    The result is empty if the process has ended or the system has no `/proc`.
+    """
     sockets = list(_sockets())
     inodes = {s.inode for s in sockets if s.local == sender.peer and s.remote == sender.own and s.inode}
     if not inodes:

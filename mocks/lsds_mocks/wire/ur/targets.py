@@ -11,11 +11,11 @@ from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.values import Pose
 
 LARGEST = 1e9
-"""Beyond this a number cannot be a position, a speed or a force: what is infinite, or none at all, is refused."""
+"""Largest magnitude of a position, speed or force; larger, infinite and NaN values are refused."""
 
 
 def numbers(values: Any, count: int = JOINTS) -> list[float]:
-    """Return a list's numbers. Raises ScriptError where they are not so many, or one is not finite."""
+    """Return a list's numbers. Raises ScriptError if their count is not `count` or one is not finite."""
     if not isinstance(values, list) or len(values) != count:
         raise ScriptError(f"type_error: a list of {count} numbers is expected")
     found = [float(value) for value in values]
@@ -25,7 +25,7 @@ def numbers(values: Any, count: int = JOINTS) -> list[float]:
 
 
 def positive(value: Any, name: str) -> float:
-    """Return a number. Raises ScriptError where it is not finite and above zero."""
+    """Return a number. Raises ScriptError if it is not finite and above zero."""
     number = float(value)
     if not 0 < number < LARGEST:
         raise ScriptError(f"value_error: {name} is {number:g}, it has to be above zero")
@@ -33,7 +33,7 @@ def positive(value: Any, name: str) -> float:
 
 
 def not_negative(value: Any, name: str) -> float:
-    """Return a number. Raises ScriptError where it is not finite, or below zero."""
+    """Return a number. Raises ScriptError if it is not finite or below zero."""
     number = float(value)
     if not 0 <= number < LARGEST:
         raise ScriptError(f"value_error: {name} is {number:g}, it must not be negative")
@@ -41,8 +41,10 @@ def not_negative(value: Any, name: str) -> float:
 
 
 def target_of(arm: ArmMotion, target: Any, near: Sequence[float]) -> list[float]:
-    """Return joint positions for joint positions or for a pose. Raises ScriptError for what is neither, or no solution
-    exists for."""
+    """Return the joint positions of a target, given as joint positions or a pose.
+
+    Raises ScriptError for any other value, or if there is no solution.
+    """
     wanted = numbers(target)
     if not isinstance(target, Pose):
         return wanted

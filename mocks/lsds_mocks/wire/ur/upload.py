@@ -10,11 +10,11 @@ from lsds_mocks.wire.ur.script.stream import ScriptStream
 from lsds_mocks.wire.ur.sender import Sender, sender_of
 
 Scripts = Callable[[str, Sender | None], None]
-"""Takes one program, and who sent it."""
+"""Function that receives one program and its sender."""
 
 
 class Face(Protocol):
-    """Who keeps the port's clients."""
+    """The owner of the port's clients."""
 
     def forget(self, link: Link) -> None:
         """Let go of a client."""
@@ -22,7 +22,7 @@ class Face(Protocol):
 
 
 class ScriptSession:
-    """One client. `scripts` takes the programs it uploads; None where the port is read-only."""
+    """One client. `scripts` receives its programs; None for a read-only port."""
 
     at_once = 1 << 14
 
@@ -33,7 +33,7 @@ class ScriptSession:
         self._stream = ScriptStream()
 
     def received(self, data: bytes) -> None:
-        """Take script text. Raises ProtocolEnd after an HTTP request."""
+        """Receive script text. Raises ProtocolEnd after an HTTP request."""
         if self._scripts is None:
             return
         for program in self._stream.feed(data):

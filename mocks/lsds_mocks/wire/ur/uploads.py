@@ -1,4 +1,4 @@
-"""Uploaded scripts: compiled in parallel with the control loop, in the order of their arrival."""
+"""Compilation of uploaded scripts in parallel with the control loop, in the order of their arrival."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
 
 CACHED, CACHED_CHARACTERS = 64, 500_000
+"""Limits of the cache of compiled programs: programs, and their characters."""
 WAITING, WAITING_CHARACTERS = 64, 4_000_000
-"""Programs that may wait to be compiled or started; what comes beyond these is refused."""
+"""Limits of programs that wait to be compiled or started: programs, and their characters. Further ones are refused."""
 
 
 Script = tuple[str, Ports]
-"""A program's text, and the ports that it may open."""
+"""A program's text, and the ports to which it may open sockets."""
 
 
 class Uploads:
-    """A thread that has scripts compiled. `poll` hands what is ready to the control loop's thread.
+    """A thread that compiles scripts. The control loop's thread gets the results from `poll`.
 
     `ports` are those to which programs may open sockets; None: those on which a program's sender listens.
     """
@@ -57,14 +58,14 @@ class Uploads:
         self._take(lambda: (text, ports), len(text))
 
     def fetch(self, script: Callable[[], Script]) -> None:
-        """Call a function in the worker, which may wait, and compile the script it returns; "" for none.
+        """Call a function in the worker and compile the script that it returns; "" for no script.
 
-        It may return a script of `LONGEST` characters, and raise ScriptError.
+        The function may wait, return up to `LONGEST` characters, and raise ScriptError.
         """
         self._take(script, LONGEST)
 
     def poll(self) -> Compiled | ScriptError | None:
-        """Return what has been compiled, or refused: one at a time, so that no program is replaced before it runs."""
+        """Return the next compiled program or error; one per call, so that no program is replaced before it runs."""
         if self._refused:
             self._refused = False
             return ScriptError("runtime_error: too many programs at once", 1, 1)

@@ -30,7 +30,7 @@ FORMATS = {
 _VECTORS = ("VECTOR3D", "VECTOR6D", "VECTOR6INT32", "VECTOR6UINT32")
 
 _MAIN_V, _ROBOT_V, _IDLE_A, _JOINT_C = 48.0, 48.0, 0.6, 28.0
-"""Constants where the arm's electrics are not modelled."""
+"""Constant electrical values (V, A) and joint temperature (C), which are not modelled."""
 
 
 def robot_status(c: Controller) -> int:
@@ -47,7 +47,7 @@ def safety_status(c: Controller) -> int:
 
 
 def joint_mode(c: Controller) -> int:
-    """The same for all joints."""
+    """Mode of the joints, equal for all."""
     if c.power.mode is RobotMode.RUNNING:
         return JOINT_RUNNING
     return JOINT_POWER_OFF if c.power.mode is RobotMode.POWER_OFF else JOINT_IDLE
@@ -153,13 +153,13 @@ Packer = Callable[["Controller"], bytes]
 
 
 def output_type(name: str) -> str | None:
-    """Return an output variable's type, None where there is none of the name."""
+    """Return an output variable's type; None for an unknown name."""
     found = _OUT.get(name)
     return None if found is None else found[0]
 
 
 def recipe_size(names: Sequence[str]) -> int:
-    """Return the bytes of an output package with its head."""
+    """Return the size of an output package with its head (bytes)."""
     return struct.calcsize(">HBB" + _formats(names))
 
 
@@ -168,7 +168,7 @@ def _formats(names: Sequence[str]) -> str:
 
 
 def packer(names: Sequence[str], head: bytes) -> Packer:
-    """Compile an output recipe: a function from the controller to a package's bytes, `head` in front of its size."""
+    """Return a compiled output recipe: a function from the controller to a package's bytes (size, `head`, values)."""
     values = [("*" if _OUT[name][0] in _VECTORS else "") + f"({_OUT[name][1]})" for name in names]
     layout = struct.Struct(">" + _formats(names))
     front = struct.pack(">H", layout.size + len(head) + 2) + head
@@ -184,7 +184,7 @@ def packer(names: Sequence[str], head: bytes) -> Packer:
 
 
 class Unpacker:
-    """An input recipe: from a package's bytes to values by name."""
+    """An input recipe, which converts a package's bytes to values by name."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)

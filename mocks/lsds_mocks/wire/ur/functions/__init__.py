@@ -1,6 +1,6 @@
-"""The controller's own functions, as scripts call them. Those that take time are generators: a yield is a cycle.
+"""The controller's functions for scripts. Functions that take time are generators that yield once per cycle.
 
-A script cannot call a function that is not in these modules: it gets the controller's "name not found".
+A script that calls a function outside these modules gets the controller's error "name not found".
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _MODULES = (motion, robot, communication, sockets)
 class Library:
     """All functions for one program, bound to its controller. `close` closes everything that the program has opened.
 
-    `ports` are those to which it may open a socket.
+    `ports` are those to which the program may open a socket.
     """
 
     def __init__(self, controller: Controller, ports: frozenset[int] = frozenset()) -> None:
@@ -36,13 +36,13 @@ class Library:
         self.functions |= {name: getattr(part, name) for name in _public(type(part))}
 
     def close(self) -> None:
-        """Close the program's sockets, so that the other end sees that it has ended."""
+        """Close the program's sockets, so that the peers detect its end."""
         self._sockets.close_all()
 
 
 @cache
 def waiting() -> dict[str, bool]:
-    """Return every function's name, and whether it takes time."""
+    """Return the names of all functions, with True for those that take time."""
     found = dict.fromkeys(mathematics.NAMES, False)
     for module in _MODULES:
         for name in _public(module.Functions):

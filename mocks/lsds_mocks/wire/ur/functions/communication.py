@@ -1,4 +1,4 @@
-"""Functions of registers, terminals, messages and time."""
+"""Script functions for registers, terminals, messages and time."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Functions:
         self._c.registers.set_bit(_index(address, BITS), bool(value))
 
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
-        """Act where a client stops writing a register: "ignore", "pause" or "stop"."""
+        """Set the action when a client stops writing a register: "ignore", "pause" or "stop"."""
         if variable_name not in IN:
             raise ScriptError(f"rtde_set_watchdog: there is no input {str(variable_name)[:40]}")
         if min_frequency <= 0 or action == "ignore":
@@ -145,11 +145,11 @@ class Functions:
         return self.get_standard_analog_in(index) if index < 2 else self.get_tool_analog_in(index - 2)
 
     def get_tool_analog_in(self, n: int) -> float:
-        """Return an analogue input of the tool: nothing is connected to it."""
+        """Return an analogue input of the tool, to which nothing is connected."""
         return 0.0 * _index(n, 2)
 
     def set_analog_inputrange(self, port: int, range: int) -> None:
-        """Set the range of an analogue input, 0-1 in the controller, 2-3 in the tool; it measures a voltage then."""
+        """Set the voltage range of an analogue input, 0-1 in the controller, 2-3 in the tool."""
         index, _range = _index(port, 4), _index(range, 5)
         terminals = self._c.io.analog_in_is_voltage if index < 2 else self._c.io.tool_analog_in_is_voltage
         terminals[index % 2] = True
@@ -197,13 +197,13 @@ class Functions:
 
     def textmsg(self, s1: Any, s2: Any = "") -> None:
         """Write to the log."""
-        self._c.tell(TextMessage(self._c.operations.text(s1) + self._c.operations.text(s2)))
+        self._c.post_message(TextMessage(self._c.operations.text(s1) + self._c.operations.text(s2)))
 
     def popup(
         self, s: Any, title: str = "Popup", warning: bool = False, error: bool = False, blocking: bool = False
     ) -> None:
-        """Show a text. No person can close it, so a blocking one pauses the program until it is played again."""
-        self._c.tell(TextMessage(f"{title}: {self._c.operations.text(s)}"))
+        """Show a text. It cannot be closed, so a blocking popup pauses the program until it is played again."""
+        self._c.post_message(TextMessage(f"{title}: {self._c.operations.text(s)}"))
         if blocking:
             self._c.pause_program()
 

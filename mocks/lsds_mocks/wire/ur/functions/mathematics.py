@@ -1,6 +1,6 @@
-"""Functions of numbers, lists, poses and strings; independent of the arm.
+"""Script functions on numbers, lists, poses and strings; independent of the arm.
 
-Each pays for the size of what it is given and of what it returns (`script/work`).
+The price of a call depends on the size of its arguments and of its result (`script/work`).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def _norm(value: Any) -> float:
 
 
 def _pose_add(a: Any, b: Any) -> Pose:
-    # Translations add; rotations follow each other.
+    # Translations add; rotations multiply.
     turned = compose([0, 0, 0, *a[3:]], [0, 0, 0, *b[3:]])
     return Pose([*(x + y for x, y in zip(a[:3], b[:3], strict=True)), *turned[3:]])
 
@@ -167,7 +167,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 
 class _Growing:
-    """Functions whose result may be much larger than what they are given: they pay before they begin."""
+    """Functions whose result may be much larger than their arguments, so that they pay in advance."""
 
     def __init__(self, work: Work, operations: Operations) -> None:
         self._work = work
@@ -181,12 +181,12 @@ class _Growing:
         return UrList([self._operations.copied(initial) for _ in range(int(length))])
 
     def transpose(self, matrix: Any) -> UrList:
-        """Return a matrix whose rows are another's columns."""
+        """Return the transpose of a matrix."""
         self._work.spend(4 * sum(map(len, matrix)))
         return UrList([UrList(row) for row in zip(*matrix, strict=True)])
 
     def str_cat(self, a: Any, b: Any) -> str:
-        """Return the texts of two values as one."""
+        """Return the concatenated texts of two values."""
         return self._operations.text(a) + self._operations.text(b)
 
     def to_str(self, value: Any) -> str:
@@ -198,7 +198,7 @@ NAMES = (*FUNCTIONS, "make_list", "transpose", "str_cat", "to_str")
 
 
 def functions(work: Work, operations: Operations) -> dict[str, Callable[..., Any]]:
-    """Return all functions by the script's name, each of which pays for its arguments and its result."""
+    """Return all functions by their names in scripts; each pays for its arguments and its result."""
     growing = _Growing(work, operations)
     found = FUNCTIONS | {name: getattr(growing, name) for name in NAMES if name not in FUNCTIONS}
     return {name: _paying(function, work, operations) for name, function in found.items()}

@@ -1,4 +1,4 @@
-"""Functions that move the arm. Names and parameters are the script language's."""
+"""Script functions that move the arm, with the names and parameters of the script language."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Functions:
         )
 
     def movep(self, pose: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0) -> Waiting:
-        """Move along a straight line for a process; here alike to movel with a blend."""
+        """Move along a straight line for a process; the mock treats it like movel with a blend."""
         yield from self.movel(pose, a, v, 0.0, r)
 
     def movec(
@@ -72,38 +72,42 @@ class Functions:
         )
 
     def optimovej(self, q: Any, a: float = 0.3, v: float = 0.3, r: float = 0.0) -> Waiting:
-        """Move in the joints, at fractions of what they can do."""
+        """Move linearly in the joints, at fractions of their limits."""
         limit = min(self._c.kinematics.model.joint_speed_rad_s)
         yield from self.movej(q, a * 12.0, v * limit, 0.0, r)
 
     def optimovel(self, pose: Any, a: float = 0.3, v: float = 0.3, r: float = 0.0) -> Waiting:
-        """Move along a straight line, at fractions of what the tool can do."""
+        """Move along a straight line, at fractions of the tool's limits."""
         yield from self.movel(pose, a * 5.0, v * 2.0, 0.0, r)
 
     # -- followed each cycle ------------------------------------------------------------------------------
 
     def speedj(self, qd: Any, a: float = 1.4, t: float = 0.0, t_min: float = 0.0) -> Waiting:
-        """Speed the joints up to a velocity; return after a time, or at that velocity. Without acceleration they keep
-        their speed."""
+        """Accelerate the joints to a velocity; return after a time, or at that velocity.
+
+        Without acceleration they keep their speed.
+        """
         yield from self._until_done(SpeedMode(self._c.arm, numbers(qd), not_negative(a, "a"), t or t_min))
 
     def speedl(self, xd: Any, a: float = 1.2, t: float = 0.0, aRot: float = 0.0) -> Waiting:
-        """Speed the tool up to a velocity; return after a time, or at that velocity. Without acceleration it keeps its
-        speed."""
+        """Accelerate the tool to a velocity; return after a time, or at that velocity.
+
+        Without acceleration it keeps its speed.
+        """
         yield from self._until_done(ToolSpeedMode(self._c.arm, numbers(xd), not_negative(a, "a"), t))
 
     def servoj(
         self, q: Any, a: float = 0.0, v: float = 0.0, t: float = 0.002, lookahead_time: float = 0.1, gain: float = 300
     ) -> Waiting:
-        """Follow joint positions that are renewed all the time."""
+        """Follow joint positions that the script updates continuously."""
         yield from self._until_done(ServoMode(self._c.arm, numbers(q), t, lookahead_time, gain))
 
     def servoc(self, pose: Any, a: float = 1.2, v: float = 0.25, r: float = 0.0) -> Waiting:
-        """Follow poses, blending from one into the next."""
+        """Follow poses, with blends between them."""
         yield from self.movel(pose, a, v, 0.0, r)
 
     def direct_torque(self, torque: Any, **_friction: Any) -> Waiting:
-        """Hold the position for a cycle: dynamics under torques are not modelled, so any torque holds still."""
+        """Hold the position for a cycle under any torque, because dynamics are not modelled."""
         numbers(torque)
         yield
 
@@ -118,7 +122,7 @@ class Functions:
     # -- force, freedrive, contact ------------------------------------------------------------------------
 
     def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: int, limits: Any) -> None:
-        """Let the tool yield along the chosen axes of a frame until it pushes with the requested wrench."""
+        """Enable force mode: the tool yields along selected axes of a frame until it exerts the requested wrench."""
         frame = numbers(task_frame)
         if int(type) == 3:
             frame = list(self._c.tcp_pose)
@@ -131,15 +135,15 @@ class Functions:
         self._c.motion.compliance = None
 
     def force_mode_set_damping(self, damping: float) -> None:
-        """Set how fast the tool comes to rest in force mode; 1 does not move."""
+        """Set the damping of force mode; at 1 the tool does not move."""
         self._damping = min(max(damping, 0.0), 1.0)
 
     def force_mode_set_gain_scaling(self, scaling: float) -> None:
-        """Set how eagerly force mode corrects, 0..2."""
+        """Set the gain of force mode, 0..2."""
         self._c.motion.compliance_gain = min(max(scaling, 0.0), 2.0)
 
     def freedrive_mode(self, freeAxes: Any = None, feature: Any = None) -> None:
-        """Freedrive: hand guiding by a person. In the mock the arm stays where it is."""
+        """Enable freedrive (hand guiding), in which the mock's arm does not move."""
         self._free_drive = True
 
     def end_freedrive_mode(self) -> None:
@@ -151,7 +155,7 @@ class Functions:
         return int(self._free_drive)
 
     def teach_mode(self) -> None:
-        """Let a person lead the arm, the older way."""
+        """Enable freedrive by its older name."""
         self._free_drive = True
 
     def end_teach_mode(self) -> None:
@@ -159,7 +163,7 @@ class Functions:
         self._free_drive = False
 
     def tool_contact(self, direction: Any = None) -> int:
-        """Return the cycles since the tool met something in a direction (0s: any); 0 for no contact."""
+        """Return the cycles since the tool made contact in a direction (zeros: any); 0 for no contact."""
         force = self._c.tcp_force[:3]
         along = list(direction)[:3] if direction is not None else [0.0, 0.0, 0.0]
         size = sum(d * d for d in along) ** 0.5
@@ -186,7 +190,7 @@ class Functions:
         motion = self._c.motion
         motion.start(move)
         try:
-            # At least one cycle, even where there is nowhere to go.
+            # Take at least one cycle, even if the arm is already at the target.
             yield
             while not move.done:
                 yield

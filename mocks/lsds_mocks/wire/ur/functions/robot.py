@@ -1,4 +1,4 @@
-"""Functions that return the arm's state, and set its payload and mounting."""
+"""Script functions that return the arm's state, and set its payload and mounting."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 INVERSES = 6
-"""Inverse kinematics that one cycle can calculate; the next one waits for the next cycle."""
+"""Maximum number of inverse kinematics per cycle; further ones wait for the next cycle."""
 
 
 class Functions:
@@ -28,7 +28,7 @@ class Functions:
     def __init__(self, controller: Controller) -> None:
         self._c = controller
 
-    # -- where it is --------------------------------------------------------------------------------------
+    # -- position and speed -------------------------------------------------------------------------------
 
     def get_actual_joint_positions(self) -> UrList:
         """Return joint positions (rad)."""
@@ -43,7 +43,7 @@ class Functions:
         return UrList(self._c.arm.q)
 
     def get_actual_joint_positions_history(self, steps: int = 0) -> UrList:
-        """Return the joint positions of so many cycles ago."""
+        """Return the joint positions of `steps` cycles ago."""
         history = self._c.history
         return UrList(history[-1 - min(max(int(steps), 0), len(history) - 1)])
 
@@ -106,7 +106,7 @@ class Functions:
         maxOrientationError: float = 1e-10,
         tcp: Any = None,
     ) -> Waiting:
-        """Return joint positions for a pose, nearest to `qnear`; fails where there are none."""
+        """Return joint positions for a pose, nearest to `qnear`. Raises ScriptError if there is no solution."""
         yield from self._turn()
         q = self._inverse(x, qnear, tcp)
         if q is None:
@@ -149,7 +149,7 @@ class Functions:
         return UrList([0.0] * JOINTS)
 
     def is_within_safety_limits(self, target: Any) -> Waiting:
-        """Return whether a pose or joint positions are in reach and in range."""
+        """Return whether a pose is in reach, or joint positions are in range."""
         yield from self._turn()
         if isinstance(target, Pose):
             return self._inverse(target, None, None) is not None
@@ -167,7 +167,7 @@ class Functions:
         return force
 
     def zero_ftsensor(self) -> None:
-        """Make the present reading the new zero."""
+        """Set the sensor's zero to the present reading."""
         self._c.force_offset = list(self._c.wrench)
 
     def get_joint_torques(self) -> UrList:
@@ -178,14 +178,14 @@ class Functions:
     def enable_external_ft_sensor(
         self, enable: bool, sensor_mass: float = 0.0, sensor_measuring_offset: Any = None, sensor_cog: Any = None
     ) -> None:
-        """Take the force from `external_force_torque`; it is added to what the arm feels anyway."""
+        """Add the force of the input `external_force_torque` to the environment's."""
         if not enable:
             self._c.environment.external = [0.0] * JOINTS
 
     def ft_rtde_input_enable(
         self, enable: bool, sensor_mass: float = 0.0, sensor_measuring_offset: Any = None, sensor_cog: Any = None
     ) -> None:
-        """Take the force from `external_force_torque`."""
+        """Add the force of the input `external_force_torque` to the environment's."""
         self.enable_external_ft_sensor(enable, sensor_mass, sensor_measuring_offset, sensor_cog)
 
     # -- tool, payload, mounting --------------------------------------------------------------------------
@@ -247,7 +247,7 @@ class Functions:
     # -- inside -------------------------------------------------------------------------------------------
 
     def _turn(self) -> Waiting:
-        """Wait for a cycle with time for one more inverse."""
+        """Wait for a cycle with time for one more inverse kinematics."""
         while self._c.inverses >= INVERSES:
             yield
         self._c.inverses += 1

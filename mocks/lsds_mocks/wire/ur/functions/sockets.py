@@ -1,4 +1,4 @@
-"""Functions by which a script talks to other computers. None of them ever blocks a cycle."""
+"""Script functions for TCP connections. None of them blocks a control cycle."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 CONNECT_S, ANSWER_S = 2.0, 2.0
 DEFAULT = "socket_0"
 MOST_OPEN = 16
-"""Sockets that one program may have open."""
+"""Maximum number of open sockets per program."""
 
 READS = 8
-"""What programs may read in one cycle; the next read waits for the next cycle."""
+"""Maximum number of reads per cycle; further reads wait for the next cycle."""
 
 KEPT_BYTES = 1 << 18
-"""Limit of received bytes that are not read yet; further bytes wait at the sender."""
+"""Maximum number of received bytes that a program has not read; further bytes wait at the sender."""
 
 
 class _Connection:
-    """One open socket with what has been read and not taken."""
+    """One open socket with its received bytes that the program has not read."""
 
     def __init__(self, link: socket.socket) -> None:
         self.link = link
@@ -62,13 +62,13 @@ class Functions:
         self._open: dict[str, _Connection] = {}
 
     def socket_open(self, address: str, port: int, socket_name: str = DEFAULT) -> Waiting:
-        """Connect and return whether that worked. Only this machine's own addresses and allowed ports are tried."""
+        """Connect; return whether that succeeded. Only this machine's addresses and allowed ports are tried."""
         self.socket_close(socket_name)
         if ":" in address or not on_loopback(address):
             return False
         if len(self._open) >= MOST_OPEN:
             raise ScriptError(f"socket_open: more than {MOST_OPEN} sockets")
-        # Not more often than once a cycle, however quickly the other end accepts.
+        # Open at most one socket per cycle, however quickly the peer accepts.
         yield
         if int(port) not in self._ports:
             self._explain(int(port))
@@ -83,7 +83,7 @@ class Functions:
                 yield
                 outcome = link.connect_ex((address, int(port)))
         except BaseException:
-            # The program has been stopped, or the port is none.
+            # The program has been stopped, or the port number is invalid.
             link.close()
             raise
         if outcome not in (0, errno.EISCONN):
@@ -94,7 +94,7 @@ class Functions:
         return True
 
     def close_all(self) -> None:
-        """Close all: the program has ended."""
+        """Close all sockets at the end of the program."""
         for name in list(self._open):
             self.socket_close(name)
 
@@ -121,12 +121,12 @@ class Functions:
         return self._send(self._c.operations.text(text).encode() + b"\n", socket_name)
 
     def socket_set_var(self, name: Any, value: Any, socket_name: str = DEFAULT) -> bool:
-        """Send "SET <name> <value>" and a line feed; what is answered, is read as any other text."""
+        """Send "SET <name> <value>" and a line feed; the program reads the answer like any other text."""
         text = self._c.operations.text
         return self._send(f"SET {text(name)} {int(value)}\n".encode(), socket_name)
 
     def socket_get_var(self, name: Any, socket_name: str = DEFAULT) -> Waiting:
-        """Send "GET <name>" and a line feed; return the number of the answer "<name> <number>", 0 where none comes."""
+        """Send "GET <name>" and a line feed; return the number in the answer "<name> <number>", 0 without an answer."""
         name = self._c.operations.text(name)
         self._send(f"GET {name}\n".encode(), socket_name)
         data = yield from self._wait(socket_name, ANSWER_S, lambda buffer: buffer.find(b"\n") + 1)
@@ -139,7 +139,7 @@ class Functions:
             return 0
 
     def socket_read_binary_integer(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
-        """Read 32-bit numbers: the list begins with how many came, 0 after the time (0: never gives up)."""
+        """Read 32-bit numbers; the list begins with their count, 0 on timeout (a timeout of 0 waits indefinitely)."""
         count = self._count(number)
         size = 4 * count
         data = yield from self._wait(socket_name, timeout, lambda buffer: size if len(buffer) >= size else 0)
@@ -148,13 +148,13 @@ class Functions:
         return UrList([count, *struct.unpack(f">{count}i", data)])
 
     def socket_read_byte_list(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
-        """Read bytes: the list begins with how many came."""
+        """Read bytes; the list begins with their count."""
         size = self._count(number)
         data = yield from self._wait(socket_name, timeout, lambda buffer: size if len(buffer) >= size else 0)
         return UrList([0]) if data is None else UrList([size, *data])
 
     def socket_read_ascii_float(self, number: int, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
-        """Read numbers in brackets, "(1.4, 3)": the list begins with how many came."""
+        """Read numbers in brackets, "(1.4, 3)"; the list begins with their count."""
         data = yield from self._wait(socket_name, timeout, lambda buffer: buffer.find(b")") + 1)
         if data is None:
             return UrList([0])
@@ -166,7 +166,7 @@ class Functions:
         return UrList([len(values), *values])
 
     def socket_read_line(self, socket_name: str = DEFAULT, timeout: float = 2.0) -> Waiting:
-        """Read up to a line feed; an empty string after the time."""
+        """Read up to a line feed; an empty string on timeout."""
         data = yield from self._wait(socket_name, timeout, lambda buffer: buffer.find(b"\n") + 1)
         return self._text(data).rstrip("\r\n")
 
@@ -178,7 +178,7 @@ class Functions:
         interpret_escape: bool = False,
         timeout: float = 2.0,
     ) -> Waiting:
-        """Read what has come, between a prefix and a suffix where they are given."""
+        """Read the received text, or the part between a prefix and a suffix if they are given."""
         end = suffix.encode()
         data = (
             yield from self._wait(
@@ -198,7 +198,7 @@ class Functions:
             self._explained = True
             remedy = f"start the mock with --socket-ports '[{port}]'"
             rule = "by default only ports are allowed on which the sender of the program listens"
-            self._c.tell(TextMessage(f"socket_open: port {port} is not allowed; {rule}; {remedy}"))
+            self._c.post_message(TextMessage(f"socket_open: port {port} is not allowed; {rule}; {remedy}"))
 
     def _count(self, number: Any) -> int:
         if not 0 < int(number) <= LENGTH:
@@ -234,7 +234,7 @@ class Functions:
                     data = bytes(connection.data[:size])
                     del connection.data[:size]
                     return data
-            # Nothing more can come from one that has hung up: say so, but not more often than once a cycle.
+            # A disconnected peer sends nothing more; return that, but at most once per cycle.
             hung_up = connection is None or connection.ended
             if waited and (hung_up or (cycles is not None and waited >= cycles)):
                 return None

@@ -1,1 +1,1 @@
-"""How the arm moves: profiles, moves along paths, speed and servo modes, blends, brakes."""
+"""Motion of the arm: profiles, moves along paths, speed and servo modes, blends, brakes."""

@@ -15,9 +15,9 @@ _NEAR_SINGULAR = 3.0
 
 
 class SpeedMode:
-    """Joints towards speeds `qd` (rad/s) with an acceleration; done after `time_s`, or, without, at that speed.
+    """Accelerates the joints to speeds `qd` (rad/s); done after `time_s` or, without a time, at those speeds.
 
-    Works in the script's time, which the speed slider stretches: `arm.qd` is what the joints do in it.
+    It works in the script's time, which the speed slider stretches; `arm.qd` is in that time, too.
     """
 
     def __init__(self, arm: ArmMotion, qd: Sequence[float], acceleration: float, time_s: float) -> None:
@@ -29,7 +29,7 @@ class SpeedMode:
         change = [b - a for a, b in zip(self._from, self._target, strict=True)]
         largest = max(map(abs, change))
         self._ramp_s = largest / max(acceleration, 1e-6)
-        # Fixed from here on, so that the acceleration is the same number in every cycle of the ramp.
+        # Fixed here, so that the acceleration is constant over the ramp.
         self._qdd = [acceleration * c / largest for c in change] if largest > 0 else [0.0] * JOINTS
 
     @property
@@ -49,7 +49,7 @@ class SpeedMode:
 
 
 class ToolSpeedMode:
-    """The tool towards a velocity (m/s, rad/s, base frame) with an acceleration (m/s2)."""
+    """Accelerates the tool (m/s2) to a velocity (m/s, rad/s, base frame)."""
 
     def __init__(self, arm: ArmMotion, xd: Sequence[float], acceleration: float, time_s: float) -> None:
         self.arm = arm
@@ -78,7 +78,7 @@ class ToolSpeedMode:
 
 
 class ServoMode:
-    """Joints follow a target that is renewed every few milliseconds, through a critically damped filter.
+    """Follows a joint target that is updated every few milliseconds, through a critically damped filter.
 
     Its time constant is the look-ahead time, shorter at a higher gain (300 is the controller's default).
     """
@@ -96,7 +96,7 @@ class ServoMode:
         return self.elapsed_s >= self._time_s - 1e-9
 
     def step(self, dt_s: float) -> Step:
-        """Return the arm after a time step; exact for the filter, and so stable at any gain."""
+        """Return the arm after a time step; exact for the filter and therefore stable at any gain."""
         self.elapsed_s += dt_s
         w, decay = self._rate, math.exp(-self._rate * dt_s)
         limits = self.arm.kinematics.model.joint_speed_rad_s
@@ -115,7 +115,7 @@ class ServoMode:
 
 
 class StopJoints:
-    """Every joint to rest, all in the same time."""
+    """Brings all joints to rest in the same time."""
 
     def __init__(self, arm: ArmMotion, deceleration: float) -> None:
         self.arm = arm
@@ -135,7 +135,7 @@ class StopJoints:
 
 
 class StopTool(StopJoints):
-    """The tool to rest on a straight line, as long as that is possible."""
+    """Brings the tool to rest on a straight line, as long as that is possible."""
 
     def step(self, dt_s: float) -> Step:
         """Return the arm after a time step."""
@@ -155,7 +155,7 @@ def tool_velocity(arm: ArmMotion) -> np.ndarray[tuple[int], np.dtype[np.float64]
 
 
 def joint_speeds(arm: ArmMotion, xd: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Joints:
-    """Return joint speeds for a tool velocity: damped near singularities, slower where a joint cannot."""
+    """Return joint speeds for a tool velocity, damped near singularities and scaled down to the joints' limits."""
     jacobian = arm.kinematics.jacobian(arm.q, arm.tcp()[:3])
     limits = arm.kinematics.model.joint_speed_rad_s
     try:

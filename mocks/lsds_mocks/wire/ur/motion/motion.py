@@ -1,4 +1,4 @@
-"""The only place where the arm's joints change: runs the present move of a script, one control cycle at a time."""
+"""Execution of a script's present move, one control cycle at a time; the only code that changes the arm's joints."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from lsds_mocks.wire.ur.motion.moves import Before, Coast, PathMove
 from lsds_mocks.wire.ur.motion.state import ArmMotion, Joints, Move, Step
 
 BRAKE_RAD_S2 = 10.0
-"""Deceleration of a motion that its script has dropped."""
+"""Deceleration of a motion that its script has dropped (rad/s2)."""
 
 
 class Compliance:
-    """Force mode: along chosen axes of a frame the tool yields until the measured force is the requested one.
+    """Force mode: along selected axes of a frame the tool yields until the measured force is the requested one.
 
-    `wrench` is what the tool is to push with (N, Nm), `limits` its largest speeds there (m/s, rad/s).
+    `wrench` is the load that the tool has to exert (N, Nm), `limits` its maximum speeds (m/s, rad/s).
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Compliance:
 
     def velocity(self, felt: Sequence[float], gain: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Return the tool's velocity in the base frame; `felt` is the force on the tool there."""
-        # The force that moves the tool: the requested force plus that of the environment.
+        # The requested force plus that of the environment moves the tool.
         push = self._wrench + self._axes.T @ np.array(felt, dtype=float)
         scale = gain * np.array([1e-3, 1e-3, 1e-3, 2e-2, 2e-2, 2e-2])
         free = np.where(self._selection, np.clip(push * scale, -self._limits, self._limits), 0.0)
@@ -45,8 +45,8 @@ class Compliance:
 
 
 class Motion:
-    """Owns the arm's joints. A script starts a move and polls whether it is done; when a move is dropped, the arm
-    brakes."""
+    """Owner of the arm's joints. A script starts a move and polls whether it is done; the arm brakes if the script
+    drops the move."""
 
     def __init__(self, arm: ArmMotion) -> None:
         self.arm = arm
@@ -64,15 +64,15 @@ class Motion:
 
     @property
     def steady(self) -> bool:
-        """Whether the arm is at rest and nothing is under way."""
+        """Whether the arm is at rest and no move is in progress."""
         return not self.arm.moving and (self._move is None or not self._driven)
 
     def start(self, move: Move) -> None:
-        """Start a move, which takes over from the present one."""
+        """Start a move, which replaces the present one."""
         self._move, self._driven = move, True
 
     def drop(self, move: Move) -> None:
-        """Drop this move. A move along a path that is already blended out still runs to its end."""
+        """Drop this move. A path move that the next move already blends with still runs to its end."""
         if self._move is move:
             self._driven = isinstance(move, PathMove) and move.done
 
@@ -82,14 +82,14 @@ class Motion:
         self.compliance = None
 
     def freeze(self) -> None:
-        """Stand still at once, as with the brakes on."""
+        """Stop at once, as with the brakes on."""
         self._move, self._driven, self.compliance = None, False, None
         self.arm.qd, self.arm.qdd = [0.0] * JOINTS, [0.0] * JOINTS
 
     def step(self, dt_s: float, felt: Sequence[float]) -> None:
         """Advance by one control cycle in the script's time.
 
-        Raises Unreachable where the way leads out of reach or beyond a joint's limit.
+        Raises Unreachable if the path leaves the arm's reach or exceeds a joint's limit.
         """
         if dt_s <= 0:
             return
@@ -126,7 +126,7 @@ class Motion:
 
     def _take(self, step: Step, dt_s: float) -> None:
         arm = self.arm
-        # Written so that what is no number at all is beyond the limit, too: it would stay in the joints for ever.
+        # This form rejects NaN, too, which would otherwise stay in the joints permanently.
         if not all(abs(q) <= JOINT_LIMIT_RAD + 1e-9 for q in step.q):
             raise JointLimit([round(q, 4) for q in step.q])
         qd = step.qd if step.qd is not None else _rates(arm.q, step.q, dt_s)

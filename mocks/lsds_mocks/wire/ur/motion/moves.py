@@ -1,4 +1,4 @@
-"""Moves along paths: to joint positions, along straight lines and arcs, and blends from one into the next."""
+"""Moves along paths: to joint positions, along straight lines and arcs, and blends between moves."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from lsds_mocks.wire.ur.motion.state import ArmMotion, Joints, Step, Unreachable
 from lsds_mocks.wire.ur.pose_math import difference, moved, norm
 
 SETTLE_S = 0.03
-"""A move that ends at rest reports so after this time: the real controller waits until the joints have settled."""
+"""Delay between a move's end at rest and its completion (s): the real controller waits until the joints settle."""
 
 LEVER_M = 0.3
-"""Turning the tool by an angle counts as moving it along an arc of this radius."""
+"""Radius that converts a rotation of the tool to a path length (m)."""
 
 _CHECKS = 40
 _JUMP_RAD = 0.35
 
 
 class Before(Protocol):
-    """A motion that is not over when the next one begins."""
+    """A motion that is still in progress when the next one begins."""
 
     @property
     def end(self) -> Joints:
@@ -34,12 +34,12 @@ class Before(Protocol):
         ...
 
     def rest(self, dt_s: float) -> Joints:
-        """Advance it; return how far it still is from its end."""
+        """Advance the motion; return its remaining distance per joint."""
         ...
 
 
 class Coast:
-    """The rest of a motion without a driver: each joint decelerates to rest."""
+    """The end of a motion without a command: each joint decelerates to rest."""
 
     def __init__(self, arm: ArmMotion, deceleration: float) -> None:
         self._qd = list(arm.qd)
@@ -53,17 +53,17 @@ class Coast:
         return self._elapsed_s >= self._stop_s
 
     def rest(self, dt_s: float) -> Joints:
-        """Advance it; return how far it still is from its end."""
+        """Advance the motion; return its remaining distance per joint."""
         self._elapsed_s = min(self._elapsed_s + dt_s, self._stop_s)
         left = self._stop_s - self._elapsed_s
         return [-v * left * left / (2 * self._stop_s) for v in self._qd]
 
 
 class PathMove:
-    """A move from where the arm is, at rest or blended, along `at(share)` in the time of a profile.
+    """A move from the present configuration, at rest or blended, along `at(share)` with the timing of a profile.
 
-    Where the move before it still brakes (a blend), its remaining way is added: the corner gets round, and the end is
-    exact once that move has ended.
+    While the previous move still brakes (a blend), its remaining distance is added. That rounds the corner, and the end
+    is exact once the previous move has ended.
     """
 
     def __init__(self, arm: ArmMotion, way: Profile, blend_m: float, before: Before | None) -> None:
@@ -77,17 +77,17 @@ class PathMove:
         self._settled_s = way.duration_s + (0.0 if blend_m > 0 else SETTLE_S)
 
     def at(self, share: float) -> Joints:
-        """Return the joints a share (0..1) of the way along."""
+        """Return the joints at a fraction (0..1) of the path."""
         raise NotImplementedError
 
     @property
     def length_m(self) -> float:
-        """Length of the tool's way, by which blend radii are measured."""
+        """Length of the tool's path, which blend radii refer to."""
         return self.way.length
 
     @property
     def done(self) -> bool:
-        """Whether the script may go on: at rest, or where the blend begins."""
+        """Whether the script may continue: the arm is at rest, or the blend begins."""
         if self._blend <= 0:
             return self.elapsed_s >= self._settled_s - 1e-9
         braking = self.elapsed_s >= self.way.duration_s - self.way.ramp_s
@@ -96,7 +96,7 @@ class PathMove:
 
     @property
     def ended(self) -> bool:
-        """Whether it has reached its end."""
+        """Whether the move has reached its end."""
         return self.elapsed_s >= self._settled_s - 1e-9
 
     def step(self, dt_s: float) -> Step:
@@ -112,11 +112,11 @@ class PathMove:
         return Step(q)
 
     def shift(self, q: Sequence[float]) -> None:
-        """Let the whole way lie elsewhere by so much: what a compliant tool has yielded."""
+        """Shift the whole path by joint angles `q`, by which a compliant tool has yielded."""
         self._yielded = [a + b for a, b in zip(self._yielded, q, strict=True)]
 
     def rest(self, dt_s: float) -> Joints:
-        """Advance a move that another one has taken over; return how far it still is from its end."""
+        """Advance a move that another one has replaced; return its remaining distance per joint."""
         return [a - b for a, b in zip(self.step(dt_s).q, self.end, strict=True)]
 
     @property
@@ -147,7 +147,7 @@ class PathMove:
 
 
 class JointMove(PathMove):
-    """All joints in proportion; speed and acceleration are those of the joint with the longest way."""
+    """Moves all joints in proportion; speed and acceleration apply to the joint with the longest distance."""
 
     def __init__(
         self,
@@ -174,12 +174,12 @@ class JointMove(PathMove):
         return self._tool_m
 
     def at(self, share: float) -> Joints:
-        """Return the joints a share of the way along."""
+        """Return the joints at a fraction of the path."""
         return [a + share * d for a, d in zip(self._start, self._delta, strict=True)]
 
 
 class ToolMove(PathMove):
-    """A move whose way is the tool's, `pose(share)`; each solution starts from the one before it."""
+    """A move along a path of the tool, `pose(share)`; each inverse solution starts from the previous one."""
 
     def __init__(self, arm: ArmMotion, way: Profile, blend_m: float, before: Before | None, joints: Joints) -> None:
         super().__init__(arm, way, blend_m, before)
@@ -188,11 +188,11 @@ class ToolMove(PathMove):
         self._near = joints
 
     def pose(self, share: float) -> Sequence[float]:
-        """Return the tool's pose a share (0..1) of the way along."""
+        """Return the tool's pose at a fraction (0..1) of the path."""
         raise NotImplementedError
 
     def at(self, share: float) -> Joints:
-        """Return the joints a share of the way along. Raises Unreachable."""
+        """Return the joints at a fraction of the path. Raises Unreachable."""
         if share <= 0:
             self._near = self._first
             return list(self._first)
@@ -201,7 +201,7 @@ class ToolMove(PathMove):
 
 
 class LineMove(ToolMove):
-    """The tool along a straight line, turning at a constant rate."""
+    """Moves the tool along a straight line, with rotation at a constant rate."""
 
     def __init__(
         self,
@@ -221,12 +221,12 @@ class LineMove(ToolMove):
         super().__init__(arm, _way(length, speed, acceleration, time_s), blend_m, before, joints)
 
     def pose(self, share: float) -> Sequence[float]:
-        """Return the tool's pose a share of the way along."""
+        """Return the tool's pose at a fraction of the path."""
         return moved(self._start, self._shift, self._turn, share)
 
 
 class ArcMove(ToolMove):
-    """The tool along the circle through its start, a point on the way and the target; it turns at a constant rate."""
+    """Moves the tool along the circle through start, via point and target, with rotation at a constant rate."""
 
     def __init__(
         self,
@@ -250,7 +250,7 @@ class ArcMove(ToolMove):
         super().__init__(arm, _way(length, speed, acceleration, 0.0), blend_m, before, joints)
 
     def pose(self, share: float) -> Sequence[float]:
-        """Return the tool's pose a share of the way along."""
+        """Return the tool's pose at a fraction of the path."""
         c, s = math.cos(share * self._angle), math.sin(share * self._angle)
         point = [m + c * u + s * v for m, u, v in zip(self._centre, self._u, self._v, strict=True)]
         return [*point, *moved(self._start, (0.0, 0.0, 0.0), self._turn, share)[3:]]
@@ -263,7 +263,7 @@ def _way(length: float, speed: float, acceleration: float, time_s: float) -> Pro
 
 
 def _circle(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> tuple[Joints, Joints, Joints, float]:
-    """Return centre, two half axes (the first points at `a`) and the angle from `a` by `b` to `c`."""
+    """Return centre, two half axes (the first one points to `a`) and the angle from `a` via `b` to `c`."""
     ab, ac = [y - x for x, y in zip(a, b, strict=True)], [y - x for x, y in zip(a, c, strict=True)]
     normal = _cross(ab, ac)
     area = sum(n * n for n in normal)

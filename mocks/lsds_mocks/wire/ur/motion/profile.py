@@ -1,4 +1,4 @@
-"""Trapezoidal profiles: from rest to rest over a length, with bounded speed and acceleration."""
+"""Trapezoidal profiles: from rest to rest over a length, with limited speed and acceleration."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Covers `length` (rad or m) in `duration_s`: speeding up for `ramp_s`, cruising, and slowing down for `ramp_s`."""
+    """Covers `length` (rad or m) in `duration_s`: acceleration for `ramp_s`, cruise, deceleration for `ramp_s`."""
 
     length: float
     acceleration: float
@@ -16,7 +16,7 @@ class Profile:
     duration_s: float
 
     def share(self, t_s: float) -> float:
-        """Return how much of the length (0..1) is covered at a time."""
+        """Return the fraction (0..1) of the length that is covered at a time."""
         if self.length <= 0 or t_s >= self.duration_s:
             return 1.0
         if t_s <= 0:
@@ -32,7 +32,7 @@ class Profile:
         return done / self.length
 
     def stretched(self, duration_s: float) -> Profile:
-        """Return the same motion in another time."""
+        """Return the same motion with another duration."""
         if self.duration_s <= 0:
             return Profile(self.length, self.acceleration, self.ramp_s, duration_s)
         slower = duration_s / self.duration_s
@@ -51,7 +51,7 @@ def profile(length: float, speed: float, acceleration: float) -> Profile:
 
 
 def timed_profile(length: float, duration_s: float, acceleration: float) -> Profile:
-    """Return the profile that takes a given time, at the given acceleration where that suffices, else at more."""
+    """Return the profile of a given duration, with the given acceleration or, if that is too low, a higher one."""
     if length <= 0:
         return Profile(0.0, acceleration, 0.0, duration_s)
     square = (acceleration * duration_s) ** 2 - 4 * acceleration * length

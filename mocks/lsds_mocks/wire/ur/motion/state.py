@@ -21,11 +21,11 @@ class Step(NamedTuple):
 
 
 class Move(Protocol):
-    """Anything that moves the arm. Works in the script's time, which the speed slider stretches."""
+    """A motion of the arm. It works in the script's time, which the speed slider stretches."""
 
     @property
     def done(self) -> bool:
-        """Whether the script that called it may go on."""
+        """Whether the calling script may continue."""
         ...
 
     def step(self, dt_s: float) -> Step:
@@ -34,7 +34,7 @@ class Move(Protocol):
 
 
 class Unreachable(Exception):
-    """A target, or a point on the way to it, is out of reach; `pose` is that point."""
+    """A target, or a point on the path to it, is out of reach; `pose` is that point."""
 
     def __init__(self, pose: Sequence[float]) -> None:
         super().__init__("out of reach: " + ", ".join(f"{value:.3f}" for value in pose))
@@ -52,7 +52,7 @@ class ArmMotion:
     tcp_offset: list[float] = field(default_factory=lambda: [0.0] * JOINTS)
 
     def tcp(self, q: Sequence[float] | None = None) -> list[float]:
-        """Return the TCP pose of the present, or of another, configuration."""
+        """Return the TCP pose of a configuration, by default the present one."""
         return self.kinematics.tcp(self.q if q is None else q, self.tcp_offset)
 
     def joints(self, tcp_pose: Sequence[float], near: Sequence[float]) -> Joints:

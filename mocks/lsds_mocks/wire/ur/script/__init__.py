@@ -1,1 +1,1 @@
-"""URScript: text to Python generators. Any script runs that uses the language and the listed functions."""
+"""URScript, compiled to Python generators. It runs any script that uses the language and the listed functions."""

@@ -1,4 +1,4 @@
-"""Scripts compiled by another process (`compile_server`), with a limit of time; a process that dies is replaced."""
+"""Compilation of scripts in another process (`compile_server`) with a time limit; a process that ends is replaced."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LARGEST_BYTES = 64 << 20
 
 
 class Compilation:
-    """Compiles one script at a time; for one thread. `waiting` lists the controller's functions as `compile_script`."""
+    """Compiles one script at a time, for one thread; `waiting` is that of `compile_script`."""
 
     def __init__(self, waiting: Mapping[str, bool], clock: Clock) -> None:
         self._waiting = dict(waiting)
@@ -32,7 +32,7 @@ class Compilation:
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Start the process, so that it is ready when the first script comes."""
+        """Start the process, so that it is ready for the first script."""
         self._process = subprocess.Popen(
             module_command("lsds_mocks.wire.ur.script.compile_server"),
             stdin=subprocess.PIPE,
@@ -41,7 +41,7 @@ class Compilation:
         )
 
     def compile(self, text: str) -> Compiled:
-        """Return the compiled script. Raises ScriptError for one that cannot be compiled, or not in time."""
+        """Return the compiled script. Raises ScriptError if the script cannot be compiled, or not in time."""
         if len(text) >= LONGEST:
             raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
         request = marshal.dumps((text, self._waiting))
@@ -53,7 +53,7 @@ class Compilation:
                 found = marshal.loads(self._exchange(struct.pack(">I", len(request)) + request))
                 break
             except EOFError:
-                # It may have ended after the program before this one; a second time it is this one.
+                # The previous program may have ended the process; if it ends again, this program is the cause.
                 self.close()
                 if attempt == 2:
                     raise ScriptError("syntax_error: the program is too large to be compiled", 1, 1) from None
@@ -78,7 +78,7 @@ class Compilation:
                     stream.close()
 
     def _exchange(self, request: bytes) -> bytes:
-        """Send a request and return the answer. Raises EOFError where the process has ended, TimeoutError."""
+        """Send a request and return the answer. Raises EOFError if the process has ended, TimeoutError."""
         process = self._process
         assert process is not None
         assert process.stdin is not None

@@ -1,7 +1,7 @@
-"""`python -m lsds_mocks.wire.ur.script.compile_server`: compiles scripts for the mock arm, in a process of its own.
+"""`python -m lsds_mocks.wire.ur.script.compile_server`: compiles scripts for the mock arm, in a separate process.
 
-Compiling keeps the interpreter's lock; a long program would stop the control loop for as long as it takes. Here it has
-limits of memory and time, too. A request and an answer are each a length (u32) and marshalled data.
+Compiling holds the interpreter's lock, so a long program would stop the control loop meanwhile. The process also limits
+memory and time. Requests and answers consist of a length (u32) and marshalled data.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lsds_mocks.wire.ur.script.errors import ScriptError
 MEMORY_BYTES = 512 << 20
 PROCESSOR_S = 60
 LARGE = 100_000
-"""Characters of a program after which the process ends, so that it gives its memory back."""
+"""Size of a program (characters) after which the process ends to free its memory."""
 
 
 def answer(text: str, waiting: dict[str, bool]) -> tuple[Any, ...]:
@@ -30,7 +30,7 @@ def answer(text: str, waiting: dict[str, bool]) -> tuple[Any, ...]:
     except ScriptError as error:
         return error.text, error.line, error.column
     except Exception as error:
-        # Programs that Python cannot compile, such as more than a hundred levels of nesting.
+        # Python cannot compile the program, for example because of more than a hundred levels of nesting.
         return f"syntax_error: {type(error).__name__}: {str(error)[:200]}", 1, 1
     return compiled.name, compiled.secondary, codes, dict(compiled.places)
 
@@ -45,8 +45,8 @@ def read(stream: BinaryIO) -> bytes:
 
 
 def main() -> None:
-    """Answer until the input ends."""
-    # Ctrl-C is for the mock; this process ends with it.
+    """Answer requests until the input ends."""
+    # Ignore Ctrl-C, which stops the mock; this process ends with the mock.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_S, PROCESSOR_S))

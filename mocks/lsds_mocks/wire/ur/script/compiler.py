@@ -1,8 +1,8 @@
-"""A syntax tree to Python: functions that may wait become generators that yield once a control cycle.
+"""Compiler from a syntax tree to Python: functions that may wait become generators that yield once per control cycle.
 
-Names resolve as the controller resolves them: what the program assigns outside functions, or declares `global`
-anywhere, is one variable for all; everything else is local to its function. A name that nothing defines is an error
-before the program starts, with the line and the column where it stands.
+Names resolve as in the controller: a variable that the program assigns outside functions, or declares `global`
+anywhere, is global; all others are local to their function. An undefined name is an error before the program starts,
+reported with line and column.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from lsds_mocks.wire.ur.script.parser import parse
 from lsds_mocks.wire.ur.script.prices import price
 
 MAIN = ""
-"""Name of the function that holds the program's own statements."""
+"""Name of the function that contains the program's top-level statements."""
 
 LONGEST, MOST_FUNCTIONS = 500_000, 4096
-"""Characters of a program, and functions in it."""
+"""Maximum numbers of characters and of functions in a program."""
 
 CHUNK = 400
-"""Units of work that are paid for in one go, as far as statements follow each other."""
+"""Maximum number of work units that consecutive statements pay at once."""
 
 _CALL = 12
-"""Price of calling one of the program's own functions."""
+"""Price of calling a function of the program, in units of work."""
 
 _OPERATORS = {
     "+": "add",
@@ -48,16 +48,16 @@ _TERMINALS = {
     "analog_in": ("get_analog_in", ""),
     "analog_out": ("get_analog_out", "set_analog_out"),
 }
-"""Terminals that older programs, and clients, read and write as elements of a list."""
+"""Terminals that older programs and clients access as elements of a list."""
 
 _PARTS: dict[type, tuple[str, ...]] = {}
 
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """A program ready to run: its name, whether it is a secondary one, and the code that defines its functions.
+    """A program ready to run: its name, whether it is secondary, and the code that defines its functions.
 
-    `ports` are the local ports to which it may open a socket.
+    `ports` are the local ports to which the program may open a socket.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Compiled:
     ports: frozenset[int] = frozenset()
 
     def place(self, error: BaseException) -> int:
-        """Return the script's line in which an error was raised, 0 where it was in none."""
+        """Return the script's line in which an error was raised; 0 if it was raised outside the script."""
         line, traceback = 0, error.__traceback__
         while traceback is not None:
             table = self.places.get(traceback.tb_frame.f_code.co_filename)
@@ -78,9 +78,9 @@ class Compiled:
 
 
 def compile_script(text: str, waiting: Mapping[str, bool]) -> Compiled:
-    """Compile a script. `waiting` lists the controller's functions, True for those that take time.
+    """Return the compiled script. `waiting` lists the controller's functions, with True for those that take time.
 
-    A single `def` or `sec` is the program; loose statements are a program without a name. Raises ScriptError.
+    A single `def` or `sec` is the program; other statements form a program without a name. Raises ScriptError.
     """
     if len(text) >= LONGEST:
         raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
@@ -107,7 +107,7 @@ class _Program:
         if len(self.functions) > MOST_FUNCTIONS:
             raise ScriptError(f"syntax_error: a program has at most {MOST_FUNCTIONS} functions", 1, 1)
         codes, places = [], {}
-        # Function by function: compiling all at once would keep the interpreter's lock for many control cycles.
+        # Compile each function separately, because compiling all at once would hold the interpreter's lock too long.
         for function in (*self.functions.values(), main):
             writer = _Writer(self, function)
             file = f"<{self.name}.{function.name}>"
@@ -116,7 +116,7 @@ class _Program:
         return Compiled(self.name, secondary, tuple(codes), places)
 
     def _waiting_functions(self) -> set[str]:
-        """Which functions wait: those that call one that waits, up to the fixed point."""
+        """Return the functions that wait: those that call a waiting function, up to the fixed point."""
         calls = {name: set(_calls(function.body)) for name, function in self.functions.items()}
         waits = {name for name, function in self.functions.items() if _joins(function.body)}
         while True:
@@ -178,7 +178,7 @@ class _Writer:
         self.places.append(self._line)
 
     def _block(self, body: tuple[nodes.Node, ...], more: int, owner: nodes.Node) -> None:
-        """Write statements, each paid for before it runs; `more` is paid in addition at the block's start."""
+        """Write statements that pay before they run; the block pays `more` units in addition at its start."""
         if not body:
             self._pay(more, owner)
         paid = 0
@@ -239,7 +239,7 @@ class _Writer:
             self._write("halt()")
         elif node.word == "pause":
             self._write("pause()")
-        # Critical sections only forbid pre-emption; threads here change places where they wait, and nowhere else.
+        # Critical sections only prevent pre-emption, and threads here switch only when they wait.
 
     def _while(self, node: nodes.While) -> None:
         self._loops += 1
@@ -305,7 +305,7 @@ class _Writer:
         return f"v_{node.name}"
 
     def _bound(self, node: nodes.Node) -> str:
-        """An expression whose value something is bound to: what belongs to something else already is copied."""
+        """Return an expression for a value that is bound to a name, with a copy if another name already owns it."""
         value = self._expression(node)
         return f"copied({value})" if isinstance(node, nodes.Name | nodes.Index | nodes.Member) else value
 
@@ -319,7 +319,7 @@ class _Writer:
         return base
 
     def _terminal(self, node: nodes.Index) -> tuple[str, str] | None:
-        """Return the functions that read and write what an element stands for, where it is a terminal's."""
+        """Return the functions that read and write the terminal of an element; None for any other element."""
         if not isinstance(node.base, nodes.Name) or len(node.indices) != 1:
             return None
         name = node.base.name
@@ -356,7 +356,7 @@ _BRANCHING = (nodes.If, nodes.While, nodes.Return, nodes.Word, nodes.Handle)
 
 
 def _price(node: nodes.Node | None) -> int:
-    """Return what a statement or an expression costs, without the blocks inside it: they pay for themselves."""
+    """Return the price of a statement or expression, without its inner blocks, which pay separately."""
     if node is None or isinstance(node, nodes.Function):
         return 0
     if isinstance(node, nodes.If):
@@ -387,7 +387,7 @@ def _walk(node: object, *, into_functions: bool = False) -> Iterator[nodes.Node]
 
 
 def _parts(kind: type[nodes.Node]) -> tuple[str, ...]:
-    """Return the names of a node's fields, without its place."""
+    """Return the names of a node's fields, without its position."""
     found = _PARTS.get(kind)
     if found is None:
         found = _PARTS[kind] = tuple(field.name for field in fields(kind))[2:]

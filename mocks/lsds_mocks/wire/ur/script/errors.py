@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class ScriptError(Exception):
-    """A script cannot be compiled, or failed while it ran. Lines and columns count from one."""
+    """A script cannot be compiled, or failed at run time. Lines and columns count from one."""
 
     def __init__(self, text: str, line: int = 0, column: int = 0) -> None:
         super().__init__(text)

@@ -1,4 +1,4 @@
-"""Script text to tokens. Line breaks are no tokens: each token states whether it begins a line."""
+"""Lexer of scripts. Line breaks are not tokens; each token states whether it begins a line."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Token(NamedTuple):
 
 
 def tokens(text: str) -> list[Token]:
-    """Return all tokens, closed by one of kind `end`. Raises ScriptError at a character that begins none."""
-    # Lines that begin with a dollar are the pendant's labels of program nodes.
+    """Return all tokens, followed by one of kind `end`. Raises ScriptError for an invalid character."""
+    # Lines that begin with a dollar sign are the pendant's labels of program nodes.
     text = _LABEL.sub("", text)
     found: list[Token] = []
     line, line_start, position, first = 1, 0, 0, True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """Anything in the tree, with its place in the text."""
+    """A node of the tree, with its position in the text."""
 
     line: int
     column: int
@@ -87,7 +87,7 @@ class Call(Node):
 
 @dataclass(frozen=True, slots=True)
 class Run(Node):
-    """`run f(a)`: starts a thread, gives its handle."""
+    """`run f(a)`: starts a thread, returns its handle."""
 
     call: Call
 
@@ -103,7 +103,7 @@ class Assign(Node):
 
 @dataclass(frozen=True, slots=True)
 class Bare(Node):
-    """An expression for its effect."""
+    """An expression statement."""
 
     value: Node
 
@@ -148,7 +148,7 @@ class While(Node):
 
 @dataclass(frozen=True, slots=True)
 class Function(Node):
-    """`def`, `thread` or `sec`, by `kind`; a parameter's default is None where it has none."""
+    """`def`, `thread` or `sec`, by `kind`; the default of a parameter without one is None."""
 
     kind: str
     name: str

@@ -1,7 +1,7 @@
-"""What a program does with values: operators, elements, copies, texts. Nothing grows without end, and size is paid for.
+"""Operations on values: operators, elements, copies, texts. Sizes are limited, and their price depends on the size.
 
-Integers have 32 bits, as the controller's variables (Universal Robots, user manual, "Variables"), and wrap around as
-its registers do. Lists, texts and their depth have limits.
+Integers have 32 bits, like the controller's variables (Universal Robots, user manual, "Variables"), and wrap around
+like its registers. Lists, texts and their nesting depth have limits.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList
 from lsds_mocks.wire.ur.script.work import Work
 
 LENGTH = 65_536
-"""A list has no more elements, and a text no more characters."""
+"""Maximum number of elements of a list, and of characters of a text."""
 
 DEEPEST = 16
 """Lists in lists."""
@@ -23,7 +23,8 @@ DEEPEST = 16
 _LOWEST, _HIGHEST = -(2**31), 2**31 - 1
 _NUMBERS = frozenset((int, float, bool))
 _LIST, _ELEMENT, _COPIED, _SHOWN, _CHARACTERS = 30, 8, 2, 20, 16
-"""Price of a list, and of an element that is calculated, copied, or shown as text; characters of text for one unit."""
+"""Prices in units of work: a list; an element that is calculated, copied, or converted to text. The last value is the
+number of characters of text per unit."""
 
 
 def wrapped(number: int) -> int:
@@ -32,7 +33,7 @@ def wrapped(number: int) -> int:
 
 
 def whole(number: float) -> int:
-    """Return a number that is whole as an integer. Raises ScriptError where 32 bits cannot hold it."""
+    """Return a whole number as an integer. Raises ScriptError if it does not fit into 32 bits."""
     if not _LOWEST <= number <= _HIGHEST:
         raise ScriptError(f"value_error: {number:g} does not fit into an integer of 32 bits")
     return int(number)
@@ -161,7 +162,7 @@ class Operations:
         base[name] = value
 
     def method(self, value: Any, name: str, *arguments: Any) -> Any:
-        """Call a list's own method."""
+        """Call a method of a list; return its result."""
         if not isinstance(value, UrList) or name not in _METHODS:
             raise ScriptError(f"compile_error_name_not_found:{name}:")
         if len(arguments) != _METHODS[name]:
@@ -192,7 +193,7 @@ class Operations:
     # -- copies, limits, texts ----------------------------------------------------------------------------
 
     def copied(self, value: Any, depth: int = 0) -> Any:
-        """Return a value that something may be bound to: lists and structs as copies that share nothing."""
+        """Return a value that a name may be bound to: lists and structs as deep copies."""
         if isinstance(value, UrList):
             self._descend(value, _COPIED, depth)
             return type(value)([self.copied(item, depth + 1) if type(item) in _COMPOUND else item for item in value])
@@ -202,7 +203,7 @@ class Operations:
         return value
 
     def checked(self, value: Any) -> Any:
-        """Return what a function has calculated. Raises ScriptError where it is more than a variable can hold."""
+        """Return a function's result unchanged. Raises ScriptError if a variable cannot hold it."""
         if type(value) is int:
             return wrapped(value)
         if type(value) is str:
@@ -241,7 +242,7 @@ class Operations:
 
 _COMPOUND = frozenset((UrList, Pose, Struct))
 _METHODS = {"length": 0, "append": 1, "pop": 0, "clear": 0, "insert": 2, "remove": 1, "slice": 2}
-"""A list's methods, and how many arguments they take."""
+"""Methods of a list, with the number of their arguments."""
 
 
 def _place(value: UrList | str, index: Any, count: int | None = None) -> int:

@@ -1,8 +1,8 @@
-"""Tokens to a syntax tree, by recursive descent.
+"""Recursive-descent parser from tokens to a syntax tree.
 
-Two habits of the language shape it. Statements need no separator, and an assignment's value may begin on the next line;
-yet an expression ends with its line unless a bracket is open, so that what begins the next line begins a statement. And
-`p[` begins a pose where six values follow, and is an element of a variable named p otherwise.
+Two properties of the language determine its structure. Statements need no separator, and an assignment's value may
+begin on the next line, but an expression ends with its line unless a bracket is open; the next line then begins a
+statement. `p[` begins a pose if six values follow; otherwise it is an element of a variable named p.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _LEVELS: tuple[tuple[str, ...], ...] = (
 _WORDS = ("break", "continue", "halt", "pause", "enter_critical", "exit_critical")
 POSE_SIZE = 6
 MOST_NESTED = 64
-"""Brackets, blocks and signs within each other. More of them cost a recursive parser, and Python's compiler, more than
-any program needs."""
+"""Maximum nesting depth of brackets, blocks and signs, which keeps the recursive parser and Python's compiler within
+their limits."""
 
 _OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
 _SIGNS = frozenset(("-", "+", "not"))
 _BLOCKS = frozenset(("def", "sec", "thread", "if", "while"))
 _LOWEST = "2147483648"
-"""With a minus before it, the only integer whose positive is none."""
+"""2^31, which is a valid integer only after a minus sign."""
 
 
 def parse(text: str) -> tuple[nodes.Node, ...]:
@@ -134,7 +134,7 @@ class _Parser:
         left = self._expression(level + 1) if level != 2 or not self._is("not") else self._unary()
         while self._is(*_LEVELS[level]) and (self._open or not self._here.first):
             operator = self._next()
-            # After an operator the line may break.
+            # A line may break after an operator.
             right = self._expression(level + 1)
             left = nodes.Binary(operator.line, operator.column, operator.text, left, right)
         return left
@@ -290,7 +290,7 @@ def _require_shallow(stream: list[Token]) -> None:
 
 
 def _number(token: Token) -> float | int:
-    """Return a literal's value. A pattern of bits has 32 of them; a number that has more is no integer."""
+    """Return a literal's value. A hexadecimal pattern has 32 bits; a number that exceeds an integer is a float."""
     text = token.text
     if text[:2] in ("0x", "0X"):
         return wrapped(int(text, 16))

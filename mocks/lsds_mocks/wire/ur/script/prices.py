@@ -1,13 +1,13 @@
-"""What the controller's functions cost, in units of work (`work`): measured, for those that calculate much.
+"""Prices of the controller's functions, in units of work (`work`); measured for expensive functions.
 
-The list's functions pay for the size of their arguments in addition, where that counts.
+List functions pay in addition for the size of their arguments if that matters.
 """
 
 from __future__ import annotations
 
 USUAL = 20
 MOVE = 3000
-"""Any motion: its path is planned where it begins."""
+"""Price of any motion, which plans its path at the start."""
 
 PRICES: dict[str, int] = dict.fromkeys(
     ("movej", "movel", "movep", "movec", "optimovej", "optimovel", "servoc", "servoj", "speedj", "speedl"), MOVE
@@ -63,5 +63,5 @@ PRICES: dict[str, int] = dict.fromkeys(
 
 
 def price(name: str) -> int:
-    """Return what a call of a function costs."""
+    """Return the price of calling a function."""
     return PRICES.get(name, USUAL)

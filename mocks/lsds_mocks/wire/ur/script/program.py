@@ -1,4 +1,4 @@
-"""A program at work: its threads, each run once a control cycle until it waits."""
+"""A running program: each of its threads runs once per control cycle until it waits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Waiting = Generator[None, None, Any]
 """A function that takes time: it yields once per control cycle."""
 
 THREADS = 256
-"""A program that starts more threads than these without end is ended."""
+"""Maximum number of threads; a program that starts more is ended."""
 
 
 _OPERATIONS = (
@@ -26,10 +26,10 @@ _OPERATIONS = (
 
 
 class Program:
-    """One uploaded program. `step` runs it through one control cycle; `running` is true until it has ended.
+    """One uploaded program. `step` runs it for one control cycle; `running` is true until it has ended.
 
-    `functions` are the controller's own, by name; `work` is what it may do in a cycle; `at_end` is called when the
-    program has ended, however it did. An error ends it; it is in `error`.
+    `functions` are the controller's functions by name; `work` is the budget per cycle; `at_end` is called once the
+    program has ended for any reason. An error ends the program and is stored in `error`.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Program:
         }
         self._space = space
         try:
-            # This calculates what the program's functions take where they are given nothing.
+            # This evaluates the defaults of the functions' parameters.
             for code in compiled.codes:
                 exec(code, space)
             self._start(space[f"f_{MAIN}"]())
@@ -76,7 +76,7 @@ class Program:
 
     @property
     def running(self) -> bool:
-        """Whether its main thread still lives."""
+        """Whether the main thread is still running."""
         return self._main in self._threads
 
     def step(self) -> None:
@@ -85,7 +85,7 @@ class Program:
             return
         done: set[int] = set()
         self._stepping = True
-        # Threads started on the way run in this cycle, too.
+        # Threads that start meanwhile run in this cycle, too.
         while self.running and (waiting := [handle for handle in self._threads if handle not in done]):
             for handle in waiting:
                 done.add(handle)
@@ -98,7 +98,7 @@ class Program:
             self._forget()
 
     def pause(self) -> None:
-        """Stand still until `resume`."""
+        """Suspend all threads until `resume`."""
         self.paused = True
 
     def resume(self) -> None:
@@ -116,14 +116,14 @@ class Program:
             self._forget()
 
     def fail(self, error: ScriptError) -> None:
-        """End it with an error from outside."""
+        """End the program with an external error."""
         self.error = error
         self.stop()
 
     # -- inside -------------------------------------------------------------------------------------------
 
     def _forget(self) -> None:
-        """Let go of all variables. Its functions refer to them, and they to its functions."""
+        """Release all variables, because they and the functions reference each other."""
         self._space.clear()
 
     def _advance(self, handle: int, thread: Waiting) -> None:
@@ -183,6 +183,6 @@ def _halt() -> None:
 
 
 def _close(thread: Waiting) -> None:
-    """End a thread, unless it is the one that runs: that one is closed where it next waits."""
+    """End a thread; the thread that is running now ends when it next waits."""
     if inspect.getgeneratorstate(thread) != inspect.GEN_RUNNING:
         thread.close()

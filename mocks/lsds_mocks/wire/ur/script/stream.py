@@ -1,4 +1,4 @@
-"""A byte stream of scripts to single programs: a `def` or `sec` up to its `end`, or any other complete line."""
+"""Splits a byte stream of scripts into programs: a `def` or `sec` up to its `end`, or any other complete line."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 _OPENS = frozenset(("def", "sec", "thread", "if", "while"))
 _BLOCKS = (*_OPENS, "end")
 LONG, LONGEST_LINE = 2000, 100_000
-"""Characters of a line from which it is looked at only where it may open or close a block, and with which it is not
-looked at any more: the program is given out as it is by then."""
+"""Line lengths (characters): above `LONG` only words that open or close a block are examined; above `LONGEST_LINE` the
+program is returned without further examination."""
 
 LIMIT = LONGEST
-"""Characters after which a program that never ends is given out as it is, to be refused."""
+"""Length (characters) above which an unfinished program is returned, to be refused."""
 
 
 class ScriptStream:
-    """Takes what a client sends and gives whole programs; `refused` after an HTTP request, of which nothing is run."""
+    """Splits a client's data into whole programs; `refused` is set after an HTTP request, which is not run."""
 
     def __init__(self) -> None:
         self.refused = False
@@ -30,7 +30,7 @@ class ScriptStream:
         self._size = 0
 
     def feed(self, data: bytes) -> list[str]:
-        """Return the programs that are complete by now. Bytes that are no UTF-8 become replacement characters."""
+        """Return the programs that are now complete. Invalid UTF-8 becomes replacement characters."""
         *complete, self._partial = (self._partial + data).split(b"\n")
         programs = []
         for line in complete:
@@ -65,7 +65,7 @@ class ScriptStream:
         return len(line) > LONGEST_LINE and any(word in line for word in _BLOCKS)
 
     def _words(self, line: str) -> list[str]:
-        """Return a line's words, without texts and comments; of a long one, only those that are needed."""
+        """Return a line's words without strings and comments; of a long line, only the necessary ones."""
         if len(line) > LONG and not any(word in line for word in _BLOCKS):
             return _WORD.findall(line, 0, LONG)
         return _WORD.findall(_CLEAN.sub(" ", line[:LONGEST_LINE]))

@@ -1,7 +1,7 @@
-"""Values of the language that Python has not: lists, poses and structs. What is calculated with them: `operations`.
+"""Values of the language without a Python equivalent: lists, poses and structs; `operations` calculates with them.
 
-Numbers, texts and booleans are Python's own. Lists and structs have value semantics: they are copied where a name, an
-element or a field is bound, so that no two share anything and none contains itself.
+Numbers, texts and booleans are Python's. Lists and structs have value semantics: binding them to a name, an element or
+a field copies them, so that no two share data and none contains itself.
 """
 
 from __future__ import annotations

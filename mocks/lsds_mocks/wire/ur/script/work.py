@@ -1,8 +1,8 @@
-"""How much programs may do in one control cycle: a budget in units of work, refilled a little every cycle.
+"""Work budget of programs, in units that are refilled in every control cycle.
 
 A unit is about 40 ns of an ordinary processor. Units are counted, not measured, so that a program ends at the same
-place on every machine. The compiled program pays for its statements in advance; functions whose effort depends on a
-size pay for that size.
+statement on every machine. The compiled program pays for its statements in advance; functions with a cost that depends
+on a size pay for that size.
 """
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ from __future__ import annotations
 from lsds_mocks.wire.ur.script.errors import ScriptError
 
 CYCLE = 15_000
-"""Units added every cycle: the share of two milliseconds that programs may take for good."""
+"""Units added per cycle: the part of two milliseconds that programs may use continuously."""
 
 BURST = 400_000
-"""Units that are saved at most. A program may spend them in one cycle, as for a long calculation at its start."""
+"""Maximum number of saved units, which a program may spend in one cycle, for example on a long initial calculation."""
 
 THREAD, FRAME = 40, 4
-"""Price of going on with a thread, and with each of the functions in which it waits."""
+"""Price of resuming a thread, and of each function in which it waits."""
 
 
 class Work:
-    """The budget of one controller, shared by all its programs. `frames` counts functions that wait at present."""
+    """The budget of one controller, shared by all its programs. `frames` counts the functions that now wait."""
 
     __slots__ = ("_start", "frames", "left")
 
@@ -40,7 +40,7 @@ class Work:
         return self._start - max(self.left, 0)
 
     def spend(self, units: int) -> None:
-        """Pay for what is to be done next. Raises ScriptError where it cannot be paid for."""
+        """Pay for the next work. Raises ScriptError if the budget is exhausted."""
         if units > self.left:
             self.left = 0
             exhausted()
@@ -48,5 +48,5 @@ class Work:
 
 
 def exhausted(line: int = 0, column: int = 0) -> None:
-    """End a program that goes round and round, deeper and deeper, or takes more time than its cycles have."""
+    """Raise ScriptError for a program that loops or recurses endlessly, or exceeds its time per cycle."""
     raise ScriptError("runtime_error: infinite loop detected: too much is done without sync()", line, column)
