@@ -46,14 +46,6 @@ _STUDIES = (
         "finished models on held-out objects of a dataset, compared with trivial baselines",
     ),
     (
-        "asked",
-        "studies.asked.study:AskedStudy",
-        "studies.asked.options:AskedOptions",
-        ("numba",),
-        "sim",
-        "detectors and estimators asked in every frame of simulated trials: slides, turns, changing load",
-    ),
-    (
         "grip",
         "studies.grip.study:GripStudy",
         "studies.grip.options:GripOptions",
@@ -150,28 +142,12 @@ _STUDIES = (
         "speed against accuracy of the gel models",
     ),
     (
-        "dynamics",
-        "studies.dynamics.study:DynamicsStudy",
-        "studies.dynamics.options:DynamicsOptions",
-        (),
-        "",
-        "failures of dry friction integrators while a grip is lost and regained",
-    ),
-    (
         "optics",
         "studies.optics.study:OpticsStudy",
         "studies.optics.options:OpticsOptions",
         ("numba",),
         "sim",
         "computing time of mechanics and image of one frame, and colour error, by optical tier",
-    ),
-    (
-        "realism",
-        "studies.realism.study:RealismStudy",
-        "studies.realism.options:RealismOptions",
-        ("numba",),
-        "sim",
-        "real recordings compared with simulated clips: motion, divergence, curl, lost markers",
     ),
 )
 
