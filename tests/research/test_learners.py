@@ -222,7 +222,7 @@ def test_a_signal_that_never_changed_is_left_out():
     assert plain.std(axis=0)[changing] == pytest.approx(1, abs=1e-3)
 
 
-def test_the_monotone_detector_never_says_less_for_more():
+def test_the_monotone_detector_never_scores_less_for_more():
     own = learner("monotone")
     rng = np.random.default_rng(0)
     made = examples("detect", own.signals, own.length, 3000)

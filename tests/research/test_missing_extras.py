@@ -23,10 +23,10 @@ def folder(tmp_path, monkeypatch):
 def refused(capsys, arguments, extra):
     """Run a command; it says one line that names the extra, and nothing was begun."""
     assert main(arguments) == 3
-    told = [line for line in capsys.readouterr().err.splitlines() if not line.startswith(("measuring", "collecting"))]
-    assert len(told) == 1
-    assert told[0].startswith("error: ")
-    assert told[0].endswith(f"pip install 'lsds[{extra}]'")
+    errors = [line for line in capsys.readouterr().err.splitlines() if not line.startswith(("measuring", "collecting"))]
+    assert len(errors) == 1
+    assert errors[0].startswith("error: ")
+    assert errors[0].endswith(f"pip install 'lsds[{extra}]'")
 
 
 @pytest.mark.parametrize(

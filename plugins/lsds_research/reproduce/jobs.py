@@ -109,7 +109,7 @@ def _signals(learner: str) -> str:
 def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[Row]:
     """Fit and score; return rows, each with the job's table, learner, set, split and labels."""
     rows = _run(job, Path(folder), seed, quick)
-    told = {
+    common = {
         "table": job.table,
         "learner": job.learner,
         "signals": job.signals or "own",
@@ -117,7 +117,7 @@ def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[Row]:
         "split": job.split,
         "labels": job.labels,
     }
-    return [{**told, **row} for row in rows]
+    return [{**common, **row} for row in rows]
 
 
 def _run(job: FitJob, folder: Path, seed: int, quick: bool) -> list[Row]:

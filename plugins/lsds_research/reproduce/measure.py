@@ -48,7 +48,7 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
         folder = data / name
         card = read_card(folder) or {}
         if not card.get("complete"):
-            collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_told(tick, f"collecting {name}"))
+            collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_named_tick(tick, f"collecting {name}"))
             card = read_card(folder) or {}
         other = differing(card, study(name, seed, quick=quick))
         if other:
@@ -86,8 +86,8 @@ def _code(folders: list[Path]) -> str:
 def _kept(job: FitJob, fits: Path, code: str, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:
     """Return a fit's rows, from the last time where nothing that they depend on has changed."""
     cards = [(Path(data) / name / CARD).read_text(encoding="utf-8") for name in STUDY]
-    told = json.dumps([asdict(job), cards, seed, quick, __version__, code], sort_keys=True)
-    path = fits / f"{hashlib.sha256(told.encode()).hexdigest()[:24]}.json"
+    content = json.dumps([asdict(job), cards, seed, quick, __version__, code], sort_keys=True)
+    path = fits / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.json"
     try:
         rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
         return rows
@@ -111,5 +111,5 @@ def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, A
     return [{**row, "seconds": (perf_ns() - begun) / 1e9} for row in rows]
 
 
-def _told(tick: Tick, what: str) -> Callable[[int, int, str], None]:
+def _named_tick(tick: Tick, what: str) -> Callable[[int, int, str], None]:
     return lambda done, whole, _: tick(what, done, whole)

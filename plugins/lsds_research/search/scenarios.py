@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds_research.cluster import shared_out
-from lsds_research.kept import keep, read_kept
+from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
 
@@ -27,7 +27,7 @@ class Scenarios:
         self._limits, self._settings = limits, tuple(settings)
         self._jobs, self._cluster = jobs, cluster
         self._kept = Path(out) if out else None
-        self._known = read_kept(self._kept)
+        self._known = read_runs(self._kept)
 
     def rows(self, scenarios: Sequence[Scenario], done: Callable[[int], None]) -> list[dict[str, Any]]:
         """Return the rows of scenarios, in their order; those that are kept are not run again."""
@@ -37,11 +37,11 @@ class Scenarios:
         shared = shared_out(run_scenario, asked, self._jobs, self._cluster)
         for count, ((scenario, _, _), result) in enumerate(shared, start=len(scenarios) - len(missing) + 1):
             # A process that died took the scenario with it: that is a failure without a name.
-            told = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
-            way, margin = least(told["margins"])
-            row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | told
+            outcome = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
+            way, margin = least(outcome["margins"])
+            row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | outcome
             self._known[self._key(scenario)] = row
-            keep(self._kept, self._key(scenario), row)
+            add_run(self._kept, self._key(scenario), row)
             done(count)
         return [self._known[key] for key in keys]
 

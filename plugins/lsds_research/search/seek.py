@@ -66,10 +66,10 @@ def _descend(
     worst, since = float("inf"), 0
     while len(known) < runs and since < GENERATIONS and not strategy.stop():
         asked = [np.asarray(point) for point in strategy.ask()]
-        told = list((yield asked[: runs - len(known)]))
-        known += zip(told, asked, strict=False)
-        if len(told) < len(asked):
+        margins = list((yield asked[: runs - len(known)]))
+        known += zip(margins, asked, strict=False)
+        if len(margins) < len(asked):
             return
-        strategy.tell(asked, told)
-        since = 0 if min(told) < worst - 1e-3 else since + 1
-        worst = min(worst, *told)
+        strategy.tell(asked, margins)
+        since = 0 if min(margins) < worst - 1e-3 else since + 1
+        worst = min(worst, *margins)

@@ -17,10 +17,10 @@ def shrunk(scenario: Scenario, space: Sequence[Axis], fails: Callable[[Scenario]
     """
     usual = {axis.key: axis.usual for axis in space}
     left, runs = dict(scenario), 0
-    told = {key: value for key, value in left.items() if value != usual.get(key)}
-    if len(told) < len(left) and most > 0:
+    unusual = {key: value for key, value in left.items() if value != usual.get(key)}
+    if len(unusual) < len(left) and most > 0:
         runs += 1
-        left = told if fails(told) else left
+        left = unusual if fails(unusual) else left
     size = max(1, len(left) // 2)
     while left:
         went = False

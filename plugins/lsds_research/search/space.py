@@ -76,7 +76,7 @@ def read_space(path: Path) -> tuple[Axis, ...]:
     A list of two numbers is a range, of whole numbers where both are; any other list is one of choices, the first of
     which is usual. Raises DataError that names the key.
     """
-    return tuple(_axis(path, key, said) for key, said in _flat(read_toml(path)))
+    return tuple(_axis(path, key, entry) for key, entry in _flat(read_toml(path)))
 
 
 def _flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
@@ -86,14 +86,14 @@ def _flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
     return found
 
 
-def _axis(path: Path, key: str, said: Any) -> Axis:
-    if not isinstance(said, list) or len(said) < 2:
-        raise DataError(f"{path}, {key}: {said!r} is no range (write [least, greatest], or a list of choices)")
+def _axis(path: Path, key: str, entry: Any) -> Axis:
+    if not isinstance(entry, list) or len(entry) < 2:
+        raise DataError(f"{path}, {key}: {entry!r} is no range (write [least, greatest], or a list of choices)")
     usual = next((axis.usual for axis in DEFAULT if axis.key == key), None)
-    if len(said) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in said):
-        low, high = said
+    if len(entry) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in entry):
+        low, high = entry
         if not low < high:
             raise DataError(f"{path}, {key}: the least value {low} is not below the greatest {high}")
         whole = isinstance(low, int) and isinstance(high, int)
         return Axis(key, low, high, usual=low if usual is None else usual, whole=whole)
-    return Axis(key, choices=tuple(said), usual=said[0] if usual is None or usual not in said else usual)
+    return Axis(key, choices=tuple(entry), usual=entry[0] if usual is None or usual not in entry else usual)

@@ -84,18 +84,18 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
         before *= float(np.mean(within))
         variance += _variance(within, ancestors)
         chosen = rng.permutation(np.flatnonzero(within))[:chains]
-        now, told = places[chosen], margins[chosen]
-        walked, seen = [now], [told]
+        now, margin = places[chosen], margins[chosen]
+        walked, seen = [now], [margin]
         for _ in range(steps - 1):
             moved = math.sqrt(1 - STEP**2) * now + STEP * rng.standard_normal(now.shape)
             found = np.array((yield [ndtr(place) for place in moved]), float)
             taken = found <= limit
-            now, told = np.where(taken[:, None], moved, now), np.where(taken, found, told)
+            now, margin = np.where(taken[:, None], moved, now), np.where(taken, found, margin)
             walked.append(now)
-            seen.append(told)
+            seen.append(margin)
         places, margins = np.concatenate(walked), np.concatenate(seen)
         ancestors = np.tile(np.arange(chains), steps)
-    return _told(before, margins < 0, ancestors, variance, levels)
+    return _probability(before, margins < 0, ancestors, variance, levels)
 
 
 def _variance(happened: NDArray[np.bool_], ancestors: NDArray[np.intp]) -> float:
@@ -105,7 +105,7 @@ def _variance(happened: NDArray[np.bool_], ancestors: NDArray[np.intp]) -> float
     return float(np.var(chains, ddof=1)) / (len(chains) * share**2) if len(chains) > 1 else (1 - share) / share
 
 
-def _told(
+def _probability(
     before: float,
     failed: NDArray[np.bool_],
     ancestors: NDArray[np.intp],

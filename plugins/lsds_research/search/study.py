@@ -88,10 +88,10 @@ class SearchStudy:
             if len(found) >= self._most:
                 break
             small = shrunk(row["scenario"], self._space, partial(self._fails, row["way"]), SHRINKS)
-            told = ", ".join(f"{key.rpartition('.')[2]} = {value}" for key, value in small.items())
-            if told in seen:
+            keys = ", ".join(f"{key.rpartition('.')[2]} = {value}" for key, value in small.items())
+            if keys in seen:
                 continue
-            seen.add(told)
+            seen.add(keys)
             ways[row["way"]] += 1
             name = f"{row['way'].replace(' ', '-')}-{ways[row['way']]}"
             margin = self._scenarios.rows([small], lambda _: None)[0]["margin"]
@@ -99,7 +99,7 @@ class SearchStudy:
             file = ""
             if self._options.found:
                 file = str(save_scenario(Path(self._options.found), name, small, self._settings, comment))
-            found.append({"failure": row["way"], "margin": margin, "keys": told or "none: the default", "file": file})
+            found.append({"failure": row["way"], "margin": margin, "keys": keys or "none: the default", "file": file})
         return found
 
     def _fails(self, way: str, scenario: Scenario) -> bool:

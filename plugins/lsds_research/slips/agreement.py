@@ -39,9 +39,9 @@ def agreement(first: Labels, second: Labels) -> Agreement:
         one, other = first[video], second[video]
         count = max(one[-1].last, other[-1].last) + 1
         (state, sure), (state_2, sure_2) = states(one, count), states(other, count)
-        told = (sure >= LEAST_CONFIDENCE) & (sure_2 >= LEAST_CONFIDENCE)
-        told &= np.isin(state, _TOLD) & np.isin(state_2, _TOLD)
-        np.add.at(pairs, ((state[told] == State.SLIP).astype(int), (state_2[told] == State.SLIP).astype(int)), 1)
+        clear = (sure >= LEAST_CONFIDENCE) & (sure_2 >= LEAST_CONFIDENCE)
+        clear &= np.isin(state, _CLEAR) & np.isin(state_2, _CLEAR)
+        np.add.at(pairs, ((state[clear] == State.SLIP).astype(int), (state_2[clear] == State.SLIP).astype(int)), 1)
         matched = _matched(one, other)
         both += matched
         named += len(scored_intervals(one)) + len(scored_intervals(other)) - _matched(other, one)
@@ -52,7 +52,7 @@ def agreement(first: Labels, second: Labels) -> Agreement:
     return Agreement(len(shared), total, same, kappa, named, both)
 
 
-_TOLD = (State.FREE, State.STICK, State.SLIP)
+_CLEAR = (State.FREE, State.STICK, State.SLIP)
 
 
 def _matched(one: Sequence[Interval], other: Sequence[Interval]) -> int:

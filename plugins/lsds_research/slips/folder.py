@@ -15,8 +15,8 @@ from lsds.errors import DataError
 from lsds.processes import DIED, spread
 from lsds_research.datasets import Dataset, from_rows, joined
 from lsds_research.slips.labels import NAME, PROTOCOL, Interval, Labels, name_of, read_labels
-from lsds_research.slips.score import Said, scored_frames
-from lsds_research.slips.watched import Watched, find_recording, watch
+from lsds_research.slips.outputs import Outputs, find_recording, watch
+from lsds_research.slips.score import LabelledOutputs, scored_frames
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,12 +38,12 @@ class LabelledRecording:
 
     object: str
     intervals: Sequence[Interval]
-    watched: Watched
+    outputs: Outputs
 
-    def said(self, slip: NDArray[np.float64]) -> Said:
+    def with_slip(self, slip: NDArray[np.float64]) -> LabelledOutputs:
         """Return the labels with what a detector says of each frame (n,), and nothing of an estimator."""
-        nothing = np.full((self.watched.count, 3), np.nan)
-        return Said(self.intervals, slip, self.watched.moved_px, nothing[:, :2], nothing[:, 2])
+        nothing = np.full((self.outputs.count, 3), np.nan)
+        return LabelledOutputs(self.intervals, slip, self.outputs.moved_px, nothing[:, :2], nothing[:, 2])
 
 
 def labels_of(folder: Path, file: Path | None = None) -> Labels:
@@ -54,7 +54,9 @@ def labels_of(folder: Path, file: Path | None = None) -> Labels:
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder (give the one that holds the recordings)")
     own = file or (folder / NAME if (folder / NAME).is_file() else SHIPPED)
-    labels = {name: told for name, told in read_labels(own).items() if find_recording(folder, name) is not None}
+    labels = {
+        name: intervals for name, intervals in read_labels(own).items() if find_recording(folder, name) is not None
+    }
     if not labels:
         raise DataError(f"{folder}: holds none of the recordings that {own} labels (lsds label makes labels)")
     return labels
@@ -72,10 +74,10 @@ def read_folder(
     objects = _objects(folder)
     paths = {name: found for name in sorted(labels) if (found := find_recording(folder, name)) is not None}
     failures: dict[str, str] = {}
-    seen: dict[str, Watched] = {}
+    seen: dict[str, Outputs] = {}
     work = partial(watch, detectors=tuple(detectors), estimators=tuple(estimators))
     for done, (path, result) in enumerate(spread(work, list(paths.values()), jobs), start=1):
-        if isinstance(result, Watched):
+        if isinstance(result, Outputs):
             seen[result.name] = result
         else:
             failures[name_of(path)] = f"{path}: {DIED}" if result is None else result
@@ -85,10 +87,10 @@ def read_folder(
         raise DataError(
             f"{folder}: none of its labelled recordings can be used; the first: {next(iter(failures.values()))}"
         )
-    told = [
+    labelled = [
         LabelledRecording(objects.get(name, name.split("__")[0]), labels[name], seen[name]) for name in sorted(seen)
     ]
-    return told, failures
+    return labelled, failures
 
 
 def _objects(folder: Path) -> dict[str, str]:
@@ -110,13 +112,13 @@ def as_dataset(recordings: Sequence[LabelledRecording]) -> Dataset:
     """
     parts: list[dict[str, NDArray[Any]]] = []
     for own in recordings:
-        watched = own.watched
-        frames = scored_frames(own.intervals, watched.moved_px)
-        slip = np.full(watched.count, -1, np.int8)
+        outputs = own.outputs
+        frames = scored_frames(own.intervals, outputs.moved_px)
+        slip = np.full(outputs.count, -1, np.int8)
         slip[frames.slip] = 1
         slip[frames.moving] = 0
         slip[np.flatnonzero(frames.still)[::EVERY]] = 0
-        t_s = (np.arange(watched.count) / 25.0).tolist()
-        parts.append(from_rows(watched.name, own.object, PROTOCOL, t_s, watched.signals, {"slip": slip}))
+        t_s = (np.arange(outputs.count) / 25.0).tolist()
+        parts.append(from_rows(outputs.name, own.object, PROTOCOL, t_s, outputs.signals, {"slip": slip}))
     card = {"figures_are": "measured", "job": PROTOCOL, "labels": "by eye", "clock": "nominal"}
     return joined(parts, card)

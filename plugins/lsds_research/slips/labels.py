@@ -127,8 +127,8 @@ def _take(labels: Labels, row: Mapping[str, str | None], line: int, problems: li
         problems.append(f"line {line}: frames {first:g} to {last:g}, but {cells['video']} goes on at {expected}")
     else:
         state = State[cells["state"].upper()]
-        told = (confidence, cells["labeller"], cells["note"])
-        intervals.append(Interval(int(first), int(last), state, x, y, turn, *told))
+        rest = (confidence, cells["labeller"], cells["note"])
+        intervals.append(Interval(int(first), int(last), state, x, y, turn, *rest))
 
 
 def write_labels(path: Path, labels: Labels) -> None:

@@ -77,8 +77,8 @@ def _joined(intervals: list[Interval]) -> list[Interval]:
 def _alike(one: Interval, other: Interval) -> bool:
     """Tell whether two neighbours say the same. Travels would add up, so what has one stays apart."""
     travels = (own for each in (one, other) for own in (each.tx_px, each.ty_px, each.turn_deg))
-    return all(map(math.isnan, travels)) and _told(one) == _told(other)
+    return all(map(math.isnan, travels)) and _key(one) == _key(other)
 
 
-def _told(own: Interval) -> tuple[State, float, str, str]:
+def _key(own: Interval) -> tuple[State, float, str, str]:
     return own.state, own.confidence, own.labeller, own.note

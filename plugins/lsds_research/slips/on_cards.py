@@ -30,7 +30,7 @@ def write_on_cards(
     recordings, _ = read_folder(folder, labels_of(folder), detectors, (), jobs)
     scored = [own for own in recordings if own.object in scored_only()]
     others = [own for own in recordings if own.object not in scored_only()]
-    told = {}
+    written = {}
     for name in (*detectors, *estimators):
         path = model_path(name, "").with_suffix(".json")
         card = json.loads(path.read_text(encoding="utf-8"))
@@ -40,8 +40,8 @@ def write_on_cards(
         if name in detectors:
             card["real"] |= {"scored_on": _extent(scored), "scores": real_scores(scored, name)}
         write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
-        told[name] = card["real"]
-    return told
+        written[name] = card["real"]
+    return written
 
 
 def fitted_on(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
@@ -49,14 +49,14 @@ def fitted_on(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
     if not recordings:
         return {"recordings": [], "frames": 0}
     frames = int(np.count_nonzero(as_dataset(recordings)["slip"] >= 0))
-    return {"recordings": sorted(own.watched.name for own in recordings), "frames": frames}
+    return {"recordings": sorted(own.outputs.name for own in recordings), "frames": frames}
 
 
 def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[str, float | None]:
     """Return what a detector finds as it decides: frames, slips noticed, false alarms; None where there are none."""
     counts = Counts()
     for own in recordings:
-        counts += counted(own.said(own.watched.slip[detector]))
+        counts += counted(own.with_slip(own.outputs.slip[detector]))
     figures = {
         "found": counts.recall,
         "noticed": counts.noticed_share,
@@ -70,7 +70,7 @@ def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[
 def _extent(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
     counts = Counts()
     for own in recordings:
-        counts += counted(own.said(np.zeros(own.watched.count)))
+        counts += counted(own.with_slip(np.zeros(own.outputs.count)))
     return {
         "labels": "by eye",
         "objects": sorted({own.object for own in recordings}),

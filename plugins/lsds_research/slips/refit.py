@@ -72,7 +72,7 @@ def _fitted(built: Learner, data: Dataset) -> Fitted:
 def _scores(own: LabelledRecording, built: Learner, fitted: Fitted) -> Floats:
     """Return the score of each frame (n,), NaN where one of its signals is not known."""
     x, rows = windows(as_dataset([own]), built.signals, built.length)
-    scores = np.full(own.watched.count, np.nan)
+    scores = np.full(own.outputs.count, np.nan)
     if len(rows):
         scores[rows] = fitted.predict(x)
     return scores

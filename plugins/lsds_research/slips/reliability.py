@@ -74,13 +74,13 @@ def log_likelihood_ratio(score: Floats, card: dict[str, Any]) -> Floats:
 
 def _frames(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -> tuple[Floats, Floats]:
     """Return the scores of all frames that are scored and answered, and whether they slip (1 or 0)."""
-    told, slips = [np.empty(0)], [np.empty(0)]
+    used_scores, slips = [np.empty(0)], [np.empty(0)]
     for own, score in zip(recordings, scores, strict=True):
-        frames = scored_frames(own.intervals, own.watched.moved_px)
+        frames = scored_frames(own.intervals, own.outputs.moved_px)
         used = (frames.slip | frames.moving) & np.isfinite(score)
-        told.append(score[used])
+        used_scores.append(score[used])
         slips.append(frames.slip[used].astype(float))
-    return np.concatenate(told), np.concatenate(slips)
+    return np.concatenate(used_scores), np.concatenate(slips)
 
 
 def _fitted(odds: Floats, slips: Floats) -> tuple[float, float]:

@@ -26,7 +26,7 @@ EARLY, LATE = 1, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Said:
+class LabelledOutputs:
     """One recording: labels, and what a detector and an estimator say of each frame (n,).
 
     `slip` is 1, 0, or NaN where the detector abstains; `moved_px` how far the dots have moved since the frame before
@@ -122,15 +122,15 @@ def _tuple(counts: Counts) -> tuple[int, ...]:
     return tuple(getattr(counts, name) for name in Counts.__slots__)
 
 
-def counted(said: Said) -> Counts:
+def counted(recording: LabelledOutputs) -> Counts:
     """Return the counts of one recording. Where a detector abstains it finds nothing and raises no alarm."""
-    frames = scored_frames(said.intervals, said.moved_px)
-    alarm = said.slip == 1
-    onsets = onset_errors(said)
+    frames = scored_frames(recording.intervals, recording.moved_px)
+    alarm = recording.slip == 1
+    onsets = onset_errors(recording)
     scored = frames.slip | frames.moving | frames.still
-    answered = np.isfinite(said.slip)
+    answered = np.isfinite(recording.slip)
     # A frame may move if no dot was followed into it.
-    unknown = frames.still & ~answered & (said.moved_px == 0)
+    unknown = frames.still & ~answered & (recording.moved_px == 0)
     moving = frames.moving | unknown
     still = frames.still & answered
     return Counts(
@@ -158,12 +158,12 @@ def scored_intervals(intervals: Sequence[Interval]) -> list[Interval]:
     ]
 
 
-def onset_errors(said: Said) -> Floats:
+def onset_errors(recording: LabelledOutputs) -> Floats:
     """Return of each scored interval by how many frames the first alarm is late; NaN where none comes in time."""
     errors = []
-    for own in scored_intervals(said.intervals):
+    for own in scored_intervals(recording.intervals):
         begin = max(0, own.first - EARLY)
-        alarms = np.flatnonzero(said.slip[begin : min(own.first + LATE, own.last) + 1] == 1)
+        alarms = np.flatnonzero(recording.slip[begin : min(own.first + LATE, own.last) + 1] == 1)
         errors.append(float(begin + alarms[0] - own.first) if len(alarms) else math.nan)
     return np.array(errors, float)
 
@@ -178,17 +178,18 @@ class Travel:
     off_deg: float
 
 
-def travels(said: Said) -> list[Travel]:
+def travels(recording: LabelledOutputs) -> list[Travel]:
     """Return the errors of travel and turn over each scored interval of slip."""
-    told = []
-    for own in scored_intervals(said.intervals):
+    found = []
+    for own in scored_intervals(recording.intervals):
         rows = slice(own.first, own.last + 1)
-        slid = np.nansum(said.slid_px[rows], axis=0) if np.isfinite(said.slid_px[rows]).any() else np.full(2, np.nan)
-        turned = said.turned_deg[rows]
+        steps = recording.slid_px[rows]
+        slid = np.nansum(steps, axis=0) if np.isfinite(steps).any() else np.full(2, np.nan)
+        turned = recording.turned_deg[rows]
         turn = float(np.nansum(turned)) if np.isfinite(turned).any() else math.nan
         label = np.array([own.tx_px, own.ty_px])
         known = np.isfinite(label)
         off = float(np.hypot(*(slid - label)[known], *([0.0] * (2 - known.sum())))) if known.any() else math.nan
         length = float(np.hypot(*np.where(known, label, 0.0))) if known.any() else math.nan
-        told.append(Travel(length, off, own.turn_deg, turn - own.turn_deg))
-    return told
+        found.append(Travel(length, off, own.turn_deg, turn - own.turn_deg))
+    return found

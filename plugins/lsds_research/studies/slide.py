@@ -19,8 +19,8 @@ from lsds.errors import DataError, LsdsError
 from lsds.plugins.host import PluginHost
 from lsds.processes import DIED, spread
 from lsds.session.run import run
-from lsds_research.chosen import with_own_defaults
 from lsds_research.collecting.objects import PLANS
+from lsds_research.study_backends import with_own_defaults
 
 if TYPE_CHECKING:
     from lsds.contracts import Cycle
@@ -119,8 +119,8 @@ def slid(what: Slid) -> dict[str, Any] | str:
 
     def take(cycle: Cycle) -> None:
         if cycle.stage == "slide":
-            told = cycle.estimate.angular_rad_s if what.rate_rad_s else cycle.estimate.speed_m_s
-            sliding.append((cycle.t_ns, abs(told)))
+            estimated = cycle.estimate.angular_rad_s if what.rate_rad_s else cycle.estimate.speed_m_s
+            sliding.append((cycle.t_ns, abs(estimated)))
 
     try:
         session = run(None, what.overrides(), observe=take)
@@ -138,7 +138,7 @@ def slid(what: Slid) -> dict[str, Any] | str:
         "what": what.label,
         "rms": float(np.sqrt(np.mean((share - 1) ** 2))),
         "mean": float(share.mean()),
-        "told": float(np.nanmean([told for t_ns, told in sliding if t_ns >= begun_ns])) / what.wanted,
+        "told": float(np.nanmean([estimated for t_ns, estimated in sliding if t_ns >= begun_ns])) / what.wanted,
         "grown": max(forces) / forces[0],
     }
 

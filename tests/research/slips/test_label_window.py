@@ -82,7 +82,7 @@ def test_each_state_has_its_key(window, key, state):
     assert (window.marking.at(IN_A_ROW).state, window.marking.at(IN_A_ROW).confidence) == (state, 1.0)
 
 
-def test_the_title_tells_frame_state_and_keys_and_other_keys_do_nothing(window):
+def test_the_title_shows_frame_state_and_keys_and_other_keys_do_nothing(window):
     window.press("right", "x", None, "shift", "down")
     title = window.made.figure.axes[0].get_title()
     assert title.startswith(f"{SLIDE}, frame 9 of {COUNT}: unsure\n")

@@ -48,11 +48,11 @@ class Case:
         }
         if not self.rig:
             keys["sensor.mock-gelsight-mini.gel"] = self.seed
-        told = [*override_texts(keys), *self.settings]
+        overrides = [*override_texts(keys), *self.settings]
         if not self.fault:
-            return told
+            return overrides
         fault = {"backend": self.fault, "at": self.moment, "severity": self.severity or None}
-        return [*told, *override_texts({"faults": [fault]})]
+        return [*overrides, *override_texts({"faults": [fault]})]
 
 
 def run_case(case: Case) -> dict[str, Any] | str:

@@ -13,14 +13,14 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.plugins.host import PluginHost
-from lsds_research.chosen import chosen
 from lsds_research.collecting.objects import PLANS
-from lsds_research.kept import run_kept
+from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
 from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_MM, drawn
+from lsds_research.study_backends import backend_names
 
 if TYPE_CHECKING:
     Row = dict[str, Any]
@@ -72,7 +72,7 @@ class GripStudy:
         varied = _variants(options)
         plain = [what for what in planned if what.controller != OFF]
         planned += [what for _, _, text in varied for what in sensitivity.varied(plain, text)]
-        found, failures = run_kept(lift, planned, options.out, options.jobs, options.cluster, tick)
+        found, failures = run_and_store(lift, planned, options.out, options.jobs, options.cluster, tick)
         rows = _holdable(found) if options.random else [*found.values()]
         if not rows and not failures:
             raise DataError(f"a firm grip holds none of these {options.random} objects: draw more")
@@ -101,7 +101,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
         raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
     host = PluginHost()
     named = [name for name in options.controllers if name != OFF]
-    controllers = chosen(host, "controller", named) if named or not options.controllers else []
+    controllers = backend_names(host, "controller", named) if named or not options.controllers else []
     if OFF in options.controllers or not options.controllers:
         controllers = [*controllers, OFF]
     objects = options.objects[::3] if options.quick else options.objects
@@ -131,7 +131,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
 def _drawn(options: GripOptions) -> list[Lift]:
     """Return the lifts of random objects: with a firm grip, and by each controller. Raises PluginError."""
     named = [name for name in options.controllers if name != OFF]
-    controllers = chosen(PluginHost(), "controller", named)
+    controllers = backend_names(PluginHost(), "controller", named)
     objects = [drawn(options.draw, index) for index in range(options.random)]
     return [
         Lift(

@@ -8,7 +8,7 @@ from lsds.cli.threads import processes
 from lsds_research.campaign_options import Jobs, Out
 
 OBJECTS = ("pvc-pipe", "can", "battery", "book", "candle", "scissors")
-BRAINS = (
+PAIRS = (
     "threshold+field",
     "rigid-residual+field",
     "monotone+field",
@@ -41,7 +41,7 @@ class LoopOptions(BaseModel):
         json_schema_extra={"flag": "--tracker", "metavar": "NAME"},
     )
     brains: list[str] = Field(
-        default=[*BRAINS],
+        default=[*PAIRS],
         min_length=1,
         description="detector and estimator",
         json_schema_extra={"flag": "--brains", "metavar": "DETECTOR+ESTIMATOR"},

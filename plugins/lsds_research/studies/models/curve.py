@@ -95,9 +95,9 @@ class LearningStudy:
             order = np.random.default_rng([self.options.seed, repeat]).permutation(np.unique(seen["object"]))
             own = task(seen.where(np.isin(seen["object"], order[:count])), learner)
             fitted = fit(learner, own.examples(np.arange(len(own.rows))), self.options.seed)
-            told: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
+            common: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
             yield [
-                {**told, "on": on, **_scores(test, fitted.predict(test.x), learner.job)}
+                {**common, "on": on, **_scores(test, fitted.predict(test.x), learner.job)}
                 for on, test in scored_on.items()
             ]
 
@@ -110,8 +110,8 @@ class LearningStudy:
         return found
 
 
-def _scores(test: Task, said: Any, job: Job) -> dict[str, Value]:
-    row = detection.scored(test, said) if job == "detect" else severity.scored(test, said)
+def _scores(test: Task, predicted: Any, job: Job) -> dict[str, Value]:
+    row = detection.scored(test, predicted) if job == "detect" else severity.scored(test, predicted)
     return {key: None if row[key] is None else row[key] * times for key, (_, times) in SCORES[job].items()}
 
 
@@ -120,9 +120,9 @@ def _knows_nothing(tests: dict[str, Dataset], job: Job) -> list[dict[str, Value]
     rows: list[dict[str, Value]] = []
     for on, data in tests.items():
         test = labelled(data, job)
-        said = (
+        predicted = (
             np.full(len(test.rows), float(np.mean(test.y) > 0.5)) if job == "detect" else np.zeros((len(test.rows), 8))
         )
         name = "majority" if job == "detect" else "always zero"
-        rows.append({"model": name, "objects": None, "windows": None, "on": on, **_scores(test, said, job)})
+        rows.append({"model": name, "objects": None, "windows": None, "on": on, **_scores(test, predicted, job)})
     return rows

@@ -102,11 +102,11 @@ class ModelsStudy:
             score = ("mae_cm_s", "MAE, cm/s", "mae_low_cm_s", "mae_high_cm_s")
         if job == "detect":
             answered = "share of the labelled frames in which what the model looks at is defined"
-            told = f"answered: {answered}; scores are of those, but for all frames, those taken as rest"
+            coverage = f"answered: {answered}; scores are of those, but for all frames, those taken as rest"
         else:
-            told = "covered: by the 90 % intervals; of all frames, and of those that move or turn"
+            coverage = "covered: by the 90 % intervals; of all frames, and of those that move or turn"
         size = f"{len(test)} frames of {len(test.starts) - 1} recordings"
-        notes = [f"{size}; low and high: 95 % interval over recordings", told]
+        notes = [f"{size}; low and high: 95 % interval over recordings", coverage]
         return StudyResult(title, heads, shown, partial(plot, rows=shown, score=score, title=title), notes)
 
     def _objects(self, data: Dataset, models: list[Artefact]) -> list[str]:
@@ -145,10 +145,10 @@ def _job_of(data: Dataset) -> Job:
 
 def _scores(name: str, model: Artefact, test: Dataset, job: Job) -> list[detection.Row]:
     own = task(test, model.card)
-    said, title = model.run(own.x), Path(name).stem
+    predicted, title = model.run(own.x), Path(name).stem
     if job == "detect":
-        return detection.by_object(title, own, said, model.card.threshold)
-    return severity.by_object(title, own, said, model.card.factors)
+        return detection.by_object(title, own, predicted, model.card.threshold)
+    return severity.by_object(title, own, predicted, model.card.factors)
 
 
 def _plain(others: Dataset, test: Dataset, job: Job) -> list[detection.Row]:

@@ -117,19 +117,19 @@ class TradeoffStudy:
         origin = str(seen.card.get("figures_are", "unknown"))
         card = Card(name, self._job, tuple(learner.signals), learner.length, origin)
         save(path, fitted.export(), card)
-        said = fitted.predict(test.x)
+        predicted = fitted.predict(test.x)
         row: dict[str, Value] = {
             "model": name,
             "signals": str(options.get("signals", "own")),
             "length": learner.length,
-            **self._score(test, said),
+            **self._score(test, predicted),
         }
         return row, path
 
-    def _score(self, test: Task, said: Any) -> dict[str, Value]:
+    def _score(self, test: Task, predicted: Any) -> dict[str, Value]:
         if self._job == "detect":
-            return _detects(test, said, detection.THRESHOLD)
-        return _estimates(test, said[:, SPEED])
+            return _detects(test, predicted, detection.THRESHOLD)
+        return _estimates(test, predicted[:, SPEED])
 
     def _untrained(self, name: str, other: Dataset) -> dict[str, Value]:
         """Return the row of a rule that is worked out from columns of the dataset, with its own default numbers."""
@@ -141,8 +141,8 @@ class TradeoffStudy:
             speed = dict(zip(rows.tolist(), speed_of(x, options.gain).tolist(), strict=True))
             test = labelled(other, "estimate")
             test = test.part(np.flatnonzero(np.isin(test.rows, rows)))
-            said = np.array([speed[row] for row in test.rows.tolist()])
-            return {"model": name, "signals": "untrained", "length": options.frames, **_estimates(test, said)}
+            predicted = np.array([speed[row] for row in test.rows.tolist()])
+            return {"model": name, "signals": "untrained", "length": options.frames, **_estimates(test, predicted)}
         from lsds_plugins.detectors.rigid_residual import RigidResidualOptions
         from lsds_plugins.detectors.threshold import ThresholdOptions
 

@@ -17,7 +17,7 @@ from lsds.errors import DataError, LsdsError, naming
 from lsds.tactile.imprint.motion import carried_gel, moved_dots
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.working_image import WorkingImage
-from lsds_research.perceived import perceived
+from lsds_research.recording_engine import recording_engine
 from lsds_research.slips.labels import name_of
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class GelStep(NamedTuple):
 UNKNOWN = GelStep(math.nan, math.nan, math.nan)
 
 
-class SeenRecording:
+class RecordingView:
     """All frames of a recording.
 
     `images` (n, h, w, 3) RGB and `relief` (n, h', w'), zero on dots and border, at 1 / `scale` of the image. `gel` has
@@ -83,7 +83,7 @@ class SeenRecording:
 
     def _follow(self, path: Path, tick: Callable[[int, int], object] | None) -> None:
         try:
-            engine = perceived(path)
+            engine = recording_engine(path)
             last: DeformationField | None = None
             for cycle in engine:
                 field, metres = cycle.observation.field, engine.perception.metres_per_px
