@@ -1,4 +1,4 @@
-"""A scenario as a file that `lsds run FILE` runs again, bit by bit."""
+"""A scenario as a file that `lsds run FILE` reproduces exactly."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class RiskStudy:
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the scenarios. Raises DataError for a space or a file that cannot be used, MissingExtra."""
+        """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
         scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster)
         draw = _counting if self._plain else split
@@ -60,7 +60,7 @@ class RiskStudy:
         stopped = sum(row["margins"].get("named", 1.0) >= 0 and row["fault"] is not None for row in rows)
         method = "plain counting" if self._plain else f"splitting over {len(probability.levels)} levels"
         notes = [
-            f"{method}; {stopped} runs were stopped by an error with a name, which is no failure",
+            f"{method}; {stopped} runs were stopped by an expected error, which is not a failure",
         ]
         if not probability.estimate and probability.levels:
             notes.append("none failed on the last level: the probability is below the bound")
@@ -86,7 +86,7 @@ class RiskStudy:
 
 
 def _counting(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], Probability]:
-    """Yield points drawn evenly, some at a time; return how many of them failed."""
+    """Yield uniform points in batches; return the probability by counting."""
     rng, failed = np.random.default_rng(seed), 0
     for begin in range(0, runs, _AT_ONCE):
         margins = yield list(rng.random((min(_AT_ONCE, runs - begin), dimensions)))

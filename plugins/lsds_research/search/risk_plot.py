@@ -1,4 +1,4 @@
-"""The picture of a probability: margins of each level, from those drawn evenly to those that fail."""
+"""The picture of a probability: margins of each level, from uniform scenarios to failures."""
 
 from __future__ import annotations
 

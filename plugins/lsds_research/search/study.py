@@ -30,7 +30,7 @@ _COLUMNS = (
     ("file", "file", ""),
 )
 SHRINKS = 48
-"""Most runs that the shrinking of one failure takes."""
+"""Maximum number of runs to shrink one failure."""
 
 
 class SearchStudy:
@@ -45,7 +45,7 @@ class SearchStudy:
         self._settings = tuple(options.settings)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Search, shrink, save. Raises DataError for a space or a folder that cannot be used, MissingExtra."""
+        """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
         self._scenarios = Scenarios(self._limits, self._settings, options.out, options.jobs, options.cluster)
         batches = seek(len(self._space), self._runs, self._seed)
@@ -57,8 +57,8 @@ class SearchStudy:
         failed = [row for row in rows if row["margin"] < 0]
         stopped = Counter(row["fault"].split(":")[0] for row in rows if row["fault"] and row["margin"] >= 0)
         notes = [
-            f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an error with a "
-            "name; margin: 1 is best, below 0 a failure"
+            f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an "
+            "expected error; margin: 1 is best, below 0 a failure"
         ]
         return StudyResult(
             f"search over {len(self._space)} config keys, {len(rows)} scenarios (simulated)",
@@ -77,7 +77,7 @@ class SearchStudy:
         )
 
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Shrink the worst failures of each way to fail; save them where a folder is named."""
+        """Shrink the worst failures of each way to fail; save them if a folder is given."""
         failed = sorted(
             (row for row in rows if row["margin"] < 0), key=lambda row: (row["margin"], str(row["scenario"]))
         )

@@ -1,4 +1,4 @@
-"""How far two people agree who have labelled the same recordings."""
+"""Agreement of two labellers on the same recordings."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """`frames` that both are sure of (neither unsure nor touch), the share `same` of them on which they agree whether
-    it slips, and Cohen's `kappa` of that; `intervals` of slip that either names, and how many of them `both` do."""
+    """`frames` that both labelled with confidence (neither unsure nor touch), the share `same` of equal labels (slip or
+    not), and Cohen's `kappa` of these; `intervals` of slip of either labeller, and the number that `both` labelled."""
 
     videos: int
     frames: int
@@ -60,5 +60,5 @@ def _matched(one: Sequence[Interval], other: Sequence[Interval]) -> int:
 
 
 def _meets(own: Interval, others: Sequence[Interval]) -> bool:
-    """Tell whether one of the others overlaps an interval, give or take what an onset is known to."""
+    """Return whether one of the others overlaps an interval, within the uncertainty of an onset."""
     return any(own.first - LATE <= each.last + EARLY and each.first - EARLY <= own.last + LATE for each in others)

@@ -1,4 +1,4 @@
-"""A folder of labelled recordings: where its labels, recordings and objects are, and all of it as a dataset."""
+"""A folder of labelled recordings: its labels, recordings and objects, also as a dataset."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _DATA = Path(__file__).parent / "data"
 SHIPPED, SECOND = _DATA / "incipient_slip.csv", _DATA / "incipient_slip_second.csv"
 EVERY = 2
-"""One still frame in so many is learnt from: they are many, and alike."""
+"""Training uses one still frame in this many, because still frames are many and similar."""
 
 
 def scored_only() -> frozenset[str]:
@@ -34,14 +34,14 @@ def scored_only() -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledRecording:
-    """A recording, its object, its labels, and what detectors and estimators say of it."""
+    """A recording with its object, its labels, and the outputs of detectors and estimators."""
 
     object: str
     intervals: Sequence[Interval]
     outputs: Outputs
 
     def with_slip(self, slip: NDArray[np.float64]) -> LabelledOutputs:
-        """Return the labels with what a detector says of each frame (n,), and nothing of an estimator."""
+        """Return the labels with a detector's output per frame (n,), without an estimate."""
         nothing = np.full((self.outputs.count, 3), np.nan)
         return LabelledOutputs(self.intervals, slip, self.outputs.moved_px, nothing[:, :2], nothing[:, 2])
 
@@ -49,7 +49,7 @@ class LabelledRecording:
 def labels_of(folder: Path, file: Path | None = None) -> Labels:
     """Return the labels for a folder's recordings: those of `file`, of its own file, or the shipped ones.
 
-    Raises DataError where there are none for any of them.
+    Raises DataError if no recording has labels.
     """
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder (give the one that holds the recordings)")
@@ -70,7 +70,8 @@ def read_folder(
     jobs: int = 1,
     tick: Callable[[int, int], object] | None = None,
 ) -> tuple[list[LabelledRecording], dict[str, str]]:
-    """Return the labelled recordings of a folder in the order of their names, and why others cannot be used."""
+    """Return the labelled recordings of a folder in the order of their names, and the reasons why others are
+    unusable."""
     objects = _objects(folder)
     paths = {name: found for name in sorted(labels) if (found := find_recording(folder, name)) is not None}
     failures: dict[str, str] = {}
@@ -94,7 +95,7 @@ def read_folder(
 
 
 def _objects(folder: Path) -> dict[str, str]:
-    """Return the object of each recording by index.csv, where there is one."""
+    """Return the object of each recording from index.csv, if present."""
     index = folder / "index.csv"
     if not index.is_file():
         return {}
@@ -106,9 +107,9 @@ def _objects(folder: Path) -> dict[str, str]:
 
 
 def as_dataset(recordings: Sequence[LabelledRecording]) -> Dataset:
-    """Return the frames that learners learn from: all that slip, all that move and stick, and some that are still.
+    """Return the training frames: all that slip, all that move and stick, and some still ones.
 
-    The label of all others is unknown.
+    All other frames have an unknown label.
     """
     parts: list[dict[str, NDArray[Any]]] = []
     for own in recordings:

@@ -1,4 +1,4 @@
-"""What detectors and estimators say of a recording, frame by frame, and the signals that learners see."""
+"""Outputs of detectors and estimators for each frame of a recording, and the signals for learners."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, eq=False)
 class Outputs:
-    """One recording of `count` frames; arrays have a row for each, NaN where there is none. Lengths are px of an image
-    320 px wide.
+    """The outputs for a recording of `count` frames: one row per frame, NaN if missing. Lengths are px of an image 320
+    px wide.
 
-    `moved_px` (n,): how far the fastest tenth of the dots has moved; `slip` and `score` (n,) by detector; `slid` (n, 3)
-    by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is how many dots the reference
-    has.
+    `moved_px` (n,): motion of the fastest tenth of the markers; `slip` and `score` (n,) by detector; `slid` (n, 3)
+    by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is the number of markers
+    in the reference.
     """
 
     name: str
@@ -51,12 +51,12 @@ class Outputs:
 
     @property
     def setup(self) -> str:
-        """Which of two setups the recording is of, by the dots in view."""
+        """Setup of the recording, by the number of visible markers."""
         return "whole pad" if self.markers >= WHOLE_PAD else "zoomed pad"
 
 
 def find_recording(folder: Path, name: str) -> Path | None:
-    """Return the video or the folder of images of that name below `folder`, None where there is none."""
+    """Return the video or the folder of images of that name below `folder`, or None."""
     for path in sorted(folder.rglob(f"{glob.escape(name)}*")):
         if path.stem == name and path.suffix.lower() in VIDEO_ENDINGS and path.is_file():
             return path
@@ -66,7 +66,7 @@ def find_recording(folder: Path, name: str) -> Path | None:
 
 
 def watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Outputs | str:
-    """Return what is said of a recording, or why it cannot be watched."""
+    """Return the outputs for a recording, or the reason of a failure."""
     try:
         return _watch(path, detectors, estimators)
     except LsdsError as error:

@@ -1,4 +1,4 @@
-"""Pictures to label by: a kymograph of the whole recording, and strips of frames."""
+"""Pictures for labelling: a kymograph of the whole recording, and strips of frames."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 TILE = (200, 150)
 """Size of a tile of a strip, px."""
 STRIP, IN_A_ROW = 24, 8
-"""Frames of a strip, and how many side by side."""
+"""Number of frames of a strip, and of frames in a row."""
 DOTS_ENLARGED = 5
-"""Lines at the dots show their motion since the frame before, this many times enlarged."""
+"""Magnification of the lines that show the motion of markers since the last frame."""
 CONTRAST = 2500.0
 """Grey levels per unit of curvature."""
 GRID_PX = 40
@@ -34,7 +34,7 @@ _TRACES = ((0, 0, 255), (0, 160, 0), (255, 0, 0))
 def strip(seen: RecordingView, first: int, last: int, *, size: tuple[int, int] = TILE, across: int = IN_A_ROW) -> Image:
     """Return a picture (h, w, 3) of frames `first` to `last`: images above, reliefs fixed to the gel below.
 
-    The relief is moved back as the gel has moved since `first`, so that what sticks stays on the lines.
+    The relief is shifted by the gel's motion since `first`, so that an object that sticks stays on the lines.
     """
     place = seen.centre(first, last)
     reliefs, steps = seen.gel_fixed(first, last, place)
@@ -75,8 +75,8 @@ def kymograph(seen: RecordingView) -> Image:
     """Return a picture (h, w, 3) of the whole recording, time from left to right.
 
     Three bands show the relief in coordinates fixed to the gel: a cut along x, one along y, and one around the
-    contact's centre (clockwise downwards). What sticks runs straight. Below: the gel's motion in each frame, x blue,
-    y green and turn red, and in black how strong the relief is.
+    contact's centre (clockwise downwards). An object that sticks is straight. Below: the gel's motion in each frame, x
+    blue, y green and turn red, and in black the strength of the relief.
     """
     count = len(seen)
     wide = max(2, min(8, _WIDTH // count))

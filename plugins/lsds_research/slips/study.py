@@ -82,13 +82,13 @@ Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 
 
 class SlipStudy:
-    """Reads the recordings once, asks all detectors and estimators, and compares them with the labels."""
+    """Reads the recordings once, runs all detectors and estimators, and compares them with the labels."""
 
     def __init__(self, options: SlipOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Measure. Raises DataError for a folder or labels that cannot be used, PluginError for an unknown name."""
+        """Measure. Raises DataError for an unusable folder or labels, PluginError for an unknown name."""
         options, host = self._options, PluginHost()
         folder = Path(options.path)
         labels = labels_of(folder, Path(options.labels) if options.labels else None)
@@ -130,8 +130,8 @@ class SlipStudy:
         return [own for own in recordings if own.object in scored_only()] or recordings
 
     def _calibrated(self, kept: list[LabelledRecording], detectors: Sequence[str]) -> dict[str, Scores]:
-        """Return what `lsds calibrate slip` makes of the detectors: each object at the threshold that the other scored
-        objects of its setup give."""
+        """Return the detectors calibrated as by `lsds calibrate slip`: each object with the threshold from the other
+        scored objects of its setup."""
         calibrated: dict[str, Scores] = {}
         budget = Budget(self._options.alarms)
         for name in (name for name in CALIBRATED if name in detectors):
@@ -207,7 +207,7 @@ def _quiet(recordings: Sequence[LabelledRecording], name: str) -> tuple[Floats, 
 
 
 def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row:
-    """Return one row: as the detector decides, and at the threshold with so many false alarms per 100 moving frames."""
+    """Return one row: at the detector's threshold, and at the one with `alarms` false alarms per 100 moving frames."""
     labelled = [own.with_slip(slip) for own, slip, _ in scores]
     counts = sum((counted(each) for each in labelled), Counts())
     late = np.concatenate([onset_errors(each) for each in labelled]) if labelled else np.empty(0)
@@ -244,7 +244,7 @@ def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row
 
 
 def _threshold(scores: Scores, alarms: float) -> float:
-    """Return the score that so many of 100 moving, sticking frames exceed."""
+    """Return the score that `alarms` of 100 moving, sticking frames exceed."""
     moving = [
         np.nan_to_num(score, nan=-np.inf)[scored_frames(own.intervals, own.outputs.moved_px).moving]
         for own, _, score in scores
@@ -317,11 +317,11 @@ def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
     slips = sum(len(scored_intervals(own.intervals)) for own in recordings)
     redrawn = int(sum(own.outputs.redrawn.sum() for own in recordings))
     return [
-        f"found: share of the frames that slip; noticed: share of {slips} intervals in which slip is said from a frame "
+        f"found: share of the frames that slip; noticed: share of {slips} intervals with a report of slip from a frame "
         "before the onset to two after it; /100: false alarms per 100 frames that stick or are free",
         f"'at': at the threshold with {alarms:g} false alarms per 100 moving frames; 95 %: over objects drawn with "
         "replacement; onset: frames late, median; w/o answer: share of frames in which the detector abstains",
-        "a frame moves where the fastest tenth of the dots moves by more than half a pixel; unsure and touch, their "
+        "a frame moves if the fastest tenth of the markers moves by more than half a pixel; unsure and touch, their "
         f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
         f"calibrated: at the threshold that lsds calibrate slip finds on the other scored objects of the setup, for "
         f"{alarms:g} false alarms per 100 moving and {Budget().still:g} per 100 still frames",

@@ -44,7 +44,7 @@ class LabelWindow:
         self._whole.imshow(kymograph(seen), aspect="auto", extent=(0, len(seen), 1, 0))
         self._whole.set_yticks([])
         self._line = self._whole.axvline(0.5, color="yellow")
-        # Of a method matplotlib would remember only as long as somebody else does.
+        # matplotlib holds methods by weak references only.
         self.figure.canvas.mpl_connect("key_press_event", lambda event: self.press(event))
         self._draw()
 

@@ -136,7 +136,7 @@ def test_a_recording_of_two_frames_can_be_drawn_and_one_of_one_cannot(recordings
     for number in (0, 1):
         (tmp_path / f"{number:03}.png").hardlink_to(recordings / SLIDE / f"{number:03}.png")
         if number == 0:
-            with pytest.raises(DataError, match="1 frames, in which nothing can be seen to move"):
+            with pytest.raises(DataError, match="1 frames, but no motion could be tracked"):
                 RecordingView(tmp_path)
     own = RecordingView(tmp_path)
     assert own.name == tmp_path.name
