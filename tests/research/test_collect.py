@@ -291,7 +291,7 @@ def test_without_truth_poses_give_the_turn_beyond_half_a_turn():
     for k in range(120):
         angle = rate * k * tick * 1e-9
         turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
-        # The pads stay where they are, and the object's origin lies beside and below them.
+        # The pads stay where they are, and the object's origin lies next to and below them.
         gripper = pose_of(turn @ facing, np.array([0.0, 0.0, 0.5]))
         thing = pose_of(facing, np.array([0.03, -0.01, 0.4]))
         labels.see(PoseSample(k * tick, k, {"gripper": gripper, "object": thing}))

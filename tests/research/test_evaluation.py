@@ -102,7 +102,7 @@ def test_the_constant_in_contact_is_not_fitted_on_the_object_that_it_answers_for
     own = labelled(data, "estimate")
     slow = own.part(own.column("object") == "slow")
     alone, other = (severity.baselines(own, part)[1]["mae"] for part in (own, slow))
-    assert alone == pytest.approx(0.02), "each is told what the other does"
+    assert alone == pytest.approx(0.02), "each gets the constant of the other"
     assert other == pytest.approx(0.01), "the mean of both"
     once = dataset(("slow",), 2)
     speed = np.where(once["recording"] == "slow0", 0.01, 0.03).astype(np.float32)
@@ -144,7 +144,7 @@ def test_what_moves_has_intervals_of_its_own_and_no_part_of_a_velocity_is_promis
     moves = rng.random(4000) < 0.2
     true = np.zeros((4000, 4))
     true[moves, 1] = true[moves, 3] = 0.04
-    # Exact across the slide, ten times as wrong where it moves as where it rests, and told the same of both.
+    # Exact across the slide, ten times as wrong where it moves as where it rests, and the same width for both.
     wrong = np.where(moves, 1e-2, 1e-3) * rng.standard_normal(4000)
     predicted = np.hstack([true, np.full((4000, 4), 1e-3)])
     predicted[:, 1] += wrong
@@ -223,7 +223,7 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     assert "logistic, labels shuffled" in text
     for part in ("simulated", "one-parameter rule", "majority", "always zero", "constant in contact", "Not measured"):
         assert part in text
-    assert "91.8, 99.5, 98.1, 74.8, 99.5" not in text, "printed figures stand beside the paper's own models only"
+    assert "91.8, 99.5, 98.1, 74.8, 99.5" not in text, "printed figures are shown for the paper's models only"
     plot_reproduction(tmp_path / "tables.png", result)
     assert (tmp_path / "tables.png").stat().st_size > 20_000
 

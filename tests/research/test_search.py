@@ -30,7 +30,7 @@ def searched(margin, dimensions=4, runs=120, seed=0):
 
 
 def test_a_failure_in_a_small_corner_is_found_within_the_runs_that_were_asked_for():
-    """A ball of 4 % of the cube fails; the margin tells only how near it is."""
+    """A ball of 4 % of the cube fails; the margin is the distance to it."""
     centre = np.array([0.8, 0.2, 0.7, 0.3])
     found = searched(lambda point: float(np.linalg.norm(point - centre)) - 0.12)
     assert len(found) == 120

@@ -47,7 +47,7 @@ class LabelledRecording:
 
 
 def labels_of(folder: Path, file: Path | None = None) -> Labels:
-    """Return the labels for a folder's recordings: those of `file`, of its own file, or the shipped ones.
+    """Return the labels for a folder's recordings: those of `file`, of the folder's file, or the shipped ones.
 
     Raises DataError if no recording has labels.
     """

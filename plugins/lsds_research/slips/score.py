@@ -22,8 +22,7 @@ LEAST_CONFIDENCE = 0.5
 MARGIN = 1
 """Number of frames next to a slip or a touch in which an alarm is not false: the uncertainty of an onset."""
 EARLY, LATE = 1, 2
-"""An interval counts as noticed if the detector reports slip at most EARLY frames before its first frame and LATE
-after."""
+"""An interval is noticed if slip is reported from `EARLY` frames before its first frame to `LATE` frames after it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ def recordings(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def outputs(recordings):
-    """What detector and estimator `imprint` say of each, by name."""
+    """Outputs of detector and estimator `imprint` for each recording, by name."""
     return {name: watch(recordings / name, ["imprint"], ["imprint"]) for name in (SLIDE, STICK, TURN)}
 
 

@@ -20,7 +20,7 @@ from lsds.cli.main import main
 
 @pytest.fixture
 def folder(recordings, tmp_path, monkeypatch):
-    """A folder of one's own with the recordings, as the working directory."""
+    """A copy of the recordings, as the working directory."""
     copied(recordings, tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path

@@ -1,4 +1,5 @@
-"""What a labeller sees: in coordinates fixed to the gel what sticks stays where it is, and what slides does not."""
+"""Pictures for labelling: in coordinates fixed to the gel, an object that sticks stays in place; one that slides
+moves."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def test_keys_jump_to_the_next_motion_and_back(window):
         window.press(*keys)
         return window.marking.cursor
 
-    assert [after("n") for _ in range(4)] == [4, 12, 20, 20], "after the last there is none"
+    assert [after("n") for _ in range(4)] == [4, 12, 20, 20], "after the last range the cursor stays"
     assert after("right", "p") == 20
     assert [after("p") for _ in range(3)] == [12, 4, 4]
     assert after("left", "p") == 3, "nor before the first"

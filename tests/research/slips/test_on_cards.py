@@ -1,4 +1,4 @@
-"""What cards say of real recordings: measured on labelled recordings, and written beside what the card said before."""
+"""The entry `real` of model cards: measured on labelled recordings, and added to the earlier entries."""
 
 from __future__ import annotations
 

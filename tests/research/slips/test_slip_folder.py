@@ -1,4 +1,4 @@
-"""A folder of labelled recordings: what is found in it, what is said of each recording, and what a learner gets."""
+"""A folder of labelled recordings: its contents, the outputs for each recording, and the training data."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def folder(recordings, tmp_path):
     return copied(recordings, tmp_path / "own")
 
 
-# -- what is said of a recording ---------------------------------------------------------------------------
+# -- outputs for a recording -------------------------------------------------------------------------------
 
 
 def test_the_slide_and_the_turn_are_noticed_and_the_stick_raises_no_alarm(outputs):
@@ -178,7 +178,7 @@ def test_a_dataset_has_all_that_slips_and_moves_and_some_that_is_still(outputs):
 
 
 def made_up(name, thing, seed, sense=1.0, count=60):
-    """A recording whose signals are large where it slips; where `sense` is negative, where it does not."""
+    """A recording whose signals are large during slip, or with negative `sense` without slip."""
     intervals = [Interval(0, 29, State.STICK), Interval(30, count - 1, State.SLIP)]
     slips = np.arange(count) >= 30
     rng = np.random.default_rng(seed)

@@ -28,7 +28,7 @@ IMPRINT = ("--detector", "imprint", "--estimator", "imprint", "--jobs", "1")
 
 @pytest.fixture
 def folder(recordings, tmp_path, monkeypatch):
-    """A folder of one's own with the recordings, in the working directory."""
+    """A copy of the recordings, in the working directory."""
     monkeypatch.chdir(tmp_path)
     return copied(recordings, tmp_path / "own")
 

@@ -27,7 +27,7 @@ def test_two_dask_workers_find_what_this_machine_finds(tmp_path, installed_host)
             file = tmp_path / f"{len(place)}.json"
             assert main([*LIFT, "--jobs", "1", *place, "--json", str(file)]) == 0
             runs = sorted(json.loads(file.read_text())["runs"], key=lambda run: run["speed_m_s"])
-            # What depends on the machine is not the same.
+            # Figures of the machine differ.
             figures.append([{name: run[name] for name in run.keys() - {"frame_us", "cost"}} for run in runs])
     assert len(figures[0]) == 2
     assert figures[0] == figures[1]

@@ -42,7 +42,7 @@ def test_belief_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_pa
     assert runs["off"]["closings"] == 0
     assert runs["off"]["first_over_needed"] < 1 < runs["belief"]["peak_over_needed"]
     assert picture.stat().st_size > 5000
-    # What is kept is not run again; a run that was cut off is.
+    # Stored runs are not repeated; an incomplete line is run again.
     lines = kept.read_text().splitlines()
     assert len(lines) == 3
     known = [json.loads(line) for line in lines[:2]]

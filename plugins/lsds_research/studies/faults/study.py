@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Row = dict[str, Any]
 
 SQUEEZED = 2.0
-"""Peak force over that of the run without the fault, beyond which it squeezes."""
+"""Ratio of peak force to that of the run without the fault above which a run counts as squeezed."""
 EXPLAINED = (
     "stopped: ended by an error with a name, arm at rest, grip kept; harmless: the same outcome as the run without the "
     "fault; missed: another outcome, and no error; opened: fingers that held something opened by a millimetre more "
@@ -54,7 +54,7 @@ class FaultsStudy:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the lifts. Raises DataError where none could be run, PluginError for an unknown fault or controller."""
+        """Run the lifts. Raises DataError if none could be run, PluginError for an unknown fault or controller."""
         options = self._options
         planned = _planned(options, self._seed)
         found, failures = run_and_store(run_case, planned, options.out, options.jobs, options.cluster, tick)
@@ -106,7 +106,7 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
 
 
 def _is_scaled(host: PluginHost, name: str) -> bool:
-    """Tell whether a fault has severities; one of another plugin has them if its options do."""
+    """Return whether a fault has severities; that of another plugin has them if its options do."""
     from lsds_mocks.faults.catalogue import CATALOGUE
 
     own = {entry.name: bool(entry.levels) for entry in CATALOGUE}
@@ -150,7 +150,7 @@ def _summary(name: str, rows: Sequence[Row]) -> Row:
 
 
 def _compared(rows: Sequence[Row]) -> list[StudyTable]:
-    """Compare controllers, and detectors, by what each missed of the same faults."""
+    """Compare controllers, and detectors, by the missed runs of the same faults."""
     found: dict[str, tuple[int, str, float]] = {}
     for part, other in (("controller", "detector"), ("detector", "controller")):
         by: dict[str, dict[tuple[Any, ...], bool]] = {}

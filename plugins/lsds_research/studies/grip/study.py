@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     Row = dict[str, Any]
 
 MET_MM = 0.05
-"""The limit of friction was met where the object slipped by more than this, in mm."""
+"""A run reached the friction limit if the object slipped by more than this (mm)."""
 GREW = 1.1
 FRICTION = 0.55
-"""Static friction of the catalogue's middle, to tell an object's weight from the force it needs."""
+"""Static friction in the middle of the catalogue, used to derive an object's weight from the force it needs."""
 EXPLAINED = (
-    "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
+    "needed: minimum normal force per finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
     f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs "
     "whose grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that "
-    "did not slip when the load changed; needed of what turns: by its weight alone"
+    "did not slip when the load changed; needed force of objects that turn: by weight alone"
 )
 _COLUMNS = (
     ("controller", "controller", ""),
@@ -160,7 +160,7 @@ def _holdable(found: Mapping[str, Row]) -> list[Row]:
 def _title(options: GripOptions, rows: Sequence[Row]) -> str:
     count = len({row["object"] for row in rows})
     if not options.random:
-        return f"grip of {count} objects that nobody described (simulated)"
+        return f"grip of {count} unknown objects (simulated)"
     use = "development" if options.draw in DEVELOPMENT else "evaluation"
     return f"grip of {count} random objects that a firm grip holds, draw {options.draw} for {use} (simulated)"
 

@@ -48,7 +48,7 @@ class LoopStudy:
             _COLUMNS,
             [{**row, "front": "*" if row["front"] else ""} for row in rows],
             partial(plot_loop, rows=rows),
-            ["slip, steady: medians over the lifts that slipped; of all: over all lifts; front: no other one beats it"],
+            ["slip, steady: medians over the lifts that slipped; of all: over all lifts; front: Pareto front"],
             {"configurations": rows, "runs": runs, "failures": failures, "figures_are": "simulated"},
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )

@@ -1,8 +1,8 @@
-"""Study `learning`: what more objects to learn from would give, measured by giving fewer.
+"""Study `learning`: scores against the number of training objects.
 
 A curve that still rises at the end means that more objects would help; a flat one needs other signals, or
-another model. Objects are drawn in an order of their own by each repeat, and scored are always the same ones, never
-seen; where a second dataset is given, that too.
+another model. Each repeat draws another order of the objects. Scores are always of the same held-out objects and, if
+given, of a second dataset.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ SCORES: dict[Job, dict[str, tuple[str, float]]] = {
         "angular_relative_error": ("angular error", 1.0),
     },
 }
-"""By job: score, its heading, and what it is multiplied by to be shown."""
+"""Key, heading and display factor of each score, by job."""
 
 
 class LearningStudy:
-    """A `Study`: scores by the number of objects to learn from."""
+    """A `Study`: scores by the number of training objects."""
 
     def __init__(self, options: LearningOptions, context: BuildContext) -> None:
         self.options, self._host = options, PluginHost()
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Fit and score. Raises DataError where there is no dataset with objects of both kinds."""
+        """Fit and score. Raises DataError without a dataset with training and held-out objects."""
         options = self.options
         seen, unseen = split_dataset(options.data)
         tests = {"unseen": unseen}
@@ -106,7 +106,7 @@ class LearningStudy:
         found = {name: Model(name, own=own).build(self._host) for name in self.options.learners}
         if len({learner.job for learner in found.values()}) > 1:
             jobs = ", ".join(f"{name} {learner.job}s" for name, learner in found.items())
-            raise DataError(f"learners of one job, please: {jobs}")
+            raise DataError(f"learners must have one job, not {jobs}")
         return found
 
 
