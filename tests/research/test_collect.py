@@ -123,7 +123,7 @@ def test_collects_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert len(list((out / "parts").iterdir())) == 1
     with pytest.raises(DataError, match="not finished"):
         load(out)
-    with pytest.raises(DataError, match="begun with another seed"):
+    with pytest.raises(DataError, match="started with another seed"):
         campaign.collect("pipe", out, overrides=FAST, quick=True, seed=1)
     data = campaign.collect("pipe", out, overrides=FAST, quick=True)
     assert len(seen) == 3
@@ -227,7 +227,7 @@ def begun(tmp_path, monkeypatch):
 
 
 def test_who_asks_for_something_else_moves_nothing_of_a_campaign_that_was_begun(begun):
-    with pytest.raises(DataError, match=r"begun with another seed \(0\)"):
+    with pytest.raises(DataError, match=r"started with another seed \(0\)"):
         campaign.collect("pipe", begun.parents[1], overrides=FAST, quick=True, seed=1)
     assert [path.name for path in begun.parent.iterdir()] == [begun.name]
 
@@ -365,7 +365,7 @@ def test_a_campaign_goes_on_with_the_same_cell_only(tmp_path, monkeypatch):
     with pytest.raises(DataError, match="stop"):
         campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
     rig.write_text("[task]\ngrip_force_n = 30.0\n")
-    with pytest.raises(DataError, match="begun with another config"):
+    with pytest.raises(DataError, match="started with another config"):
         campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
 
 

@@ -212,7 +212,7 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     with pytest.raises(DataError, match="stopped before it collected"):
         measure.measure(tmp_path / "out", quick=True, tick=lambda *step: None)
     (tmp_path / "data").mkdir()
-    with pytest.raises(DataError, match="is not empty, and no reproduction"):
+    with pytest.raises(DataError, match="is not empty and not a reproduction"):
         measure.measure(tmp_path, quick=True, tick=lambda *step: None)
     (failed,) = result["failed"]
     assert "no-such-set" in failed["reason"]

@@ -193,7 +193,7 @@ def test_examples_that_nothing_can_be_learnt_from_are_one_clear_error(name):
     refused("groups", group=good.group[:10])
     refused("too few", x=good.x[:10], y=good.y[:10], group=good.group[:10])
     if own.job == "detect":
-        refused("needs both", y=np.zeros_like(good.y))
+        refused("both of them present", y=np.zeros_like(good.y))
         refused("0 and 1", y=good.y * 2)
 
 

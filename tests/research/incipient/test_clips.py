@@ -120,7 +120,7 @@ def test_a_table_has_a_row_a_video_and_leaves_doubtful_ones_out():
 def test_labels_that_are_all_in_doubt_are_an_error():
     data = dataset(1)
     data["slip"][:] = -1
-    with pytest.raises(DataError, match="none of the recordings has a label"):
+    with pytest.raises(DataError, match="all labels of the recordings are in doubt"):
         videos_of(data)
 
 

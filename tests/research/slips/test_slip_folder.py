@@ -225,7 +225,7 @@ def test_only_training_objects_are_learnt_from_and_one_in_so_many():
         part = training_part(data, every)
         assert set(part["object"].tolist()) == {"can"}
         assert len(set(part["recording"].tolist())) == count
-    with pytest.raises(DataError, match="without any of the training objects"):
+    with pytest.raises(DataError, match="has none of the training objects"):
         training_part(data.where(data["object"] == "book"), 1)
 
 
