@@ -27,11 +27,11 @@ MEASURED = DOCS / "measured"
 
 @dataclass(frozen=True)
 class Measurement:
-    """`run` returns values for JSON, `rows` the lines that `page` quotes of them."""
+    """`run` returns values for JSON, `rows` the lines that `page` quotes; `run` is None if the command was removed."""
 
     command: str
     page: str
-    run: Callable[[], Any]
+    run: Callable[[], Any] | None
     rows: Callable[[Any], list[str]]
 
 
@@ -212,19 +212,13 @@ def _percent(share: float | None) -> str:
     return "" if share is None else f"{100 * share:.0f} %"
 
 
-# -- asked in every frame -------------------------------------------------------------------------------------
+# -- every frame of simulated trials (the study was removed; its record stays) --------------------------------
 
 ASKED = {
     "--detector": ("fused", "imprint", "field-mlp", "monotone"),
     "--estimator": ("fused", "imprint", "imprint-gru", "field-gru"),
 }
 ASK = ("study", "asked", *(word for flag, names in ASKED.items() for name in names for word in (flag, name)))
-
-
-def asked_study() -> dict[str, Any]:
-    """Return the scores of estimators and detectors over slides, turns and changing loads."""
-    found = result_of(*ASK, "--no-plot")
-    return {key: found[key] for key in ("title", "failures", "seed", "rows", "detectors")}
 
 
 def asked_rows(values: dict[str, Any]) -> list[str]:
@@ -436,7 +430,7 @@ MEASUREMENTS: dict[str, Measurement] = {
     "slip": Measurement("lsds evaluate slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),
     "detection": Measurement("lsds evaluate models $LSDS_DATA/detection", "learning.md", detection, detection_rows),
     "severity": Measurement("python docs/measure.py severity", "learning.md", severity, severity_rows),
-    "asked": Measurement("lsds " + " ".join(ASK), "learning.md", asked_study, asked_rows),
+    "asked": Measurement("lsds " + " ".join(ASK), "learning.md", None, asked_rows),
     "incipient": Measurement(
         "lsds evaluate incipient-slip $LSDS_DATA/incipient_slip --cache none", "learning.md", incipient, incipient_rows
     ),
@@ -487,6 +481,8 @@ def main(names: list[str]) -> None:
     MEASURED.mkdir(exist_ok=True)
     for name in names:
         measurement = MEASUREMENTS[name]
+        if measurement.run is None:
+            raise SystemExit(f"{name}: the command that measured this was removed; keep the stored record")
         values = measurement.run()
         record = {
             "command": measurement.command,

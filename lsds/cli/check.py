@@ -48,7 +48,7 @@ def check(
       lsds check detector:fused --json checks.json         all checks of a detector, 10 s
       lsds check fault:camera-noise
       lsds check wire_mock:hand-e                          on free ports, 5 s
-      lsds check study:dynamics --set 'steps_ms=[40.0]'
+      lsds check study:scheduler --set repeats=1
       lsds check command:evaluate                          its help and wrong use; it is not run
       lsds check gripper:hand-e --set port=/dev/ttyUSB0    a real gripper that must not move, 20 s
       lsds check arm:ur5e --set host=192.168.1.2 --allow-motion

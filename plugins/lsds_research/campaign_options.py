@@ -10,15 +10,15 @@ from lsds_research.cluster import HELP
 
 Settings = Annotated[
     list[str],
-    Field(description="one more config key of every run", json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"}),
+    Field(description="config key that every run sets", json_schema_extra={"flag": "--with", "metavar": "KEY=VALUE"}),
 ]
 Out = Annotated[
     str,
     Field(
-        description="keep each run in this file (JSON lines); the same command goes on where it ended",
+        description="store each run in this file (JSON lines); the same command continues from it",
         json_schema_extra={"metavar": "FILE"},
     ),
 ]
 Jobs = Annotated[int, Field(ge=1, le=256)]
-"""Number of processes; each campaign says what they run."""
+"""Number of processes; each campaign describes what one process runs."""
 Cluster = Annotated[str, Field(description=HELP, json_schema_extra={"metavar": "ADDRESS"})]

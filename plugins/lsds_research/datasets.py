@@ -50,7 +50,7 @@ LABELS: dict[str, str] = {
     "stick_true": "float32",
 }
 """Measured labels (`slip` 1, 0, -1 unknown; velocities m/s and rad/s of the object against the gel, in the sensor's
-plane), and the simulated truth (NaN or -1 if there is none)."""
+plane), and the simulated truth (NaN or -1 if unknown)."""
 
 COLUMNS: dict[str, str] = {**KEYS, **LABELS, **dict.fromkeys(SIGNALS, "float32")}
 
@@ -88,7 +88,7 @@ class Dataset:
         return np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names)]])
 
     def save(self, folder: Path) -> None:
-        """Write the folder; each file whole or not at all. Raises DataError where it cannot."""
+        """Write the folder, each file atomically. Raises DataError if a file cannot be written."""
         write_table(self.columns, folder / FRAMES)
         recordings = np.unique(self["recording"])
         card = {**self.card, "format": FORMAT, "rows": len(self), "recordings": len(recordings), "complete": True}
@@ -133,7 +133,7 @@ def merged(parts: Sequence[tuple[str, Dataset]]) -> Dataset:
     """Return one dataset of several, by their names. Recordings of the same name stay separate; the card holds the
     common settings, and of each dataset its job, labels, overrides and seed.
 
-    Raises DataError where a recording is in two of them.
+    Raises DataError if a recording is in two of them.
     """
     if len(parts) == 1:
         return parts[0][1]
@@ -169,20 +169,20 @@ def merged(parts: Sequence[tuple[str, Dataset]]) -> Dataset:
 
 def _digest(data: Dataset, rows: slice) -> bytes:
     """Return a digest of a recording's times and signals, to find duplicates."""
-    told = hashlib.sha256(np.ascontiguousarray(data["t_s"][rows]).tobytes())
+    digest = hashlib.sha256(np.ascontiguousarray(data["t_s"][rows]).tobytes())
     for name in SIGNALS:
-        told.update(np.ascontiguousarray(data[name][rows]).tobytes())
-    return told.digest()
+        digest.update(np.ascontiguousarray(data[name][rows]).tobytes())
+    return digest.digest()
 
 
 def load(folder: Path) -> Dataset:
-    """Read a dataset. Raises DataError where it is none, was cut short, lacks a column or holds nonsense in one."""
+    """Read a dataset. Raises DataError if it is missing, truncated, lacks a column or has invalid values."""
     path = folder / FRAMES
     card = read_card(folder)
     if card is None:
         raise DataError(f"{folder}: no dataset there, for it has no {CARD} (lsds collect makes one)")
     if card.get("format") != FORMAT:
-        raise DataError(f"{folder / CARD}: not the card of an '{FORMAT}'; collect it anew")
+        raise DataError(f"{folder / CARD}: not the card of an '{FORMAT}'; collect it again")
     if not card.get("complete", False):
         raise DataError(f"{folder}: its collection was not finished; run lsds collect with the same --out to go on")
     columns = read_table(path)
@@ -193,7 +193,7 @@ def load(folder: Path) -> Dataset:
 
 
 def read_card(folder: Path) -> dict[str, Any] | None:
-    """Return a folder's dataset card, None if there is none. Raises DataError for an invalid card."""
+    """Return a folder's dataset card, or None without one. Raises DataError for an invalid card."""
     path = folder / CARD
     try:
         card = json.loads(path.read_text(encoding="utf-8"))
@@ -232,7 +232,7 @@ def _check(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def write_table(columns: Mapping[str, NDArray[Any]], path: Path) -> None:
-    """Write columns as Parquet, whole or not at all, with their units. Raises DataError."""
+    """Write columns as Parquet, atomically, with their units. Raises DataError."""
     arrow, parquet = require_arrow()
     units = {name.encode(): UNITS[name].encode() for name in columns if name in UNITS}
     table = arrow.table({name: arrow.array(values) for name, values in columns.items()})
@@ -243,17 +243,17 @@ def write_table(columns: Mapping[str, NDArray[Any]], path: Path) -> None:
 
 
 def read_table(path: Path) -> dict[str, NDArray[Any]]:
-    """Read columns from Parquet. Raises DataError where the file is missing, damaged, or in other units."""
+    """Read columns from Parquet. Raises DataError if the file is missing, damaged, or in other units."""
     arrow, parquet = require_arrow()
     try:
         table = parquet.read_table(path, page_checksum_verification=True)
         names = table.column_names
-        told = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+        stored_units = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     except (OSError, arrow.ArrowException, UnicodeDecodeError) as error:
         raise DataError(f"{path}: cannot be read as Parquet: {str(error).partition(chr(10))[0]}") from error
     for name in names:
-        if name in UNITS and told.get(name, UNITS[name]) != UNITS[name]:
-            raise DataError(f"{path}: column {name} is in {told[name]}, not in {UNITS[name]}")
+        if name in UNITS and stored_units.get(name, UNITS[name]) != UNITS[name]:
+            raise DataError(f"{path}: column {name} is in {stored_units[name]}, not in {UNITS[name]}")
         if table[name].null_count:
             raise DataError(f"{path}: column {name} has holes (what is unknown is NaN or -1 there, never left out)")
     return {

@@ -1,14 +1,14 @@
 """Train the shipped models: `python -m lsds_research.make_models DATA`.
 
 DATA holds the datasets `detection`, `severity`, `catch` and `loads` (`lsds collect`). The five held-out objects and the
-pipe are not used for training. `fused` learns from `detection`, from `loads` and from `labelled`, a folder (or a link
-to one) of real recordings labelled by eye, without the objects that are only scored. Estimators are trained on
-severity, catch and detection: severity contains no held load, and an estimator trained on it alone takes a held load
-for a slow slip. A third of detection is enough, because most of it is at rest.
+pipe are not used for training. `fused` is trained on `detection`, `loads` and `labelled`, a folder (or a link to one)
+of real recordings labelled by eye, without the objects that are only scored. Estimators are trained on severity, catch
+and detection. Severity contains no held load: an estimator trained on it alone takes a held load for a slow slip. A
+third of detection is enough, because most of it is at rest.
 
-`python -m lsds_research.make_models --real FOLDER` then measures the detectors on real recordings labelled by eye, and
-writes it on their cards: a model that is trained again has none. `--reliability DATA` (five minutes) then fits `fused`
-without each object in turn, and writes on its card what probability a score stands for.
+`python -m lsds_research.make_models --real FOLDER` then measures the detectors on real recordings labelled by eye and
+writes the scores to their cards; training a model again removes them. `--reliability DATA` (five minutes) then fits
+`fused` without each object in turn and writes the probability of each score to its card.
 """
 
 from __future__ import annotations
@@ -34,21 +34,23 @@ DATASETS = {
     "detection": {"detection": 1, "catch": 1},
     "severity": {"severity": 1, "catch": 1, "detection": 3},
 }
-"""Training data by job; one in so many recordings of each dataset."""
+"""Training datasets by job, and N: one recording in N is used."""
 OWN = {
     "fused": {"detection": 3, "loads": 1, LABELLED: 1},
     "imprint-gru": {**DATASETS["severity"], "loads": 2},
 }
-"""That of learners which learn from others. For `fused` real frames are few: simulated ones must not outvote them."""
+"""Training datasets of learners with other needs. `fused` has few real frames; simulated ones must not outvote them."""
 FUSED_THRESHOLD = 0.75
-"""With each of the 20 fitted objects left out in turn, 3.5 of 100 moving frames are called slip above it, and 85 % of
-the slips are noticed. Its score is no probability on real frames, because it learns from simulated ones, too; the card
-has the probability that a score stands for (`real.reliability`). `lsds calibrate slip` finds the threshold of one's
-own cell."""
+"""Threshold of `fused`: with each of the 20 fitted objects left out in turn, it detects 85 % of the slips, with false
+alarms in 3.5 of 100 moving frames.
+
+A score is not a probability on real frames, because training uses simulated frames too; the card maps scores to
+probabilities (`real.reliability`). `lsds calibrate slip` finds the threshold of a cell.
+"""
 
 
 def learns_from(job: str, learner: str) -> dict[str, int]:
-    """Return the datasets that a shipped model learns from, with one in how many recordings of each."""
+    """Return the training datasets of a shipped model, each with N: one recording in N is used."""
     return OWN.get(learner, DATASETS[job])
 
 
@@ -73,9 +75,9 @@ def train(which: tuple[str, str], folder: str) -> str:
 
 
 def training_part(data: Dataset, every: int) -> Dataset:
-    """Return one in so many of a simulated dataset's recordings of the training objects.
+    """Return every N-th recording of the training objects in a simulated dataset.
 
-    Raises DataError where it has none.
+    Raises DataError if it has none.
     """
     import numpy as np
 
@@ -84,7 +86,7 @@ def training_part(data: Dataset, every: int) -> Dataset:
 
     seen = data.where(np.isin(data["object"], SEEN))
     if not len(seen):
-        raise DataError(f"a dataset without any of the training objects ({', '.join(SEEN)}): nothing to learn from")
+        raise DataError(f"the dataset has none of the training objects ({', '.join(SEEN)}); collect it with them")
     return seen.where(np.isin(seen["recording"], np.unique(seen["recording"])[::every]))
 
 
@@ -99,7 +101,7 @@ def _labelled(folder: Path) -> Dataset:
 
 
 def _measure(folder: Path) -> int:
-    """Fill in what the cards say of real recordings."""
+    """Write the scores on real recordings to the cards."""
     from lsds_research.slips.on_cards import write_on_cards
 
     one_thread()
@@ -109,7 +111,7 @@ def _measure(folder: Path) -> int:
 
 
 def _write_reliability(folder: Path) -> int:
-    """Fill in what the card of `fused` says of the probability that its score stands for."""
+    """Write the probabilities of scores to the card of `fused`."""
     import json
 
     from lsds_plugins.models import model_path
@@ -154,9 +156,9 @@ def main(arguments: list[str]) -> int:
     chosen = [which for which in todo if not named or which[1] in named]
     one_thread()
     died = 0
-    for (_, name), told in spread(partial(train, folder=folder), chosen, processes()):
-        print(told or f"{name}: {DIED}", flush=True)
-        died += told is None
+    for (_, name), outcome in spread(partial(train, folder=folder), chosen, processes()):
+        print(outcome or f"{name}: {DIED}", flush=True)
+        died += outcome is None
     return 1 if died else 0
 
 

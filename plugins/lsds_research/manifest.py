@@ -11,11 +11,16 @@ _LEARNERS = (
     ("logistic", "linear:Logistic", ("sklearn",), "detector: logistic regression on a window of field signals"),
     ("field-mlp", "field_mlp:FieldMlp", ("torch",), "detector: small neural network on a window of field signals"),
     ("monotone", "monotone:Monotone", ("scipy",), "detector: logistic regression on log rates, weights of one sign"),
-    ("fused", "fused:Fused", ("sklearn",), "detector: boosted trees on what imprint and dots did in the last frames"),
+    (
+        "fused",
+        "fused:Fused",
+        ("sklearn",),
+        "detector: boosted trees on the motion of imprint and markers in the last frames",
+    ),
     ("lstm", "paper_nets:Lstm", ("torch",), "estimator: LSTM with the paper's settings"),
     ("mlp", "paper_nets:Mlp", ("torch",), "estimator: MLP with the paper's settings"),
     ("linear-window", "linear:LinearWindow", ("sklearn",), "estimator: ridge regression on a window of field signals"),
-    ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: small recurrent net with its own standard deviations"),
+    ("field-gru", "field_gru:FieldGru", ("torch",), "estimator: small recurrent net with standard deviations"),
     ("imprint-gru", "field_gru:ImprintGru", ("torch",), "estimator: the same nets on imprint and field"),
 )
 
@@ -46,20 +51,12 @@ _STUDIES = (
         "finished models on held-out objects of a dataset, compared with trivial baselines",
     ),
     (
-        "asked",
-        "studies.asked.study:AskedStudy",
-        "studies.asked.options:AskedOptions",
-        ("numba",),
-        "sim",
-        "detectors and estimators asked in every frame of simulated trials: slides, turns, changing load",
-    ),
-    (
         "grip",
         "studies.grip.study:GripStudy",
         "studies.grip.options:GripOptions",
         ("numba",),
         "sim",
-        "controllers on objects that nobody described: grip over needed, slip, drops",
+        "controllers on unknown objects: grip over needed, slip, drops",
     ),
     (
         "faults",
@@ -75,7 +72,7 @@ _STUDIES = (
         "search.risk_options:RiskOptions",
         ("numba", "scipy"),
         "search",
-        "how likely a failure is: multilevel splitting over a space of scenarios, or plain counting",
+        "probability of a failure: multilevel splitting over a space of scenarios, or plain counting",
     ),
     (
         "search",
@@ -91,7 +88,7 @@ _STUDIES = (
         "studies.slide:SlideOptions",
         ("numba",),
         "sim",
-        "slip that is wanted: how well objects slide and turn at the wanted rate",
+        "intended slip: how well objects slide and turn at the commanded rate",
     ),
     (
         "loop",
@@ -150,28 +147,12 @@ _STUDIES = (
         "speed against accuracy of the gel models",
     ),
     (
-        "dynamics",
-        "studies.dynamics.study:DynamicsStudy",
-        "studies.dynamics.options:DynamicsOptions",
-        (),
-        "",
-        "failures of dry friction integrators while a grip is lost and regained",
-    ),
-    (
         "optics",
         "studies.optics.study:OpticsStudy",
         "studies.optics.options:OpticsOptions",
         ("numba",),
         "sim",
         "computing time of mechanics and image of one frame, and colour error, by optical tier",
-    ),
-    (
-        "realism",
-        "studies.realism.study:RealismStudy",
-        "studies.realism.options:RealismOptions",
-        ("numba",),
-        "sim",
-        "real recordings compared with simulated clips: motion, divergence, curl, lost markers",
     ),
 )
 
@@ -184,7 +165,7 @@ _COMMANDS = (
         "Fit a detector or an estimator and write its ONNX model.",
     ),
     ("evaluate", ("pyarrow",), "data", "Score models on unseen data, such as real recordings."),
-    ("choose", ("numba",), "sim", "Print the cheapest rig file that slips and grips no more than asked for."),
+    ("choose", ("numba",), "sim", "Print the cheapest rig file within limits of slip and grip."),
     ("search", ("numba", "cma", "scipy"), "search", "Look for scenarios in which the cell fails."),
     ("label", (), "plot", "Label slip in recordings by eye, frame by frame."),
     (

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 MOVING_M_S = 1e-3
-"""Speeds below this count as no slip."""
+"""Slower motion does not count as slip (m/s)."""
 _APART_S = 0.2
-"""A detection this close to a slip belongs to it."""
+"""A detection this close to a slip belongs to it (s)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +35,12 @@ class Interval:
         return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
 
 
-def classification(slip: NDArray[Any], said: NDArray[Any], score: NDArray[Any] | None = None) -> dict[str, float]:
-    """Return accuracy, precision, recall, F1 and false positive rate of `said` (n,) against `slip` (n,); with a score
-    also the AUC. NaN where a figure is undefined."""
-    slip, said = np.asarray(slip, bool), np.asarray(said, bool)
-    tp, fp = float(np.sum(slip & said)), float(np.sum(~slip & said))
-    fn, tn = float(np.sum(slip & ~said)), float(np.sum(~slip & ~said))
+def classification(slip: NDArray[Any], predicted: NDArray[Any], score: NDArray[Any] | None = None) -> dict[str, float]:
+    """Return accuracy, precision, recall, F1 and false positive rate of `predicted` (n,) against `slip` (n,), and the
+    AUC of `score`; NaN for an undefined figure."""
+    slip, predicted = np.asarray(slip, bool), np.asarray(predicted, bool)
+    tp, fp = float(np.sum(slip & predicted)), float(np.sum(~slip & predicted))
+    fn, tn = float(np.sum(slip & ~predicted)), float(np.sum(~slip & ~predicted))
     found = {
         "accuracy": _ratio(tp + tn, tp + tn + fp + fn),
         "precision": _ratio(tp, tp + fp),
@@ -65,25 +65,25 @@ def auc(slip: NDArray[Any], score: Floats) -> float:
     return float((ranks[slip].sum() - positives * (positives + 1) / 2) / (positives * negatives))
 
 
-def regression(true: Floats, said: Floats) -> dict[str, float]:
+def regression(true: Floats, predicted: Floats) -> dict[str, float]:
     """Return MAE, RMSE and pooled R2 over all frames, and over those that move, in the units given (speed in m/s)."""
-    true, said = np.asarray(true, float), np.asarray(said, float)
+    true, predicted = np.asarray(true, float), np.asarray(predicted, float)
     moving = np.abs(true) > MOVING_M_S
     return {
-        "mae": _mean(np.abs(said - true)),
-        "rmse": math.sqrt(_mean((said - true) ** 2)),
-        "r2": r2(true, said),
-        "moving_mae": _mean(np.abs(said - true)[moving]),
-        "moving_rmse": math.sqrt(_mean((said - true)[moving] ** 2)),
-        "moving_r2": r2(true[moving], said[moving]),
+        "mae": _mean(np.abs(predicted - true)),
+        "rmse": math.sqrt(_mean((predicted - true) ** 2)),
+        "r2": r2(true, predicted),
+        "moving_mae": _mean(np.abs(predicted - true)[moving]),
+        "moving_rmse": math.sqrt(_mean((predicted - true)[moving] ** 2)),
+        "moving_r2": r2(true[moving], predicted[moving]),
         "moving_share": _mean(moving.astype(float)),
     }
 
 
-def r2(true: Floats, said: Floats) -> float:
+def r2(true: Floats, predicted: Floats) -> float:
     """Return the coefficient of determination; NaN where the truth does not vary."""
     spread = float(((true - true.mean()) ** 2).sum()) if len(true) else 0.0
-    return 1.0 - float(((said - true) ** 2).sum()) / spread if spread > 0 else math.nan
+    return 1.0 - float(((predicted - true) ** 2).sum()) / spread if spread > 0 else math.nan
 
 
 def bootstrap(
@@ -101,9 +101,9 @@ def bootstrap(
 
 
 def onsets(
-    recordings: NDArray[Any], t_s: Floats, slip: NDArray[Any], said: NDArray[Any], within_s: float = 0.5
+    recordings: NDArray[Any], t_s: Floats, slip: NDArray[Any], predicted: NDArray[Any], within_s: float = 0.5
 ) -> tuple[Floats, float]:
-    """Return latencies (s) from each onset of slip to the first detection, infinite where none comes `within_s`, and
+    """Return latencies (s) from each onset of slip to the first detection, infinite without one `within_s`, and
     false alarms per minute: runs of detections without slip within 0.2 s before or after.
 
     A detector that always reports slip has no latency, and one alarm per pause between slips.
@@ -112,9 +112,9 @@ def onsets(
     alarms, still_s = 0, 0.0
     for name in np.unique(recordings):
         rows = np.flatnonzero(recordings == name)
-        t, true, told = t_s[rows], np.asarray(slip[rows], bool), np.asarray(said[rows], bool)
+        t, true, detected = t_s[rows], np.asarray(slip[rows], bool), np.asarray(predicted[rows], bool)
         for at in np.flatnonzero(true & ~np.concatenate([[True], true[:-1]])):
-            after = told & (t >= t[at]) & (t <= t[at] + within_s)
+            after = detected & (t >= t[at]) & (t <= t[at] + within_s)
             latencies.append(float(t[np.argmax(after)] - t[at]) if after.any() else math.inf)
         steps = np.diff(t, prepend=t[0])
         # Frames without a prediction are missing here; the time between does not count as time without an alarm.
@@ -123,7 +123,7 @@ def onsets(
         next_slip = np.minimum.accumulate(np.where(true, t, math.inf)[::-1])[::-1]
         quiet = ~true & (t - last_slip > _APART_S) & (next_slip - t > _APART_S)
         still_s += float(steps[quiet].sum())
-        wrong = told & quiet
+        wrong = detected & quiet
         alarms += int(np.sum(wrong & ~np.concatenate([[False], wrong[:-1]])))
     return np.array(latencies), 60 * alarms / still_s if still_s > 0 else math.nan
 

@@ -26,10 +26,11 @@ def folds(
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Yield `count` times rows to train on and rows to test on; no group is in both.
 
-    Groups (rows,) are dealt out so that all folds get alike many rows of each value of `stratify` (rows,), largest
-    groups first, ties in an order drawn from the seed. With a group a row this is stratified random cross-validation.
+    Each fold gets about the same number of rows of each value of `stratify` (rows,). Groups (rows,) are assigned
+    largest first, ties in an order drawn from the seed. With one group per row this is stratified random
+    cross-validation.
 
-    Raises DataError where there are fewer groups than folds.
+    Raises DataError for fewer groups than folds.
     """
     names, own = np.unique(groups, return_inverse=True)
     if len(names) < count:
@@ -71,7 +72,7 @@ def each_and_all(objects: NDArray[Any]) -> Iterator[tuple[str, NDArray[np.bool_]
 
 
 def seen_and_unseen(data: Dataset, unseen: Sequence[str], name: object = "the dataset") -> tuple[Dataset, Dataset]:
-    """Return the training objects, and the held-out objects. Raises DataError, with the name, where one is empty."""
+    """Return the training objects, and the held-out objects. Raises DataError, with the name, if one is empty."""
     held = np.isin(data["object"], unseen)
     if not held.any() or held.all():
         raise DataError(f"{name}: needs objects to learn from and some of {', '.join(unseen)}")

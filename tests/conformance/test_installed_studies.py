@@ -11,7 +11,6 @@ HOST = installed_host()
 COMMANDS = [backend.spec.name for backend in HOST.backends if backend.spec.kind == "command"]
 STUDIES = {
     "scheduler": {"repeats": 1},
-    "dynamics": {"steps_ms": [40.0], "reference_ms": 2.0},
     "gel": {"scenes": ["sphere"], "repeats": 1, "random": 0},
 }
 """Studies with options that make them quick."""

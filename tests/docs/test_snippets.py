@@ -55,7 +55,6 @@ def folder(tmp_path, monkeypatch):
 STUDIES_IN_SHORT = {
     "gel": "--scene sphere --random 0 --repeats 1",
     "optics": "--scene sphere --repeats 1",
-    "dynamics": "--step-ms 8 --reference-ms 1",
     "frame": "--help",
     "scheduler": "--repeats 1",
 }

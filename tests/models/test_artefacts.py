@@ -207,7 +207,7 @@ def test_a_graph_that_ends_elsewhere_is_not_written():
     own = Graph(1, 3)
     first = own.add("Flatten", "x")
     own.add("Relu", first)
-    with pytest.raises(ValueError, match="not what the last node gives"):
+    with pytest.raises(ValueError, match="not the output of the last node"):
         own.finish(first, (3,))
     assert onnx.load_from_string(graph(1, 3, 2)).producer_name == "lsds"
 

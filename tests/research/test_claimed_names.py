@@ -7,21 +7,20 @@ from types import SimpleNamespace
 
 import pytest
 from fake_cell import plugin
-from lsds_research.chosen import with_own_defaults
 from lsds_research.collecting.campaign import PRESETS
 from lsds_research.evaluation.fitting import Model
+from lsds_research.recording_engine import recording_engine
 from lsds_research.reproduce.jobs import planned as reproduced
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.study import _planned as faults_planned
 from lsds_research.studies.loop.options import LoopOptions
 from lsds_research.studies.loop.study import own_options as own_loop
-from lsds_research.studies.realism.options import RealismOptions
-from lsds_research.studies.realism.study import RealismStudy
 from lsds_research.studies.slide import Slid, SlideOptions
+from lsds_research.study_backends import with_own_defaults
 
 from lsds.config import load_config
 from lsds.contracts import BackendSpec
-from lsds.errors import ConfigError, PluginConflict
+from lsds.errors import ConfigError, DataError, PluginConflict
 from lsds.registry import PluginHost
 from lsds.registry import host as host_module
 from lsds.runtime.rig import Rig
@@ -100,8 +99,8 @@ def test_the_study_of_whole_configurations_compares_backends_of_lsds():
 
 def test_recordings_are_read_by_the_video_sensor_of_lsds(tmp_path):
     (tmp_path / "a.avi").write_bytes(b"")
-    config = RealismStudy(RealismOptions(recordings=str(tmp_path)), None)._config(tmp_path / "a.avi")
-    assert config.sensor.backend == "lsds:video"
+    with pytest.raises(DataError, match=r"a\.avi"):
+        recording_engine(tmp_path / "a.avi")
 
 
 def test_collecting_uses_the_camera_of_lsds():

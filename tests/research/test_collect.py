@@ -123,7 +123,7 @@ def test_collects_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert len(list((out / "parts").iterdir())) == 1
     with pytest.raises(DataError, match="not finished"):
         load(out)
-    with pytest.raises(DataError, match="begun with another seed"):
+    with pytest.raises(DataError, match="started with another seed"):
         campaign.collect("pipe", out, overrides=FAST, quick=True, seed=1)
     data = campaign.collect("pipe", out, overrides=FAST, quick=True)
     assert len(seen) == 3
@@ -135,7 +135,7 @@ def test_collects_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
         assert np.array_equal(again[name], data[name], equal_nan=COLUMNS[name] != "str")
     assert again.card["figures_are"] == "simulated"
     assert again.card["gels"]
-    with pytest.raises(DataError, match=r"holds a complete dataset of another seed \(0\)"):
+    with pytest.raises(DataError, match=r"holds a complete dataset with another seed \(0\)"):
         campaign.collect("pipe", out, overrides=FAST, quick=True, seed=1)
     slipping = again["speed_true"] > 1e-3
     assert again["speed_true"][slipping] == pytest.approx(0.038, abs=0.004)
@@ -210,7 +210,7 @@ def test_a_dataset_of_which_every_trial_was_stopped_is_an_error(tmp_path, monkey
 
 @pytest.mark.parametrize("override", ["seed=3", "cell.simulated.object=sponge", "sensor.mock-gelsight-mini.gel=2"])
 def test_what_a_trial_is_cannot_be_overridden(tmp_path, override):
-    with pytest.raises(DataError, match="is the protocol's to set"):
+    with pytest.raises(DataError, match="is set by the protocol"):
         campaign.collect("pipe", tmp_path / "pipe", overrides=(*FAST, override), quick=True)
     assert not (tmp_path / "pipe").exists()
 
@@ -227,7 +227,7 @@ def begun(tmp_path, monkeypatch):
 
 
 def test_who_asks_for_something_else_moves_nothing_of_a_campaign_that_was_begun(begun):
-    with pytest.raises(DataError, match=r"begun with another seed \(0\)"):
+    with pytest.raises(DataError, match=r"started with another seed \(0\)"):
         campaign.collect("pipe", begun.parents[1], overrides=FAST, quick=True, seed=1)
     assert [path.name for path in begun.parent.iterdir()] == [begun.name]
 
@@ -284,14 +284,14 @@ def test_labels_come_from_poses_where_there_are_any():
     assert math.isnan(unseen["speed"][0])
 
 
-def test_where_nothing_knows_the_truth_poses_tell_the_turning_beyond_half_a_turn():
+def test_without_truth_poses_give_the_turn_beyond_half_a_turn():
     tick, rate = 16_000_000, -4.0
     labels = SlipLabels(Samples([]), measured=True)
     facing = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
     for k in range(120):
         angle = rate * k * tick * 1e-9
         turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
-        # The pads stay where they are, and the object's origin lies beside and below them.
+        # The pads stay where they are, and the object's origin lies next to and below them.
         gripper = pose_of(turn @ facing, np.array([0.0, 0.0, 0.5]))
         thing = pose_of(facing, np.array([0.03, -0.01, 0.4]))
         labels.see(PoseSample(k * tick, k, {"gripper": gripper, "object": thing}))
@@ -304,7 +304,7 @@ def test_where_nothing_knows_the_truth_poses_tell_the_turning_beyond_half_a_turn
     assert set(found["slip_true"]) == {-1}
 
 
-def test_beyond_the_object_s_end_poses_alone_do_not_tell_whether_it_slips():
+def test_beyond_the_object_s_end_poses_alone_do_not_show_slip():
     tick = 16_000_000
     labels = SlipLabels(Samples([]), measured=True, end_m=0.02)
     facing = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -321,11 +321,11 @@ def test_beyond_the_object_s_end_poses_alone_do_not_tell_whether_it_slips():
     assert slip[-1] == 0
 
 
-def test_a_real_cell_waits_until_somebody_has_put_the_object_there(tmp_path, monkeypatch):
+def test_a_real_cell_waits_until_the_operator_has_placed_the_object(tmp_path, monkeypatch):
     """A rig without a cell's plugin is a real one; here its trials are the simulated cell's."""
     real = (*campaign.PRESETS["pipe"], *FAST, "cell.backend=none")
     monkeypatch.setattr(campaign, "run_trial", recorded)
-    with pytest.raises(DataError, match="somebody has to put each object in its place"):
+    with pytest.raises(DataError, match="an operator must place each object"):
         campaign.collect("pipe", tmp_path / "a", overrides=real, quick=True)
     assert not (tmp_path / "a").exists()
     asked = []
@@ -347,7 +347,7 @@ def test_fingers_that_are_closed_are_no_beginning(monkeypatch):
         return GripperState(gripper._clock.now(), 0, 0.01, 0.01, moving=False)
 
     monkeypatch.setattr("lsds_mocks.devices.hand_e.MockHandE.read", closed)
-    with pytest.raises(DataError, match="to begin they have to be"):
+    with pytest.raises(DataError, match="start at least"):
         run_trial(trials("pipe", None, 0, quick=True)[0], None, FAST)
 
 
@@ -365,7 +365,7 @@ def test_a_campaign_goes_on_with_the_same_cell_only(tmp_path, monkeypatch):
     with pytest.raises(DataError, match="stop"):
         campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
     rig.write_text("[task]\ngrip_force_n = 30.0\n")
-    with pytest.raises(DataError, match="begun with another config"):
+    with pytest.raises(DataError, match="started with another config"):
         campaign.collect("pipe", tmp_path / "out", config_file=str(rig), quick=True)
 
 

@@ -52,7 +52,7 @@ def rewritten(folder, **columns):
     parquet.write_table(table, folder / FRAMES)
 
 
-def told(folder, **changes):
+def change_card(folder, **changes):
     path = folder / datasets.CARD
     path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
 
@@ -114,7 +114,7 @@ def test_a_card_that_is_none(saved, text):
 
 
 def test_a_collection_that_was_not_finished(saved):
-    told(saved, complete=False)
+    change_card(saved, complete=False)
     refused(saved, "was not finished; run lsds collect with the same --out to go on")
 
 
@@ -143,7 +143,7 @@ def test_bytes_flipped_inside_are_an_error_or_change_nothing_else(saved, data):
         assert len(back) == len(data)
 
 
-def test_fewer_rows_than_the_card_says(saved):
+def test_fewer_rows_than_on_the_card(saved):
     columns = datasets.read_table(saved / FRAMES)
     datasets.write_table({name: values[:-3] for name, values in columns.items()}, saved / FRAMES)
     refused(saved, "14 rows, but its card says 17: it was cut short")
@@ -155,7 +155,7 @@ def test_a_missing_column(saved, name):
     refused(saved, f"column {name} missing")
 
 
-def test_several_missing_columns_are_told_at_once(saved):
+def test_several_missing_columns_are_reported_at_once(saved):
     rewritten(saved, v_net=None, area=None)
     refused(saved, "columns v_net, area missing")
 

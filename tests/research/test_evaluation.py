@@ -102,7 +102,7 @@ def test_the_constant_in_contact_is_not_fitted_on_the_object_that_it_answers_for
     own = labelled(data, "estimate")
     slow = own.part(own.column("object") == "slow")
     alone, other = (severity.baselines(own, part)[1]["mae"] for part in (own, slow))
-    assert alone == pytest.approx(0.02), "each is told what the other does"
+    assert alone == pytest.approx(0.02), "each gets the constant of the other"
     assert other == pytest.approx(0.01), "the mean of both"
     once = dataset(("slow",), 2)
     speed = np.where(once["recording"] == "slow0", 0.01, 0.03).astype(np.float32)
@@ -110,7 +110,7 @@ def test_the_constant_in_contact_is_not_fitted_on_the_object_that_it_answers_for
     assert severity.baselines(own, own)[1]["mae"] == pytest.approx(0.02), "each recording what the other does"
 
 
-def test_frames_without_an_answer_are_told():
+def test_frames_without_an_answer_are_reported():
     data = dataset(("a", "b"), 2)
     own = task(data, Model("field-mlp").build(HOST))
     assert own.answered == pytest.approx(79 / 80), "v_net of the first frame is undefined"
@@ -131,11 +131,11 @@ def test_conformal_factors_make_ninety_per_cent():
     count = len(own.rows)
     true = np.column_stack([own.y, severity.true_speed(own)])
     std = rng.uniform(0.5, 2.0, (count, 4))
-    said = np.hstack([true + std * rng.standard_normal((count, 4)), std])
-    factors = severity.calibration(own, said)
+    predicted = np.hstack([true + std * rng.standard_normal((count, 4)), std])
+    factors = severity.calibration(own, predicted)
     for each in factors:
         assert each == pytest.approx((1.645,) * 4, rel=0.2)
-    inside = np.abs(said[:, :4] - true) <= factors.half_widths(said)
+    inside = np.abs(predicted[:, :4] - true) <= factors.half_widths(predicted)
     assert inside.mean(axis=0) == pytest.approx([0.9] * 4, abs=0.03)
 
 
@@ -144,27 +144,27 @@ def test_what_moves_has_intervals_of_its_own_and_no_part_of_a_velocity_is_promis
     moves = rng.random(4000) < 0.2
     true = np.zeros((4000, 4))
     true[moves, 1] = true[moves, 3] = 0.04
-    # Exact across the slide, ten times as wrong where it moves as where it rests, and told the same of both.
+    # Exact across the slide, ten times as wrong where it moves as where it rests, and the same width for both.
     wrong = np.where(moves, 1e-2, 1e-3) * rng.standard_normal(4000)
-    said = np.hstack([true, np.full((4000, 4), 1e-3)])
-    said[:, 1] += wrong
-    said[:, 3] = np.abs(said[:, 3] + wrong)
-    factors = conformal(true, said)
-    half = factors.half_widths(said)
+    predicted = np.hstack([true, np.full((4000, 4), 1e-3)])
+    predicted[:, 1] += wrong
+    predicted[:, 3] = np.abs(predicted[:, 3] + wrong)
+    factors = conformal(true, predicted)
+    half = factors.half_widths(predicted)
     assert factors.rest[0] == factors.rest[1]
     assert factors.moving[0] == factors.moving[1] > 5 * factors.rest[1]
     for which in (moves, ~moves):
-        assert (np.abs(said[which, 3] - true[which, 3]) <= half[which, 3]).mean() == pytest.approx(0.9, abs=0.03)
+        assert (np.abs(predicted[which, 3] - true[which, 3]) <= half[which, 3]).mean() == pytest.approx(0.9, abs=0.03)
 
 
-def test_a_model_is_written_with_a_card_that_says_where_it_comes_from(tmp_path):
+def test_a_model_is_written_with_a_card_that_names_its_origin(tmp_path):
     card = train(dataset(), Model("logistic"), HOST, tmp_path / "mine.onnx")
     loaded = load_model(tmp_path / "mine.onnx", "detect")
     assert loaded.card.signals == card.signals
-    told = json.loads((tmp_path / "mine.json").read_text())
-    assert told["trained_on"]["objects"] == list("abcdef")
-    assert told["figures_are"] == "simulated"
-    assert told["scores"]["accuracy"] > 0.85
+    stored = json.loads((tmp_path / "mine.json").read_text())
+    assert stored["trained_on"]["objects"] == list("abcdef")
+    assert stored["figures_are"] == "simulated"
+    assert stored["scores"]["accuracy"] > 0.85
 
 
 def test_labels_that_never_change_teach_nothing(tmp_path):
@@ -200,20 +200,20 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
 
     monkeypatch.setattr(measure, "planned", lambda quick: todo)
     ticks = []
-    result = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: ticks.append(told))
+    result = measure.measure(tmp_path / "out", quick=True, tick=lambda *step: ticks.append(step))
     assert ticks[-1] == ("fitting", len(todo), len(todo))
     monkeypatch.setattr(measure, "run", None)
-    again = measure.measure(tmp_path / "out", quick=True, tick=lambda *told: None)
+    again = measure.measure(tmp_path / "out", quick=True, tick=lambda *step: None)
     assert again["rows"] == json.loads(json.dumps(result["rows"], default=float)), "what was fitted is not fitted again"
     with pytest.raises(DataError, match=r"was collected with another quick \(True\)"):
-        measure.measure(tmp_path / "out", tick=lambda *told: None)
+        measure.measure(tmp_path / "out", tick=lambda *step: None)
     shutil.rmtree(tmp_path / "out" / "data")
     monkeypatch.setattr(measure, "collect", stopped)
     with pytest.raises(DataError, match="stopped before it collected"):
-        measure.measure(tmp_path / "out", quick=True, tick=lambda *told: None)
+        measure.measure(tmp_path / "out", quick=True, tick=lambda *step: None)
     (tmp_path / "data").mkdir()
-    with pytest.raises(DataError, match="is not empty, and no reproduction"):
-        measure.measure(tmp_path, quick=True, tick=lambda *told: None)
+    with pytest.raises(DataError, match="is not empty and not a reproduction"):
+        measure.measure(tmp_path, quick=True, tick=lambda *step: None)
     (failed,) = result["failed"]
     assert "no-such-set" in failed["reason"]
     text = markdown(result)
@@ -223,7 +223,7 @@ def test_the_report_has_every_table_and_names_what_failed(tmp_path, monkeypatch)
     assert "logistic, labels shuffled" in text
     for part in ("simulated", "one-parameter rule", "majority", "always zero", "constant in contact", "Not measured"):
         assert part in text
-    assert "91.8, 99.5, 98.1, 74.8, 99.5" not in text, "printed figures stand beside the paper's own models only"
+    assert "91.8, 99.5, 98.1, 74.8, 99.5" not in text, "printed figures are shown for the paper's models only"
     plot_reproduction(tmp_path / "tables.png", result)
     assert (tmp_path / "tables.png").stat().st_size > 20_000
 

@@ -20,18 +20,18 @@ def test_mcnemars_exact_test_and_holms_correction():
 
 
 def test_a_stuck_gripper_is_stopped_a_dim_light_does_no_harm_on_any_number_of_processes(tmp_path, capsys):
-    told = []
+    results = []
     for jobs in ("1", "2"):
         file = tmp_path / f"{jobs}.json"
         kept = tmp_path / f"{jobs}.jsonl"
         asked = [*ASKED, "--moment", "slip", "--jobs", jobs, "--out", str(kept), "--json", str(file)]
         assert main([*asked, "--plot", str(tmp_path / "faults.png")]) == 0
-        told.append(json.loads(file.read_text()))
-    runs = {run["fault"]: run for run in told[0]["runs"]}
+        results.append(json.loads(file.read_text()))
+    runs = {run["fault"]: run for run in results[0]["runs"]}
     assert (runs["gripper-stuck"]["verdict"], runs["gripper-stuck"]["error"]) == ("stopped", "SafetyStop")
     assert runs["camera-dark"]["verdict"] == "harmless"
-    assert not any(run["opened"] for run in told[0]["runs"])
-    assert told[0]["runs"] == told[1]["runs"]
+    assert not any(run["opened"] for run in results[0]["runs"])
+    assert results[0]["runs"] == results[1]["runs"]
     assert (tmp_path / "faults.png").stat().st_size > 5000
     # The same command goes on where it ended.
     assert main([*asked]) == 0

@@ -29,7 +29,7 @@ def test_it_looks_at_three_frames_of_imprint_field_and_lost_markers():
     assert own.signals == SIGNAL_SETS["imprint-field-and-lost"]
 
 
-def test_it_tells_a_slip_from_a_load_that_moves_the_gel_as_much():
+def test_it_distinguishes_a_slip_from_a_load_that_moves_the_gel_as_much():
     """Slip where the imprint moves against the gel, and not where only the dots do."""
     rng = np.random.default_rng(0)
     slips = rng.random(2000) < 0.3
@@ -58,9 +58,9 @@ def test_zeros_and_huge_values_go_the_same_way_in_the_exported_model():
     made = own.fit(some, 0)
     shape = (1, own.length, len(own.signals))
     x = np.concatenate([np.full(shape, value, np.float32) for value in (0, 1e-30, 1e30, -1e30)])
-    said = session(made).run(None, {"x": x})[0]
-    assert ((said >= 0) & (said <= 1)).all()
-    assert said == pytest.approx(made.predict(x), abs=1e-6)
+    probability = session(made).run(None, {"x": x})[0]
+    assert ((probability >= 0) & (probability <= 1)).all()
+    assert probability == pytest.approx(made.predict(x), abs=1e-6)
 
 
 def test_a_signal_on_a_threshold_goes_the_same_way():

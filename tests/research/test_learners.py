@@ -193,7 +193,7 @@ def test_examples_that_nothing_can_be_learnt_from_are_one_clear_error(name):
     refused("groups", group=good.group[:10])
     refused("too few", x=good.x[:10], y=good.y[:10], group=good.group[:10])
     if own.job == "detect":
-        refused("needs both", y=np.zeros_like(good.y))
+        refused("both of them present", y=np.zeros_like(good.y))
         refused("0 and 1", y=good.y * 2)
 
 
@@ -222,7 +222,7 @@ def test_a_signal_that_never_changed_is_left_out():
     assert plain.std(axis=0)[changing] == pytest.approx(1, abs=1e-3)
 
 
-def test_the_monotone_detector_never_says_less_for_more():
+def test_the_monotone_detector_never_scores_less_for_more():
     own = learner("monotone")
     rng = np.random.default_rng(0)
     made = examples("detect", own.signals, own.length, 3000)

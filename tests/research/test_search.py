@@ -21,16 +21,16 @@ def searched(margin, dimensions=4, runs=120, seed=0):
     found, batches = [], seek(dimensions, runs, seed)
     batch = next(batches)
     while True:
-        told = [margin(point) for point in batch]
-        found += zip(told, batch, strict=True)
+        margins = [margin(point) for point in batch]
+        found += zip(margins, batch, strict=True)
         try:
-            batch = batches.send(told)
+            batch = batches.send(margins)
         except StopIteration:
             return found
 
 
 def test_a_failure_in_a_small_corner_is_found_within_the_runs_that_were_asked_for():
-    """A ball of 4 % of the cube fails; the margin tells only how near it is."""
+    """A ball of 4 % of the cube fails; the margin is the distance to it."""
     centre = np.array([0.8, 0.2, 0.7, 0.3])
     found = searched(lambda point: float(np.linalg.norm(point - centre)) - 0.12)
     assert len(found) == 120
@@ -57,7 +57,7 @@ def test_a_failure_is_shrunk_to_the_keys_that_matter():
     assert len(asked) < 64
 
 
-def test_a_key_that_is_told_with_its_usual_value_may_matter():
+def test_a_key_with_its_usual_value_may_matter():
     space = [Axis("a", 0.0, 1.0, usual=0.5), Axis("b", 0.0, 1.0, usual=0.5), Axis("c", 0.0, 1.0, usual=0.5)]
     scenario = {"a": 0.5, "b": 0.5, "c": 0.9}
     assert shrunk(scenario, space, lambda fewer: {"a", "c"} <= fewer.keys()) == {"a": 0.5, "c": 0.9}
@@ -103,8 +103,8 @@ def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(t
     asked = ["search", "--runs", "8", "--most", "1", "--space", str(space), "--found", str(tmp_path), *planted]
     out = ["--out", str(tmp_path / "kept.jsonl"), "--plot", str(tmp_path / "search.png")]
     assert main([*asked, *out, "--json", str(tmp_path / "search.json")]) == 0
-    told = json.loads((tmp_path / "search.json").read_text())
-    (found,) = told["found"]
+    result = json.loads((tmp_path / "search.json").read_text())
+    (found,) = result["found"]
     assert found["keys"] == "none: the default"
     session = run(found["file"])
     assert session.summary["outcome"] == "dropped"
@@ -112,4 +112,4 @@ def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(t
     assert min(again["margins"].values()) == found["margin"] < 0
     # The same command takes what is kept, and says the same.
     assert main([*asked, *out, "--json", str(tmp_path / "again.json")]) == 0
-    assert json.loads((tmp_path / "again.json").read_text()) == told
+    assert json.loads((tmp_path / "again.json").read_text()) == result

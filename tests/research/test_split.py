@@ -62,7 +62,7 @@ def test_what_never_fails_has_a_bound_and_no_estimate():
     assert (never.estimate, never.failed) == (0.0, 0)
     assert len(never.levels) == MOST_LEVELS
     assert never.most < 1e-4
-    # Where margins do not tell which way is down, all that was done is counting.
+    # If margins do not show a direction of descent, the result is that of counting.
     flat, count = estimated(lambda point: 1.0, runs=100)
     assert count == 100
     assert flat.most == pytest.approx(counted(0, 100).most)

@@ -83,13 +83,13 @@ def test_the_auc_is_scikit_learns(seed, count, ties):
 @given(seeds, st.integers(5, 200))
 def test_the_scores_of_a_detector_are_scikit_learns(seed, count):
     rng = np.random.default_rng(seed)
-    slip, said = np.r_[True, False, rng.random(count) < 0.4], np.r_[True, True, rng.random(count) < 0.5]
-    found = metrics.classification(slip, said, rng.random(count + 2))
-    assert found["accuracy"] == pytest.approx(sk.accuracy_score(slip, said))
-    assert found["precision"] == pytest.approx(sk.precision_score(slip, said))
-    assert found["recall"] == pytest.approx(sk.recall_score(slip, said))
-    assert found["f1"] == pytest.approx(sk.f1_score(slip, said))
-    assert found["false_positive_rate"] == pytest.approx(np.mean(said[~slip]))
+    slip, predicted = np.r_[True, False, rng.random(count) < 0.4], np.r_[True, True, rng.random(count) < 0.5]
+    found = metrics.classification(slip, predicted, rng.random(count + 2))
+    assert found["accuracy"] == pytest.approx(sk.accuracy_score(slip, predicted))
+    assert found["precision"] == pytest.approx(sk.precision_score(slip, predicted))
+    assert found["recall"] == pytest.approx(sk.recall_score(slip, predicted))
+    assert found["f1"] == pytest.approx(sk.f1_score(slip, predicted))
+    assert found["false_positive_rate"] == pytest.approx(np.mean(predicted[~slip]))
     assert found["prevalence"] == pytest.approx(slip.mean())
     assert 0 <= found["auc"] <= 1
 
@@ -99,13 +99,13 @@ def test_the_scores_of_an_estimator_are_scikit_learns(seed, count):
     rng = np.random.default_rng(seed)
     true = np.where(rng.random(count) < 0.6, 0.0, rng.uniform(0.008, 0.067, count))
     true[:2] = 0.01, 0.05
-    said = true + 0.01 * rng.standard_normal(count)
-    found, moving = metrics.regression(true, said), true > 1e-3
-    assert found["mae"] == pytest.approx(sk.mean_absolute_error(true, said))
-    assert found["rmse"] == pytest.approx(sk.root_mean_squared_error(true, said))
-    assert found["r2"] == pytest.approx(sk.r2_score(true, said))
-    assert found["moving_mae"] == pytest.approx(sk.mean_absolute_error(true[moving], said[moving]))
-    assert found["moving_r2"] == pytest.approx(sk.r2_score(true[moving], said[moving]))
+    predicted = true + 0.01 * rng.standard_normal(count)
+    found, moving = metrics.regression(true, predicted), true > 1e-3
+    assert found["mae"] == pytest.approx(sk.mean_absolute_error(true, predicted))
+    assert found["rmse"] == pytest.approx(sk.root_mean_squared_error(true, predicted))
+    assert found["r2"] == pytest.approx(sk.r2_score(true, predicted))
+    assert found["moving_mae"] == pytest.approx(sk.mean_absolute_error(true[moving], predicted[moving]))
+    assert found["moving_r2"] == pytest.approx(sk.r2_score(true[moving], predicted[moving]))
     assert found["moving_share"] == pytest.approx(moving.mean())
 
 
@@ -142,9 +142,9 @@ def test_the_bootstrap_of_an_undefined_score_is_undefined():
 def test_onsets_and_false_alarms():
     t = np.arange(0, 10, 0.1)
     slip = (t > 2.95) & (t < 4.95)
-    said = (t > 3.15) & (t < 5.05)
-    said |= (t > 6.95) & (t < 7.25)
-    latencies, alarms = metrics.onsets(np.zeros(100, int), t, slip, said)
+    predicted = (t > 3.15) & (t < 5.05)
+    predicted |= (t > 6.95) & (t < 7.25)
+    latencies, alarms = metrics.onsets(np.zeros(100, int), t, slip, predicted)
     assert latencies == pytest.approx([0.2])
     still_s = 2.9 + 4.8
     assert alarms == pytest.approx(60 / still_s, rel=0.03), "one run of detections in some eight seconds of rest"

@@ -24,14 +24,14 @@ def train(*arguments):
     return CliRunner().invoke(cli, ["train", *map(str, arguments)])
 
 
-def test_it_writes_a_model_and_tells_what_the_rules_score(tmp_path):
+def test_it_writes_a_model_and_prints_the_scores_of_the_rules(tmp_path):
     first, second = saved(tmp_path / "first", "abcd"), saved(tmp_path / "second", "abef", seed=1)
-    out, told = tmp_path / "mine.onnx", tmp_path / "told.json"
-    done = train("logistic", "--data", first, "--data", second, "--without", "f", "--out", out, "--json", told)
+    out, report = tmp_path / "mine.onnx", tmp_path / "told.json"
+    done = train("logistic", "--data", first, "--data", second, "--without", "f", "--out", out, "--json", report)
     assert done.exit_code == 0, done.output
     assert "one-parameter rule" in done.output
     assert "majority" in done.output
-    scores = json.loads(told.read_text())["scores"]
+    scores = json.loads(report.read_text())["scores"]
     assert 0.5 < scores["beside"]["majority"]["accuracy"] < scores["accuracy"] <= 1
     origin = load_model(out, "detect").card.trained_on
     assert origin["objects"] == list("abcde")
@@ -58,7 +58,7 @@ def test_recordings_of_two_datasets_stay_apart_though_they_are_called_alike():
     assert np.array_equal(both["slip"], np.concatenate([first["slip"], second["slip"]]))
 
 
-def test_a_recording_that_is_in_two_datasets_is_told(tmp_path):
+def test_a_recording_in_two_datasets_is_an_error(tmp_path):
     first = dataset("ab")
     other = dataset("bc", seed=1)
     some = first.where(first["recording"] == "a0")
@@ -82,7 +82,7 @@ def test_a_card_is_json_that_every_reader_takes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--without", "bok"], "did you mean 'book'"),
         (["--without", "book", "--without", "can", "--without", "ruler"], "leaves no object to train on"),
@@ -92,10 +92,10 @@ def test_a_card_is_json_that_every_reader_takes(tmp_path):
         (["--option", "signals"], "needs KEY=VALUE"),
     ],
 )
-def test_what_is_wrong_is_told_before_anything_is_fitted(tmp_path, monkeypatch, arguments, told):
+def test_mistakes_are_reported_before_anything_is_fitted(tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
     saved(tmp_path / "data", ("book", "can", "ruler"))
     done = train("logistic", "--data", "data", "--out", "mine.onnx", *arguments)
     assert done.exit_code
-    assert told in done.output + str(done.exception)
+    assert message in done.output + str(done.exception)
     assert not list(tmp_path.rglob("*.onnx"))

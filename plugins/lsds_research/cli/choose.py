@@ -1,4 +1,4 @@
-"""`lsds choose`: the cheapest rig that slips and grips no more than asked for."""
+"""`lsds choose`: the cheapest rig within limits of slip and grip."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "s": 1.0, "ms": 1e-3, "u
 
 
 class Quantity(click.ParamType[float]):
-    """A number with a unit, as SI."""
+    """A number with a unit, converted to SI."""
 
     def __init__(self, name: str, units: tuple[str, ...]) -> None:
         self.name, self._units = name, units
@@ -32,16 +32,18 @@ class Quantity(click.ParamType[float]):
         if found is None or found[2] not in self._units:
             self.fail(f"'{value}' is no {self.name}: write a number and one of {', '.join(self._units)}, such as 5mm")
         if not float(found[1]) > 0:
-            self.fail(f"'{value}' leaves nothing: write a {self.name} greater than zero")
+            self.fail(f"'{value}' is not above zero: write a {self.name} greater than zero")
         return float(found[1]) * _UNITS[found[2]]
 
 
 @click.command()
-@click.option("--max-slip", type=Quantity("length", ("mm", "cm", "m", "um")), help="Greatest median slip, such as 5mm.")
-@click.option("--max-grip", type=click.FloatRange(min=1), help="Greatest median of steady grip over what is needed.")
-@click.option("--budget", type=Quantity("time", ("us", "ms", "s")), help="Time from image to command, such as 1ms.")
+@click.option("--max-slip", type=Quantity("length", ("mm", "cm", "m", "um")), help="Maximum median slip, such as 5mm.")
+@click.option("--max-grip", type=click.FloatRange(min=1), help="Maximum median ratio of steady grip to needed grip.")
+@click.option(
+    "--budget", type=Quantity("time", ("us", "ms", "s")), help="Maximum time from image to command, such as 1ms."
+)
 @click.option("--runs", type=click.Path(dir_okay=False, path_type=Path), help="Runs of `lsds chart loop --out FILE`.")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the rig file here, too.")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Also write the rig file here.")
 @click.option("--quick", is_flag=True, help="Fewer objects and configurations.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option(
@@ -63,11 +65,11 @@ def choose(
     jobs: int,
     json_file: str | None,
 ) -> None:
-    """Print the cheapest rig file that slips and grips no more than asked for, or say that none does.
+    """Print the cheapest rig file within the limits of slip and grip.
 
-    It lifts objects with whole configurations, as `lsds chart loop` does, and takes the quickest on this machine that
-    holds all of them within the limits. With --runs FILE it goes on from the lifts kept there, and keeps its own. Slip
-    and grip are simulated. The exit code is 1 where no configuration will do.
+    The command lifts objects with whole configurations, as `lsds chart loop` does. It selects the configuration that is
+    fastest on this machine among those that hold all objects within the limits. With --runs FILE it reuses the lifts in
+    that file and adds its own. Slip and grip are simulated. The exit code is 1 if no configuration meets the limits.
 
     \b
     Examples:
@@ -90,7 +92,7 @@ def choose(
     if json_file is not None:
         write_json({"chosen": fits[0] if fits else None, "configurations": rows, "figures_are": "simulated"}, json_file)
     if not fits:
-        click.echo(f"no configuration does it; {_nearest(rows, limits)}", err=True)
+        click.echo(f"no configuration meets the limits; {_nearest(rows, limits)}", err=True)
         raise SystemExit(1)
     if out is not None:
         from lsds.support.files import write_whole
@@ -111,7 +113,7 @@ def _within(row: Row, limits: dict[str, float | None]) -> bool:
 
 
 def _nearest(rows: list[Row], limits: dict[str, float | None]) -> str:
-    """Return what is missing, by the configuration that exceeds the limits least."""
+    """Return the configuration that exceeds the limits least, as text."""
     held = [row for row in rows if row["held"] == 1 and row["steady"] is not None]
     if not held:
         return "every one dropped something"
@@ -131,7 +133,7 @@ def _rig_file(row: Row) -> str:
 
     kinds = ("tracker", "detector", "estimator", "controller")
     head = (
-        f"# Chosen by `lsds choose`: {row['frame_us']:.0f} us from image to command on this machine; simulated: slip "
+        f"# Selected by `lsds choose`: {row['frame_us']:.0f} us from image to command on this machine; simulated: slip "
         f"{row['slip_mm']:.1f} mm, steady grip {row['steady']:.2f} times needed, {row['runs']} lifts held.\n"
     )
     return head + dumps({kind: {"backend": row[kind]} for kind in kinds})

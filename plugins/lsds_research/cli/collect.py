@@ -69,7 +69,7 @@ def collect(
         how = "clamped to the table" if trial.clamped else "standing free"
         click.prompt(
             f"\n{trial.recording}: move the arm back to its start, open the fingers, place {trial.object} "
-            f"between them, {how}; press Enter when nobody is near the cell",
+            f"between them, {how}; press Enter when the cell is clear",
             default="",
             show_default=False,
             err=True,

@@ -44,10 +44,10 @@ Examples:
 SLIP = """Score detectors and estimators frame by frame on real recordings labelled by eye.
 
 PATH holds recordings, videos or folders of images, anywhere below it, and slip_labels.csv (lsds label); for the public
-incipient-slip set the labels are shipped. Every installed detector and estimator is asked. Printed are the share of
-slip frames found and of slips noticed at their onset, false alarms per 100 moving and per 100 still frames, and the
-error of travel and turn over a slip, for each setup. The learner 'fused' is also fitted without the object, and on the
-other setup. Needs the data extra; fitting needs the train extra.
+incipient-slip set the labels are shipped. Every installed detector and estimator runs on every frame. The tables list,
+for each setup, the share of slip frames found and of slips noticed at their onset, false alarms per 100 moving and per
+100 still frames, and the error of travel and turn over a slip. The learner 'fused' is also fitted without the scored
+object, and on the other setup. Needs the data extra; fitting needs the train extra.
 
 \b
 Examples:

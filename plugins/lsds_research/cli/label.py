@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from lsds_research.slips.labels import Labels
     from lsds_research.slips.marking import Marking
-    from lsds_research.slips.seen import SeenRecording
+    from lsds_research.slips.recording_view import RecordingView
 
 
 @click.command()
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     "file",
     type=click.Path(dir_okay=False, path_type=Path),
     default=None,
-    help="File of labels to go on with; default: slip_labels.csv next to the first recording.",
+    help="File of labels to continue; default: slip_labels.csv next to the first recording.",
 )
-@click.option("--labeller", default="", metavar="NAME", help="Who labels; default: the login name.")
+@click.option("--labeller", default="", metavar="NAME", help="Name of the labeller; default: the login name.")
 @click.option(
     "--pictures",
     type=click.Path(file_okay=False, path_type=Path),
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     default=None,
     metavar="FILE",
-    help="Print how far the labels agree with those in FILE instead.",
+    help="Print the agreement with the labels in FILE instead.",
 )
 @json_option
 def label(
@@ -58,9 +58,9 @@ def label(
     """Label slip in VIDEOS by eye, frame by frame: free, stick, slip, touch or unsure.
 
     VIDEOS are video files or folders of images. Slip is the object's imprint moving against the gel. The window shows
-    the imprint in coordinates that are fixed to the gel: what sticks runs straight in the kymograph and stays on the
-    grid lines in the strip. Every change is written at once. The protocol is in docs/labelling.md. Needs the plot
-    extra, and a screen unless --pictures or --compare is given.
+    the imprint in coordinates that are fixed to the gel: an object that sticks is straight in the kymograph and stays
+    on the grid lines in the strip. The command saves every change at once. The protocol is in docs/labelling.md. Needs
+    the plot extra, and a screen unless --pictures or --compare is given.
 
     \b
     Examples:
@@ -90,17 +90,17 @@ def _compare(labels: Labels, other: Labels, videos: tuple[Path, ...], json_file:
 
     names = {name_of(video.absolute()) for video in videos}
     found = agreement({k: v for k, v in labels.items() if k in names}, {k: v for k, v in other.items() if k in names})
-    told = dataclasses.asdict(found)
+    summary = dataclasses.asdict(found)
     if json_file is not None:
-        write_json(told, json_file)
+        write_json(summary, json_file)
     if json_file != "-":
         rows = [
             ("videos labelled twice", str(found.videos)),
-            ("frames that both are sure of", str(found.frames)),
-            ("of these the same (slip or not)", f"{found.same:.3f}"),
+            ("frames that both labelled with confidence", str(found.frames)),
+            ("of these labelled the same (slip or not)", f"{found.same:.3f}"),
             ("Cohen's kappa", f"{found.kappa:.3f}"),
-            ("intervals of slip that either names", str(found.intervals)),
-            ("of these named by both", str(found.both)),
+            ("intervals of slip of either labeller", str(found.intervals)),
+            ("of these labelled by both", str(found.both)),
         ]
         click.echo(table(rows, ("agreement", "")))
 
@@ -150,11 +150,11 @@ def _window(videos: tuple[Path, ...], labels: Labels, file: Path, labeller: str)
         plt.show()
 
 
-def _seen(videos: tuple[Path, ...]) -> Iterator[SeenRecording]:
+def _seen(videos: tuple[Path, ...]) -> Iterator[RecordingView]:
     from lsds.cli.progress import Progress
-    from lsds_research.slips.seen import SeenRecording
+    from lsds_research.slips.recording_view import RecordingView
 
     for number, video in enumerate(videos, start=1):
         with Progress(f"reading {video.name} ({number} of {len(videos)})") as progress:
-            seen = SeenRecording(video, progress.to)
+            seen = RecordingView(video, progress.to)
         yield seen

@@ -1,4 +1,4 @@
-"""`lsds search`: failures that nobody thought of."""
+"""`lsds search`: scenarios in which the cell fails."""
 
 from __future__ import annotations
 

@@ -92,8 +92,8 @@ def train(
     part = whole.where(~np.isin(whole["object"], without)) if without else whole
     card = run(part, Model(learner, chosen), PluginHost(), out, seed)
     if json_file is not None:
-        told = {"model": str(out), "job": card.job, "scores": card.scores, "trained_on": card.trained_on}
-        write_json(told, json_file)
+        report = {"model": str(out), "job": card.job, "scores": card.scores, "trained_on": card.trained_on}
+        write_json(report, json_file)
     if json_file != "-":
         click.echo(scores_table(dict(card.scores or {}), f"{out.name} ({card.figures_are})"))
 

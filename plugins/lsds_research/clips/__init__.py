@@ -1,1 +1,1 @@
-"""Models that look at a whole clip."""
+"""Models that classify whole clips."""

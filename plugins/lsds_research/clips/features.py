@@ -1,8 +1,8 @@
 """Recordings of any length as clips of equal length, and statistics of a whole clip.
 
 The length of a recording reveals its label but is not a sign of slip. So no statistic here may depend on it: each
-clip has `FRAMES` frames, in one piece or in pieces spread over the recording, and what is averaged over several
-placements of a clip is a mean, never an extreme.
+clip has `FRAMES` frames, in one piece or in pieces spread over the recording, and several placements of a clip are
+averaged by their mean, never by an extreme.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FRAMES = 48
-"""Frames of a clip: what all recordings but damaged ones have."""
+"""Frames of a clip; all recordings except damaged ones have as many."""
 
 CUTS: tuple[tuple[int, int], ...] = ((1, 16), (2, 8), (4, 8))
-"""Pieces of a clip (one is as recorded; four see all of a recording), and how many placements are averaged."""
+"""Number of pieces of a clip, and of placements averaged. One piece is as recorded; four cover a whole recording."""
 
 QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.97)
 
@@ -31,14 +31,14 @@ FEATURES: tuple[str, ...] = tuple(
     for name in CLIP_SIGNALS
     for stat in (*(f"q{round(100 * q)}" for q in QUANTILES), "std")
 )
-"""What `clip_features` returns, by name."""
+"""Names of the features that `clip_features` returns."""
 
 
 def placements(count: int, pieces: int, times: int, frames: int = FRAMES) -> NDArray[np.intp]:
     """Return (times, frames) of frame numbers: `times` clips of `frames` frames out of `count`, in `pieces`.
 
-    Each piece lies within its own equal part of the recording where that is long enough, and is moved from the part's
-    beginning to its end from clip to clip. A recording that is too short repeats frames.
+    The recording is divided into equal parts, one for each piece. If a part is long enough, its piece moves from the
+    part's beginning to its end from clip to clip. A recording that is too short repeats frames.
     """
     width = frames // pieces
     place = (np.arange(times) + 0.5) / times if times > 1 else np.array([0.5])
@@ -51,7 +51,7 @@ def placements(count: int, pieces: int, times: int, frames: int = FRAMES) -> NDA
 
 def clip_features(signals: NDArray[np.float32], frames: int = FRAMES) -> NDArray[np.float64]:
     """Return (F,) of a recording's signals (count, S), in the order of `FEATURES`: quantiles and spread over the
-    frames of a clip, averaged over its placements. NaN where a signal is never defined."""
+    frames of a clip, averaged over its placements; NaN if a signal is never defined."""
     found = [
         _pooled(signals[placements(len(signals), pieces, times, frames)], frames // pieces) for pieces, times in CUTS
     ]
@@ -69,15 +69,15 @@ def _pooled(clips: NDArray[np.float32], width: int) -> NDArray[np.float64]:
 
 
 def logged(x: NDArray[np.float64], middle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return figures (n, F) as signed logarithms, linear below a thousandth (of a pitch); `middle` (F,) stands in for
-    what is undefined. What float32 cannot hold is rounded off, so that a model sees the same wherever it runs."""
+    """Return figures (n, F) as signed logarithms, linear below a thousandth (of a pitch); `middle` (F,) replaces
+    undefined figures. Rounding to float32 gives a model the same input on every machine."""
     seen = np.where(np.isfinite(x), x, middle)
     return (np.sign(seen) * np.log1p(np.abs(seen) * 1e3)).astype(np.float32).astype(np.float64)
 
 
 def quantiles(clips: NDArray[np.float64], wanted: Sequence[float]) -> list[NDArray[np.float64]]:
-    """Return for each wanted share the quantile over the frames of clips (times, frames, S) that are defined, (times,
-    S); NaN where none is."""
+    """Return for each wanted share the quantile (times, S) over the defined frames of clips (times, frames, S); NaN
+    without a defined frame."""
     ordered = np.sort(clips, axis=1)  # NaN last.
     count = np.isfinite(ordered).sum(axis=1)
     found = []

@@ -1,8 +1,8 @@
 """A clip model as a file: fitted once on recordings of some objects, applied to those of others.
 
 `NAME.onnx` maps `x` (n, 1, F) float32, logarithms of the figures of whole clips, to the probability of slip `y`;
-`NAME.json` is its card: the objects it has seen, what stands for an undefined figure, and the checksum. Nothing that
-trains is needed to apply it.
+`NAME.json` is its card: the objects it was trained on, the replacement of undefined figures, and the checksum. A model
+runs without any training library.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClipModel:
-    """A loaded model; `objects` are those it was trained on, `middle` (F,) stands in for what is undefined."""
+    """A loaded model; `objects` are those it was trained on, `middle` (F,) replaces undefined figures."""
 
     path: Path
     objects: tuple[str, ...]
@@ -39,12 +39,12 @@ class ClipModel:
     def __call__(self, x: Floats) -> Floats:
         """Return (n,) the probability of slip of clips' figures (n, F)."""
         rows = logged(x, self.middle).astype(np.float32)
-        said: Floats = self.session.run(None, {"x": rows[:, None]})[0].astype(np.float64)
-        return said
+        probability: Floats = self.session.run(None, {"x": rows[:, None]})[0].astype(np.float64)
+        return probability
 
 
 def save(path: Path, onnx: bytes, middle: Floats, objects: Sequence[str], trained_on: str) -> None:
-    """Write a model (.onnx) and its card. Raises DataError where it cannot."""
+    """Write a model (.onnx) and its card. Raises DataError if a file cannot be written."""
     card = {
         "format": FORMAT,
         "frames": FRAMES,
@@ -60,22 +60,22 @@ def save(path: Path, onnx: bytes, middle: Floats, objects: Sequence[str], traine
 
 
 def load(path: Path) -> ClipModel:
-    """Load a model. Raises ModelError where it is missing, damaged, or of figures that this version does not make."""
-    beside = path.with_suffix(".json")
+    """Load a model. Raises ModelError if it is missing, damaged, or uses figures of another version."""
+    card_path = path.with_suffix(".json")
     try:
-        card = json.loads(beside.read_text(encoding="utf-8"))
+        card = json.loads(card_path.read_text(encoding="utf-8"))
         onnx = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise ModelError(f"{path}: no clip model with a card there: {error}") from error
+        raise ModelError(f"{path}: no clip model with a card: {error}") from error
     if not isinstance(card, dict) or card.get("format") != FORMAT:
-        raise ModelError(f"{beside}: not the card of an '{FORMAT}'")
+        raise ModelError(f"{card_path}: not the card of an '{FORMAT}'")
     if hashlib.sha256(onnx).hexdigest() != card.get("sha256"):
-        raise ModelError(f"{path}: not the file that {beside.name} was written for (damaged, or copied alone?)")
+        raise ModelError(f"{path}: not the file that {card_path.name} was written for (damaged, or copied alone?)")
     if (card.get("features"), card.get("frames")) != (_features(), FRAMES):
-        raise ModelError(f"{path}: was trained on other figures of a clip; fit it anew with --save-clip-model")
+        raise ModelError(f"{path}: was trained on other figures of a clip; fit it again with --save-clip-model")
     middle = np.asarray(card.get("middle", ()), np.float64)
     if middle.shape != (len(FEATURES),):
-        raise ModelError(f"{beside}: the card is incomplete")
+        raise ModelError(f"{card_path}: the card is incomplete")
     return ClipModel(path, tuple(card.get("objects", ())), middle, _session(path, onnx))
 
 
@@ -92,6 +92,6 @@ def _session(path: Path, onnx: bytes) -> Any:
     try:
         session = onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
     except Exception as error:
-        # onnxruntime's exceptions have no common base of their own.
+        # onnxruntime's exceptions have no common base class.
         raise ModelError(f"{path}: not a model that can be run: {str(error).splitlines()[0][:200]}") from error
     return session

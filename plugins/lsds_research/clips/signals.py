@@ -1,8 +1,8 @@
-"""What a marker field does from frame to frame, in marker pitches and free of time.
+"""Signals of a marker field that need no frame times; lengths are in marker pitches.
 
-A recording whose frame times are unknown has no speeds. What can be read off it is how far, and how evenly, the
-markers have moved after one frame, three and six. Lengths are in pitches of the markers, so that a zoomed pad and a
-whole one speak of the same thing. Nothing here looks at the image: only at the markers.
+A recording without frame times has no speeds. It does show how far, and how evenly, the markers move within one, three
+and six frames. Lengths in marker pitches are comparable between a zoomed and a whole pad. The signals use the markers
+only, not the image.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 LAGS = (1, 3, 6)
-"""Frames over which changes are taken. The codec makes all dots jump at every 12th frame, by 0.08 px."""
+"""Lags of the changes, in frames. The codec shifts all markers by 0.08 px at every 12th frame."""
 
 _MOTION = ("net", "mean", "p90", "bent", "div", "curl", "strain", "even")
 _SHAPE = ("held", "max", "spread", "bent", "bent_share", "div", "curl", "strain", "net")
@@ -29,24 +29,27 @@ CLIP_SIGNALS: tuple[str, ...] = (
     *(f"clip_{name}" for name in _SHAPE),
     *(f"clip_{name}_{lag}" for lag in LAGS for name in _MOTION),
 )
-"""Names of the signals. Of a frame's displacements and of their change over a lag: `net` norm of the mean, `mean`,
-`p90` and `max` of the norms (`held` is the mean norm), `spread` of the norms, `bent` what the best affine motion leaves
-(RMS; `bent_share` of the mean norm), `div`, `curl` and `strain` (the shear of the affine motion; unsigned, except for
-the divergence of the displacements), `even` how far all markers go the same way, 0 to 1."""
+"""Names of the signals, of a frame's displacements and of their change over a lag.
+
+`net` is the norm of the mean; `mean`, `p90`, `max` and `spread` are statistics of the norms (`held` is the mean norm of
+the displacements). `bent` is the RMS residual of the best affine motion, `bent_share` its ratio to the mean norm.
+`div`, `curl` and `strain` (shear) are of the affine motion, unsigned except for the divergence of the displacements.
+`even`, 0 to 1, is 1 if all markers move the same way.
+"""
 
 _LEAST = 10
-#: In pitches: a motion this small is noise, and has no direction.
+#: Smaller motion is noise and has no direction (pitches).
 _STILL = 3e-3
 
 
 def lag_of(name: str) -> int:
-    """Return how many frames a signal looks back."""
+    """Return the lag of a signal, in frames."""
     tail = name.rpartition("_")[2]
     return int(tail) if tail.isdigit() else 0
 
 
 def clip_signals(displacement: Floats, position: Floats) -> NDArray[np.float32]:
-    """Return (frames, S) in the order of `CLIP_SIGNALS`, NaN where too few markers are seen.
+    """Return (frames, S) in the order of `CLIP_SIGNALS`, NaN for too few visible markers.
 
     `displacement` (frames, N, 2), NaN where lost; `position` (N, 2) at rest; both in pitches.
     """
@@ -79,7 +82,8 @@ def _motions(displacement: Floats, position: Floats, lag: int) -> Floats:
 
 
 def _fit(field: Floats, position: Floats) -> tuple[Floats, tuple[float, float, float, float, float]] | None:
-    """Return the norms of the vectors seen, and net, residual, divergence, curl and strain of their affine motion."""
+    """Return the norms of the visible markers' vectors, and net, residual, divergence, curl and strain of their affine
+    motion."""
     seen = np.isfinite(field[:, 0])
     if np.count_nonzero(seen) < _LEAST:
         return None

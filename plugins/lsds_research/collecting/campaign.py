@@ -43,7 +43,7 @@ from lsds_research.datasets import (
 
 _GEL = (
     "safety.max_arm_angular_rad_s=3.0",
-    # The slowest sensors of the protocols have ten frames a second, and dots that leap are lost for a few of them.
+    # The slowest sensors have ten frames per second, and markers that jump are lost for a few frames.
     "safety.stale_after_s=1.0",
     "cell.simulated.fidelity=pad",
     "cell.simulated.grid=1",
@@ -62,8 +62,10 @@ PRESETS: dict[Job, tuple[str, ...]] = {
     # It shakes sharply, on purpose.
     "loads": (*_GEL, "safety.max_arm_acceleration_m_s2=2.0"),
 }
-"""The default cell: the simulated one, with its gel on the coarsest grid in steps of 4 ms. For velocities the image of
-the pose camera is small, because rendering it takes most of the time."""
+"""Overrides of the default, simulated cell: its gel is on the coarsest grid in steps of 4 ms.
+
+For velocities the image of the pose camera is small, because rendering it takes most of the time.
+"""
 
 
 def collect(
@@ -81,11 +83,11 @@ def collect(
 ) -> Dataset:
     """Collect the recordings of a job that are missing in a folder; `tick(done, whole, recording)` reports progress.
 
-    On a real cell `prepare(trial)` returns when the object is in its place; without it, a real cell is refused.
+    On a real cell `prepare(trial)` returns when the object is in place. A real cell needs it.
 
     Raises DataError if the folder holds something else or cannot be written; if trials failed, after all others are
     done, with the name of each. All finished recordings are kept. A simulated trial that the safety guard stops would
-    stop again, so the dataset is written without it, and its card names it as `stopped`.
+    stop again, so the dataset omits it and its card lists it under `stopped`.
     """
     settings = (*(() if config_file else PRESETS[job]), *overrides)
     config = load_config(config_file, settings)
@@ -94,14 +96,14 @@ def collect(
     own = {"seed", "cell.simulated.clamped", *(key for trial in planned for key in trial.simulated)}
     taken = sorted(own & {override.partition("=")[0].strip() for override in overrides})
     if taken:
-        raise DataError(f"{', '.join(taken)}: is the protocol's to set, from trial to trial (--seed draws others)")
+        raise DataError(f"{', '.join(taken)}: is set by the protocol in each trial; use --seed to draw other values")
     require_arrow()
     begun = _is_begun(out, asked)
     parts = out / PARTS
     missing = [trial for trial in planned if not _is_whole(_part(parts, trial))]
     mocked = config.cell.backend != NO_DEVICE
     if missing and not mocked and prepare is None:
-        raise DataError("on a real cell somebody has to put each object in its place (run it in a terminal)")
+        raise DataError("on a real cell an operator must place each object; run the command in a terminal")
     for trial in missing:
         _set_aside(_part(parts, trial))
     if not begun:
@@ -193,8 +195,8 @@ def _do_by_hand(trial: Trial, prepare: Callable[[Trial], None], work: Callable[[
 def differing(card: Mapping[str, Any], asked: dict[str, Any]) -> str:
     """Return the names of the settings in which a dataset's card differs from the requested ones; empty if they are
     equal."""
-    told = json.loads(json.dumps(asked))
-    own = {key: card.get(key) for key in told if card.get(key) != told[key]}
+    requested = json.loads(json.dumps(asked))
+    own = {key: card.get(key) for key in requested if card.get(key) != requested[key]}
     return ", ".join(f"{key} ({own[key]})" if key in ("seed", "quick", "labels", "lsds") else key for key in own)
 
 
@@ -203,14 +205,18 @@ def _is_begun(out: Path, asked: dict[str, Any]) -> bool:
     known = read_card(out)
     if known is None or known.get("format") != FORMAT:
         if out.exists() and any(out.iterdir()):
-            raise DataError(f"{out}: is not empty, and no dataset (choose another folder)")
+            raise DataError(f"{out}: is not empty and not a dataset; choose another folder")
         return False
     other = differing(known, asked)
     if known.get("complete"):
-        told = f"a complete dataset of another {other}" if other else "this dataset, complete: nothing is left to do"
-        raise DataError(f"{out}: holds {told} (choose another folder for another one)")
+        content = (
+            f"a complete dataset with another {other}" if other else "this dataset, complete: nothing is left to do"
+        )
+        raise DataError(f"{out}: holds {content} (choose another folder for a new dataset)")
     if other:
-        raise DataError(f"{out}: was begun with another {other} (say the same to go on, or choose another folder)")
+        raise DataError(
+            f"{out}: was started with another {other}; repeat the same settings to continue, or choose another folder"
+        )
     return True
 
 

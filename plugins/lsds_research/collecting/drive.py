@@ -28,7 +28,7 @@ def run_trial(
 ) -> dict[str, NDArray[Any]]:
     """Return the columns of one recording; `also` is called with the cycle of each of its frames.
 
-    Raises what a rig and its engine raise, SafetyStop among it, and DataError where the sensor shows no settled,
+    Raises the errors of a rig and its engine, such as SafetyStop, and DataError without a settled image of the
     untouched gel.
     """
     settings = {"seed": trial.seed, "cell.simulated.clamped": trial.clamped} | trial.simulated
@@ -41,5 +41,5 @@ def run_trial(
         engine.observers.add("rows", job.keep)
         engine.run()
         if failure := engine.observers.statistics()[0].failure:
-            raise DataError(f"{trial.recording}: a frame could not be kept: {failure}")
+            raise DataError(f"{trial.recording}: a frame could not be recorded: {failure}")
         return job.columns()

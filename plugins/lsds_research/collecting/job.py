@@ -84,7 +84,7 @@ class TrialJob:
         self._times_ns: list[int] = []
 
     def step(self, now: Situation) -> Wanted:
-        """Return what is wanted now. Raises DataError if the fingers are not open, or if no reference can be taken."""
+        """Return the current command. Raises DataError if the fingers are not open, or if no reference can be taken."""
         self._truth.sample(now.t_ns)
         if not self._looked and now.gripper is not None:
             self._require_open(now.gripper)
@@ -113,7 +113,7 @@ class TrialJob:
         )
 
     def _is_over(self, phase: _Phase, now: Situation) -> bool:
-        """Raises SafetyStop where the fingers do not arrive: nothing is lifted that was not grasped."""
+        """Raises SafetyStop if the fingers do not arrive, so that the arm does not lift without a grasp."""
         elapsed = now.t_ns - self._since_ns
         if elapsed < nanoseconds(phase.duration_s):
             return False
@@ -124,7 +124,7 @@ class TrialJob:
         return True
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Return the recording's columns, after the run. Raises DataError where no frame could be used."""
+        """Return the recording's columns, after the run. Raises DataError without a usable frame."""
         if not self._rows:
             raise DataError(f"{self._trial.recording}: no frame could be used")
         t_s = [(t_ns - self._times_ns[0]) / NS_PER_S for t_ns in self._times_ns]
@@ -134,9 +134,9 @@ class TrialJob:
         )
 
     def keep(self, cycle: Cycle) -> None:
-        """Take a frame of the first finger into the recording; an observer of the engine, which misses none.
+        """Record a frame of the first finger, as an observer of the engine.
 
-        Frames before the approach and images that only repeat are left out.
+        Frames before the approach and repeated images are left out.
         """
         frame = cycle.frame
         if self._at < 0 or not cycle.leads or self._repeated.seen(frame.image):
@@ -147,7 +147,8 @@ class TrialJob:
             self._also(cycle)
 
     def _planned(self) -> list[_Phase]:
-        """Return the phases: approach fast, close slowly, then the trial's moves; poses count from the closing on."""
+        """Return the phases: approach fast, close slowly, then the trial's moves; poses are used from the closing
+        on."""
         thickness = self._trial.grip_aperture_m + APPROACH_M
         still = Twist()
         phases = [
@@ -164,17 +165,17 @@ class TrialJob:
         return Grip(min(max(aperture_m, 0.0), self._stroke_m), speed_m_s, self._task.grip_force_n)
 
     def _require_open(self, state: GripperState) -> None:
-        """Raise DataError where the fingers are closer: something may be between them, and the gel is not untouched."""
+        """Raise DataError if the fingers are closer: an object between them may touch the gel."""
         thickness = self._trial.grip_aperture_m + APPROACH_M
         if state.aperture_m < min(thickness, self._stroke_m - APPROACH_M):
             raise DataError(
-                f"{self._trial.recording}: the fingers are {state.aperture_m * 1e3:.1f} mm apart; to begin they have "
-                f"to be {thickness * 1e3:.1f} (open them)"
+                f"{self._trial.recording}: the fingers are {state.aperture_m * 1e3:.1f} mm apart; they must "
+                f"start at least {thickness * 1e3:.1f} mm apart (open them)"
             )
 
 
 def trial_job(options: TrialOptions, context: BuildContext) -> TrialJob:
-    """Factory of the job backend `trial`. Raises ConfigError where the protocol has no such recording."""
+    """Factory of the job backend `trial`. Raises ConfigError if the protocol has no such recording."""
     planned = trials(options.protocol, None, context.seed)
     if options.number >= len(planned):
         issue = ConfigIssue(

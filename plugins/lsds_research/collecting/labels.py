@@ -1,4 +1,4 @@
-"""Labels of frames: measured from poses as on hardware, lag included, and the simulated truth."""
+"""Labels of frames: measured from poses with their lag, as on hardware, and the simulated truth."""
 
 from __future__ import annotations
 
@@ -141,9 +141,9 @@ class SlipLabels:
         }
 
     def _smoothed(self, times_ns: Sequence[int]) -> NDArray[np.float64]:
-        """Return (frames, 3): the true slip velocity and rate smoothed as a pose source's are, lag included.
+        """Return (frames, 3): the true slip velocity and rate smoothed like those of a pose source, with the same lag.
 
-        Stick and slip alternate within a frame; this can neither be measured with poses nor corrected by the grip.
+        Stick and slip alternate within a frame; poses do not resolve this, and the grip cannot correct it.
         """
         samples = self._truth.samples
         if not samples:

@@ -1,7 +1,7 @@
 """The objects of the protocols: fifteen training objects, five held-out objects, and the pipe of the demonstration.
 
-For each object: its thickness, and how far to close beyond that for a given force. The numbers are those of the
-simulated cell (`[cell.simulated] object`); on another cell they are starting values.
+For each object: its thickness, and the squeeze that gives a force. The numbers are those of the simulated
+cell (`[cell.simulated] object`); on another cell they are starting values.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ FORCES_N = (1.0, 3.0, 9.0)
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Thickness between the pads and length along the slide (mm), least normal force a finger that carries the object
-    (N), and how far the fingers close beyond its thickness (mm) until each presses with `FORCES_N`."""
+    """Thickness between the pads and length along the slide (mm), minimum normal force per finger that carries the
+    object (N), and the squeeze (mm) at which each finger presses with each of `FORCES_N`."""
 
     thickness_mm: float
     length_mm: float

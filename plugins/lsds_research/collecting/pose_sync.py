@@ -12,7 +12,7 @@ class Timed(Protocol):
 
     @property
     def t_ns(self) -> int:
-        """When it was true."""
+        """Time of the sample (ns)."""
         ...
 
 
@@ -20,9 +20,9 @@ S = TypeVar("S", bound=Timed)
 
 
 def nearest(samples: Sequence[S], t_ns: int, slop_ns: int) -> S | None:
-    """Return the sample nearest in time, the earlier of two equally near; None where none is within `slop_ns`.
+    """Return the sample nearest in time, the earlier of two equally near; None without one within `slop_ns`.
 
-    `samples` are in order of time, none of them twice.
+    `samples` are in order of time, without duplicates.
     """
     after = bisect_left(samples, t_ns, key=lambda sample: sample.t_ns)
     near = samples[max(0, after - 1) : after + 1]

@@ -26,7 +26,7 @@ from lsds_research.collecting.objects import PIPE, PLANS, SEEN, UNSEEN
 
 Job = Literal["detection", "severity", "pipe", "catch", "loads"]
 STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
-"""What the study's tables are of."""
+"""Objects of the study's tables."""
 
 TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""
@@ -37,30 +37,33 @@ PAUSE_S = 5.0
 QUICK_OBJECTS = 6
 """Number of training objects in a quick campaign."""
 DRAGS, LIFTS, STROKES = 12, 12, 6
-"""Slip recordings of either kind, and strokes of one: a third of all frames slip, as in the study's data."""
+"""Number of slip recordings of either kind, and of strokes in one: a third of all frames slip, as in the study."""
 FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
-"""Force over what carries the object: where it is held, where it is to slip."""
+"""Ratio of force to the force that carries the object: for held objects, and for slipping objects."""
 DRAG_N = (1.0, 9.0)
 CATCHES, CLOSED_TO = 12, (0.8, 5.0)
-"""Recordings of an object that is caught, and the force then over what carries it: now and then it slips on."""
+"""Number of catch recordings, and ratios of the catching force to the force that carries the object."""
 LOADS, STROKES_SHAKEN = 9, 10
-"""Recordings of changing load, and strokes up and down in each."""
+"""Number of recordings of changing load, and of strokes up and down in each."""
 SHAKE_HZ, SHAKE_M_S, SHAKE_M_S2 = (0.7, 3.5), (0.03, 0.1), (0.3, 2.0)
-"""Strokes a second, their speed, and the arm's acceleration: a sharp turn loads the gel within a frame."""
+"""Ranges of strokes per second, their speed, and the arm's acceleration. A sharp turn loads the gel within a frame."""
 G_M_S2 = 9.81
 HELD = (1.8, 4.0)
-"""Force over what carries the object where it is shaken; what is poured in or pushed is added to what it needs."""
+"""Ratio of force to the force that carries the shaken object, including poured mass and pushes."""
 CATCH_LIFT_M_S = (0.012, 0.06)
 CHATTER = (0.25, 0.6)
-"""How unevenly a simulated surface slides. The upper end comes closest to how fast dots tremble in the study's released
-sample while slipping (median 11 px/s, 95 % below 53); one surface is not like another."""
+"""Range of the unevenness of simulated surfaces while they slide.
+
+The upper end comes closest to the trembling of markers in the study's released sample while slipping (median 11 px/s,
+95 % below 53).
+"""
 SLOW_M_S = 0.03
-"""Speed at which the fingers close on an object."""
+"""Speed at which the fingers close on an object (m/s)."""
 REST_S = 0.6
 PAST_END_M = 14e-3
-"""How far the grip goes beyond where its middle has reached the object's end: the pad is off it then."""
+"""Travel of the grip after its middle has reached the object's end; the pad is then off the object (m)."""
 SLIDE_M = 45e-3
-"""From where the pads grip to the object's end, in the severity protocol."""
+"""Distance from the pads to the object's end in the severity protocol (m)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +141,7 @@ def _detection(name: str, seed: int, quick: bool) -> list[Trial]:
 
 
 def _dragged(name: str, number: int, seed: int) -> Trial:
-    """Clamped, dragged to and fro under the grip: up, rest, down, the grip changing in between."""
+    """Return the moves of a clamped object under a sliding grip: up, rest, down, with changes of grip."""
     rng, start = _start(name, "slip", number, seed)
     plan = PLANS[name]
     force = _log_uniform(rng, DRAG_N)
@@ -156,7 +159,8 @@ def _dragged(name: str, number: int, seed: int) -> Trial:
 
 
 def _lifted_loosely(name: str, number: int, seed: int) -> Trial:
-    """Lifted with too little force: it slides out under its own weight, or stays on the table."""
+    """Return the moves of a lift with too little force: the object slides out under its weight or stays on the
+    table."""
     rng, start = _start(name, "slip", 100 + number, seed)
     plan = PLANS[name]
     share = rng.uniform(*LOOSE)
@@ -184,8 +188,10 @@ def _catch(name: str, seed: int, quick: bool) -> list[Trial]:
 
 
 def _caught(name: str, number: int, seed: int) -> Trial:
-    """Lifted with too little force; while it slides the fingers close, in one step or some, until it is carried on. One
-    in four is clamped: it slides on, however hard it is gripped, until the arm rests."""
+    """Return the moves of a lift with too little force, in which the fingers close on the sliding object until they
+    carry it.
+
+    The fingers close in one or several steps. One object in four is clamped and slides until the arm rests."""
     rng, start = _start(name, "catch", number, seed)
     plan, clamped = PLANS[name], number % 4 == 3
     loose, tight = max(rng.uniform(*LOOSE) * plan.needed_n, 0.05), _log_uniform(rng, CLOSED_TO) * plan.needed_n
@@ -207,8 +213,8 @@ def _loads(name: str, seed: int, quick: bool) -> list[Trial]:
 
 
 def _loaded(name: str, number: int, seed: int) -> Trial:
-    """Held firmly, lifted, shaken at changing rates, lowered; every third time something is poured in, or it is
-    shoved."""
+    """Return the moves of a firmly held object: lifted, shaken at changing rates, lowered; in every third trial it is
+    filled or shoved."""
     rng, start = _start(name, "loads", number, seed)
     plan, simulated = PLANS[name], start["simulated"]
     acceleration = _log_uniform(rng, SHAKE_M_S2)
@@ -220,7 +226,7 @@ def _loaded(name: str, number: int, seed: int) -> Trial:
         simulated["cell.simulated.pour_s"] = rng.uniform(0.5, 3.0)
         share *= poured
     elif number % 3 == 2:
-        # In units of what one finger needs: both carry, and friction is about a half.
+        # In units of the force of one finger: both fingers carry, and friction is about 0.5.
         simulated["cell.simulated.shove_n"] = pushed = rng.uniform(0.3, 1.0) * plan.needed_n
         simulated["cell.simulated.shove_s"] = rng.uniform(0.08, 0.4)
         share += pushed / plan.needed_n
@@ -257,8 +263,8 @@ def _turn(name: str, rate: float, sign: int, seed: int) -> Trial:
 def _start(
     name: str, protocol: str, number: int, seed: int, condition: str = ""
 ) -> tuple[np.random.Generator, dict[str, Any]]:
-    """Return a stream of its own and what every trial has; the gel, the camera and friction vary from trial to trial
-    as they do from day to day."""
+    """Return a separate random stream and the options common to all trials. Gel, camera and friction vary from trial to
+    trial."""
     label = f"{name}__{protocol}{'__' + condition if condition else ''}__{int(number)}"
     own = zlib.crc32(label.encode())
     rng = np.random.default_rng([seed, own])

@@ -24,7 +24,7 @@ Row = dict[str, Any]
 
 
 def split(own: Task, by: SplitName, seed: int) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield rows to fit on and to test on. By frames at random is the paper's split, and leaks."""
+    """Yield training and test rows. The paper's split is over frames at random, and leaks."""
     slip = own.column("slip")
     if by == "frames":
         return random_folds(slip, FOLDS, seed)
@@ -38,8 +38,8 @@ def cross_validate(
     """Return one row of scores; `labels` "shuffled" is a control that must score at chance."""
     learner = model.build(host)
     own = task(shuffled(data, seed) if labels == "shuffled" else data, learner)
-    said = out_of_fold(learner, own, split(own, by, seed), seed, model.most)
-    return {"model": model.name, "split": by, "labels": labels} | scored(own, said)
+    score = out_of_fold(learner, own, split(own, by, seed), seed, model.most)
+    return {"model": model.name, "split": by, "labels": labels} | scored(own, score)
 
 
 def scored(own: Task, score: NDArray[Any], threshold: float | NDArray[Any] = THRESHOLD) -> Row:
@@ -47,14 +47,14 @@ def scored(own: Task, score: NDArray[Any], threshold: float | NDArray[Any] = THR
     onset latency and false alarms per minute. "accuracy_all" is over all labelled frames: a frame without a prediction
     counts as rest, because the loop then acts as at rest."""
     slip = own.column("slip") == 1
-    said = np.asarray(score > threshold)
-    right = (said == slip).astype(float)
+    predicted = np.asarray(score > threshold)
+    right = (predicted == slip).astype(float)
     interval = bootstrap(own.column("recording"), lambda rows: float(right[rows].mean()))
-    latency, alarms = onsets(own.column("recording"), own.column("t_s"), slip, said)
+    latency, alarms = onsets(own.column("recording"), own.column("t_s"), slip, predicted)
     found = latency[np.isfinite(latency)]
     silent = own.data["slip"][own.unanswered] != 1
     return {
-        **classification(slip, said, score - threshold),
+        **classification(slip, predicted, score - threshold),
         "accuracy_all": float(np.concatenate([right, silent]).mean()),
         "accuracy_low": interval.low,
         "accuracy_high": interval.high,
@@ -87,9 +87,9 @@ def rule_out_of_fold(
 def majority(own: Task) -> Row:
     """Return the row of the majority-class predictor."""
     slip = own.column("slip") == 1
-    said = np.full(len(slip), slip.mean() > 0.5)
+    predicted = np.full(len(slip), slip.mean() > 0.5)
     return {"model": "majority", "split": "-", "labels": "measured", "frames": len(slip)} | classification(
-        slip, said, said.astype(float)
+        slip, predicted, predicted.astype(float)
     )
 
 
@@ -102,8 +102,8 @@ def unseen(train: Dataset, test: Dataset, models: Sequence[Model], host: PluginH
     for model in models:
         learner = model.build(host)
         own, other = task(train, learner), task(test, learner)
-        said = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
-        rows += by_object(model.name, other, said, THRESHOLD)
+        predicted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most).predict(other.x)
+        rows += by_object(model.name, other, predicted, THRESHOLD)
     fitted, rule = labelled(train, "detect"), labelled(test, "detect")
     threshold = rule_threshold(rule_score(train)[fitted.rows], fitted.column("slip") == 1)
     rows += by_object("one-parameter rule", rule, rule_score(test)[rule.rows], threshold)

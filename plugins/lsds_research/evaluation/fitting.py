@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 REAL_WEIGHT = 8.0
-"""How much a real frame labelled by eye counts beside simulated ones."""
+"""Weight of a real frame labelled by eye; simulated frames have weight 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
     """A learner to build: backend name, options, title in tables, and the maximum number of windows to fit on, drawn at
-    random; 0 for all. `own`: a study, not the user, chooses it, so it is that of lsds if a plugin claims its name."""
+    random; 0 for all. `own`: a study selects it, so it is that of lsds even if a plugin claims its name."""
 
     learner: str
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -44,7 +44,7 @@ class Model:
         return self.title or self.learner
 
     def build(self, host: PluginHost) -> Learner:
-        """Return the learner. Raises PluginError where its libraries are missing, ConfigError for its options."""
+        """Return the learner. Raises PluginError if its libraries are missing, ConfigError for its options."""
         name = host.own("learner", self.learner) if self.own else self.learner
         learner: Learner = host.build("learner", name, dict(self.options), BuildContext(VirtualClock(), 0))
         return learner
@@ -80,11 +80,11 @@ class Task:
         return np.flatnonzero(known)
 
     def part(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> Task:
-        """Return the windows `index`, numbers or a mask, as a task of their own."""
+        """Return the windows `index`, numbers or a mask, as a separate task."""
         return Task(self.data, self.x[index], self.y[index], self.rows[index])
 
     def examples(self, index: NDArray[np.intp]) -> Examples:
-        """Return the windows `index`, grouped by object; by recording where there is one object only."""
+        """Return the windows `index`, grouped by object; by recording if there is only one object."""
         names = self.column("object")[index]
         if len(set(names.tolist())) == 1:
             names = self.column("recording")[index]
@@ -134,8 +134,8 @@ def fit(learner: Learner, examples: Examples, seed: int, most: int = 0) -> Fitte
         examples = Examples(examples.x[kept], examples.y[kept], examples.group[kept], weight)
     if learner.job == "detect" and len(np.unique(examples.y)) < 2:
         raise DataError(
-            "all rows to learn from have the same label; there has to be slip and rest in them, and for scores also in "
-            "each part that is left when some objects are left out"
+            "all training rows have the same label; add rows with slip and with rest, for scores also in "
+            "each part that remains without some objects"
         )
     return learner.fit(examples, seed)
 
@@ -146,10 +146,10 @@ def out_of_fold(
     """Return the prediction for each window by the model not fitted on its fold: (n,) or (n, 8)."""
     answers: NDArray[np.float32] | None = None
     for train, test in folds:
-        said = fit(learner, own.examples(train), seed, most).predict(own.x[test])
+        predicted = fit(learner, own.examples(train), seed, most).predict(own.x[test])
         if answers is None:
-            answers = np.full((len(own.rows), *said.shape[1:]), np.nan, np.float32)
-        answers[test] = said
+            answers = np.full((len(own.rows), *predicted.shape[1:]), np.nan, np.float32)
+        answers[test] = predicted
     if answers is None:
         raise DataError("no folds: nothing was fitted")
     return answers

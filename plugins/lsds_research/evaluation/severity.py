@@ -24,8 +24,8 @@ MOVING_RAD_S = 0.05
 CALIBRATED_ON = 8_000
 """Maximum number of windows for fits whose errors calibrate the intervals of another model. Such fits are slightly
 worse, which makes the intervals conservative."""
-AS_TOLD = Factors()
-"""Interval factors if a model's standard deviations are those of a normal distribution."""
+UNSCALED = Factors()
+"""Interval factors of normally distributed errors with the model's standard deviations."""
 Row = dict[str, Any]
 
 
@@ -52,14 +52,14 @@ def leave_objects_out(
     return {"model": model.name, "labels": labels} | {k: v for k, v in row.items() if not k.endswith("coverage")}
 
 
-def scored(own: Task, said: NDArray[Any], factors: Factors = AS_TOLD) -> Row:
+def scored(own: Task, predicted: NDArray[Any], factors: Factors = UNSCALED) -> Row:
     """Return MAE (with interval), RMSE and R2, the same for moving frames, the angular error, and the coverage of 90 %
     intervals over all frames and over frames with motion or rotation."""
     true = true_speed(own)
-    speed = said[:, SPEED].astype(float)
+    speed = predicted[:, SPEED].astype(float)
     off = np.abs(speed - true)
     interval = bootstrap(own.column("recording"), lambda rows: float(off[rows].mean()))
-    widths = factors.half_widths(said)
+    widths = factors.half_widths(predicted)
     half, moving = widths[:, SPEED], true > MOVING_M_S
     return {
         **regression(true, speed),
@@ -68,22 +68,22 @@ def scored(own: Task, said: NDArray[Any], factors: Factors = AS_TOLD) -> Row:
         "coverage": coverage(true, speed - half, speed + half),
         "moving_coverage": coverage(true[moving], (speed - half)[moving], (speed + half)[moving]),
         "interval_width": float(2 * half.mean()),
-        **_angular(own, said, widths[:, RATE]),
+        **_angular(own, predicted, widths[:, RATE]),
         "frames": len(true),
         "answered": own.answered,
     }
 
 
-def by_object(name: str, own: Task, said: NDArray[Any], factors: Factors) -> list[Row]:
+def by_object(name: str, own: Task, predicted: NDArray[Any], factors: Factors) -> list[Row]:
     """Return a row for each object of a task and one for all of them."""
     return [
-        {"model": name, "object": which} | scored(own.part(rows), said[rows], factors)
+        {"model": name, "object": which} | scored(own.part(rows), predicted[rows], factors)
         for which, rows in each_and_all(own.column("object"))
     ]
 
 
-def _angular(own: Task, said: NDArray[Any], half: NDArray[np.float64]) -> Row:
-    true, rate = own.y[:, RATE].astype(float), said[:, RATE].astype(float)
+def _angular(own: Task, predicted: NDArray[Any], half: NDArray[np.float64]) -> Row:
+    true, rate = own.y[:, RATE].astype(float), predicted[:, RATE].astype(float)
     turning = np.abs(true) > MOVING_RAD_S
     relative = float(np.abs(rate - true)[turning].sum() / np.abs(true)[turning].sum()) if turning.any() else None
     return {
@@ -139,9 +139,9 @@ def plain_unseen(fitted: Task, own: Task) -> list[Row]:
     ]
 
 
-def calibration(own: Task, said: NDArray[Any]) -> Factors:
+def calibration(own: Task, predicted: NDArray[Any]) -> Factors:
     """Return the interval factors from cross-validated predictions."""
-    return conformal(np.column_stack([own.y, true_speed(own)]), said)
+    return conformal(np.column_stack([own.y, true_speed(own)]), predicted)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

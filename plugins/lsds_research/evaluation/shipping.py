@@ -44,15 +44,15 @@ def train(
     names = own.column(by)
     count = min(FOLDS, len(set(names.tolist())))
     parts = list(folds(names, np.asarray(spread, int), count, seed))
-    said = out_of_fold(learner, own, parts, seed, model.most)
-    factors = Factors() if detects else severity.calibration(own, said)
+    predicted = out_of_fold(learner, own, parts, seed, model.most)
+    factors = Factors() if detects else severity.calibration(own, predicted)
     # The baselines are scored on the same windows, also with parameters fitted out of fold.
     if detects:
-        scores = detection.scored(own, said, threshold)
+        scores = detection.scored(own, predicted, threshold)
         rules = [detection.scored(own, *detection.rule_out_of_fold(own, parts)), detection.majority(own)]
         rules[0]["model"] = "one-parameter rule"
     else:
-        scores, rules = severity.scored(own, said, factors), severity.baselines(own, own)
+        scores, rules = severity.scored(own, predicted, factors), severity.baselines(own, own)
     fitted = fit(learner, own.examples(np.arange(len(own.rows))), seed, model.most)
     onnx = fitted.export()
     card = Card(
@@ -68,8 +68,8 @@ def train(
         # The intervals were calibrated on these predictions, so their coverage here is not informative.
         scores={
             "how": f"{count} folds by {by}",
-            **_told(scores),
-            "beside": {row["model"]: _told(row) for row in rules},
+            **_card_scores(scores),
+            "beside": {row["model"]: _card_scores(row) for row in rules},
         },
         versions={"lsds": __version__, "python": platform.python_version()} | _versions(),
     )
@@ -78,14 +78,14 @@ def train(
 
 
 def _origin(data: Dataset, model: Model, seed: int) -> dict[str, Any]:
-    told = {
+    from_card = {
         key: data.card[key]
         for key in ("job", "seed", "labels", "rig", "overrides", "quick", "datasets")
         if key in data.card
     }
     objects = sorted(set(data["object"].tolist()))
     return {
-        **told,
+        **from_card,
         "learner": model.learner,
         "options": dict(model.options),
         "fit_seed": seed,
@@ -105,7 +105,7 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _told(scores: Mapping[str, Any]) -> dict[str, Any]:
+def _card_scores(scores: Mapping[str, Any]) -> dict[str, Any]:
     """Return the figures for a card; None for an undefined one, such as the precision of a model that never detects
     slip."""
     return {

@@ -34,18 +34,18 @@ _LEAF = 5
 
 
 def fewer(trees: int) -> int:
-    """Return how many trees do for what is fitted often: a third."""
+    """Return the number of trees for repeated fits: a third."""
     return max(5, trees // 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """What is drawn of one model: videos' recordings, labels and probabilities, (n,) each."""
+    """The plotted values of one model: videos' recordings, labels and probabilities, (n,) each."""
 
     name: str
     recordings: NDArray[Any]
     slip: NDArray[np.intp]
-    said: NDArray[np.float64]
+    probability: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +87,13 @@ def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], 
     """Score every window by a model not trained on its object, and the running decisions made from them."""
     fit = clip_model(fewer(trees), _LEAF, jobs)
     windows = online_windows(videos)
-    said = window_scores(fit, windows, seed, tick)
-    courses = {name: running(windows, said, rule) for name, rule in RULES.items()}
+    probability = window_scores(fit, windows, seed, tick)
+    courses = {name: running(windows, probability, rule) for name, rule in RULES.items()}
     rows = [
-        (_window_row(f"online: one window of {WINDOW} frames", windows.recording, windows.slip, said), "unseen objects")
+        (
+            _window_row(f"online: one window of {WINDOW} frames", windows.recording, windows.slip, probability),
+            "unseen objects",
+        )
     ]
     for name, course in courses.items():
         last = after_parts(course, (1.0,))[:, 0]
@@ -100,7 +103,7 @@ def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], 
     shuffled = type(windows)(windows.x, dealt, windows.video, windows.recording, windows.object, windows.picked)
     folds = fold_count(videos.object)
     leaks = {
-        "by_object": auc(windows.slip, said),
+        "by_object": auc(windows.slip, probability),
         "by_object_shuffled": auc(dealt, window_scores(fit, shuffled, seed, tick)),
         "random": random_fold_auc(fit, windows, windows.slip, folds, seed, tick),
         "random_shuffled": random_fold_auc(fit, windows, dealt, folds, seed, tick),
@@ -114,8 +117,12 @@ def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], 
 
 
 def _window_row(
-    name: str, recordings: NDArray[Any], slip: NDArray[np.intp], said: NDArray[np.float64], threshold: float = 0.5
+    name: str,
+    recordings: NDArray[Any],
+    slip: NDArray[np.intp],
+    probability: NDArray[np.float64],
+    threshold: float = 0.5,
 ) -> Scored:
-    right = ((said > threshold) == (slip > 0)).astype(np.float64)
-    area: Interval = bootstrap(recordings, lambda rows: auc(slip[rows], said[rows]), draws=100)
+    right = ((probability > threshold) == (slip > 0)).astype(np.float64)
+    area: Interval = bootstrap(recordings, lambda rows: auc(slip[rows], probability[rows]), draws=100)
     return Scored(name, "window", area, bootstrap(recordings, lambda rows: float(right[rows].mean())))

@@ -42,18 +42,18 @@ class Scored:
 
 
 def fold_count(objects: NDArray[Any]) -> int:
-    """Return how many folds these objects allow: each with an object of its own, ten at most."""
+    """Return the number of folds for these objects: at least one object per fold, at most ten folds."""
     return min(FOLDS, len(np.unique(objects)))
 
 
 def require_both(slip: NDArray[np.intp], objects: NDArray[Any]) -> None:
-    """Raise DataError where the labels cannot be learnt on some objects and tested on others."""
+    """Raise DataError if training and test objects cannot both have both labels."""
     for label, word in ((1, "with"), (0, "without")):
         found = np.unique(objects[slip == label])
         if len(found) < 2:
             raise DataError(
-                f"recordings {word} slip are of {len(found)} object{'s' * (len(found) != 1)}, but to train on some and "
-                "test on others takes two at least (add recordings, or name a folder to train on: --train)"
+                f"recordings {word} slip are of {len(found)} object{'s' * (len(found) != 1)}, but training on some and "
+                "testing on others takes at least two (add recordings, or name a training folder with --train)"
             )
 
 
@@ -72,11 +72,11 @@ def cross_validated(
 ) -> Floats:
     """Return (n,) the probability of each row by a model not trained on its object; 0.5 if there is no such model.
     `tick` is called for each fold."""
-    said = np.full(len(slip), 0.5)
+    probability = np.full(len(slip), 0.5)
     for train, test in grouped(objects, slip, seed):
-        said[test] = fit(x[train], slip[train], seed)(x[test])
+        probability[test] = fit(x[train], slip[train], seed)(x[test])
         tick()
-    return said
+    return probability
 
 
 def permuted(slip: NDArray[np.intp], recordings: NDArray[Any], seed: int) -> NDArray[np.intp]:
@@ -97,34 +97,34 @@ def scored(
     name: str,
     recordings: NDArray[Any],
     slip: NDArray[np.intp],
-    said: Floats,
+    probability: Floats,
     threshold: float = 0.5,
     *,
     per_video: bool = False,
     seed: int = 0,
 ) -> Scored:
-    """Return the scores of probabilities `said` (repeats, n) of videos, against `slip` (n,) or (repeats, n).
+    """Return the scores of probabilities `probability` (repeats, n) of videos, against `slip` (n,) or (repeats, n).
 
-    Each score is the mean over the repeats. `per_video` counts every camera's video as a decision of its own; the
+    Each score is the mean over the repeats. `per_video` counts every camera's video as a separate decision; the
     intervals still draw recordings.
     """
-    said = np.atleast_2d(said)
-    slips = np.broadcast_to(slip, said.shape)
+    probability = np.atleast_2d(probability)
+    slips = np.broadcast_to(slip, probability.shape)
     units = recordings
     if not per_video:
         slips = np.array([by_recording(recordings, row.astype(np.float64)).round() for row in slips]).astype(np.intp)
-        said = np.array([by_recording(recordings, row) for row in said])
+        probability = np.array([by_recording(recordings, row) for row in probability])
         units = np.unique(recordings)
-    pairs = list(zip(slips, said, strict=True))
+    pairs = list(zip(slips, probability, strict=True))
 
     def area(rows: NDArray[np.intp]) -> float:
-        return float(np.mean([auc(true[rows], told[rows]) for true, told in pairs]))
+        return float(np.mean([auc(true[rows], predicted[rows]) for true, predicted in pairs]))
 
     def right(rows: NDArray[np.intp]) -> float:
-        return float(np.mean([(told[rows] > threshold) == (true[rows] > 0) for true, told in pairs]))
+        return float(np.mean([(predicted[rows] > threshold) == (true[rows] > 0) for true, predicted in pairs]))
 
     every = np.arange(len(units))
-    spread = float(np.std([auc(true[every], told[every]) for true, told in pairs]))
+    spread = float(np.std([auc(true[every], predicted[every]) for true, predicted in pairs]))
     unit = "video" if per_video else "recording"
     return Scored(name, unit, bootstrap(units, area, seed=seed), bootstrap(units, right, seed=seed), spread)
 
@@ -152,7 +152,7 @@ def majority_rule(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
 
 def trained_elsewhere(fit: Fit, train: Videos, test: Videos, seed: int) -> tuple[Floats, NDArray[np.bool_]]:
     """Return (n,) the probabilities of the test videos by a model of other objects' recordings, and which videos these
-    are: objects that were trained on are left out of the training. Raises DataError where nothing remains."""
+    are: objects that are tested are left out of the training. Raises DataError if nothing remains."""
     own = ~np.isin(train.object, np.unique(test.object))
     if len(np.unique(train.slip[own])) < 2:
         raise DataError("the folder to train on has no objects with and without slip that the other has not")

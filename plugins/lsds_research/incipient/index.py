@@ -42,19 +42,19 @@ class Video:
 
     @property
     def name(self) -> str:
-        """What the video is called in the dataset's column `recording`."""
+        """Name of the video in the dataset's column `recording`."""
         return f"{self.recording}__{self.camera}"
 
 
 def physical(name: str) -> str:
-    """Return the recording that a video of that name is of: the same for all its cameras."""
+    """Return the recording of a video name; all cameras of a recording have the same."""
     return name.rpartition("__")[0]
 
 
 def read_index(folder: Path) -> list[Video]:
     """Return the videos that a folder's index names, in its order.
 
-    Raises DataError where there is no index, or it lacks a column, or a row is invalid;
+    Raises DataError if the index is missing, lacks a column or has an invalid row;
     all problems are reported together.
     """
     path = folder / INDEX

@@ -1,4 +1,4 @@
-"""Loads a folder of labelled videos in parallel, and keeps what it found: a second time takes seconds."""
+"""Loads a folder of labelled videos in parallel, with a cache: a second load takes seconds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def default_cache() -> Path:
-    """Return the user's folder for what can be computed again."""
+    """Return the user's cache folder."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     return (Path(base) if base else Path.home() / ".cache") / "lsds" / "incipient-slip"
 
@@ -34,12 +34,12 @@ def default_cache() -> Path:
 def load(
     folder: Path, jobs: int = 1, cache: Path | None = None, progress: Callable[[int, int], object] | None = None
 ) -> Dataset:
-    """Return the dataset of a folder's videos; `card["failures"]` says by video what could not be read, and why,
-    `card["not_kept"]` why the cache could not be written.
+    """Return the dataset of a folder's videos; `card["failures"]` gives the reason for each unreadable video,
+    `card["not_kept"]` the reason if the cache could not be written.
 
-    `cache` is a folder for finished datasets, kept apart by the videos' names, sizes and times and by version;
-    `progress(done, videos)` is called as videos are done. Raises DataError where the index is wrong, or nothing in the
-    folder can be read.
+    `cache` is a folder for finished datasets, keyed by the videos' names, sizes and times and by version;
+    `progress(done, videos)` is called as videos are done. Raises DataError for an invalid index, or without a readable
+    video.
     """
     videos = read_index(folder)
     key = _key(videos)
@@ -50,7 +50,7 @@ def load(
             if all(name in kept.columns for name in (*CLIP_SIGNALS, *LOOKS)):
                 return kept
         except DataError:
-            pass  # A cache cut short is no cache: it is made anew.
+            pass  # A truncated cache is rebuilt.
     parts: dict[str, Columns] = {}
     failures: dict[str, str] = {}
     for done, (video, found) in enumerate(spread(try_columns, videos, jobs), start=1):
@@ -81,13 +81,13 @@ def load(
         try:
             data.save(place)
         except DataError as error:
-            # What was read is worth more than that it is kept.
+            # Without a cache the dataset is still valid.
             return Dataset(data.columns, {**card, "not_kept": str(error)})
     return data
 
 
 def size_of(path: Path) -> int:
-    """Return a file's size in bytes, 0 where it cannot be had."""
+    """Return a file's size in bytes, 0 if unknown."""
     try:
         return path.stat().st_size
     except OSError:
@@ -96,12 +96,12 @@ def size_of(path: Path) -> int:
 
 def _key(videos: Sequence[Video]) -> str:
     """Return a name that changes with the index, any video's size or time, and what is computed."""
-    told: list[Any] = [VERSION, SIGNALS, CLIP_SIGNALS]
+    content: list[Any] = [VERSION, SIGNALS, CLIP_SIGNALS]
     for video in videos:
         try:
             found = video.path.stat()
             state = (found.st_size, found.st_mtime_ns)
         except OSError:
             state = (-1, -1)
-        told.append((str(video.path.name), video.name, video.object, video.slip, video.conflict, state))
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:20]
+        content.append((str(video.path.name), video.name, video.object, video.slip, video.conflict, state))
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:20]

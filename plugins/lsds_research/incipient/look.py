@@ -1,6 +1,6 @@
-"""What one image alone shows of a recording: controls, as no single image can show a slip.
+"""Features of a single image, used as controls: a single image cannot show slip.
 
-Colours on a coarse grid, and how strong the relief of the surface is: which gel it is, how it is lit, what is held.
+The features are colours on a coarse grid and the strength of the surface relief. They identify gel, light and object.
 """
 
 from __future__ import annotations

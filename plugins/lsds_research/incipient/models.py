@@ -1,4 +1,4 @@
-"""Models that were trained elsewhere, applied as they are."""
+"""Predictions of models that were trained on other data."""
 
 from __future__ import annotations
 
@@ -30,30 +30,32 @@ POOLINGS: dict[str, tuple[float, bool]] = {
     "median of moving frames": (0.5, True),
     "90 % of all frames": (0.9, False),
 }
-"""How a recording's score comes out of its frames' probabilities: a quantile, and whether of frames that move only. The
-first is the one that counts, and is shown of a shipped model; the others show what it is worth."""
+"""Poolings of frames' probabilities to a recording's score: a quantile, and whether it is over moving frames only.
+
+The first is the result, and the only one shown for a shipped model; the others are comparisons.
+"""
 
 CLIP_MODEL = "clips"
 _BLOCK = 8192
 
 
-def applied(told: str, slower: float, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:
+def applied(named: str, slower: float, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:
     """Return name, probabilities (n,) and threshold of each requested simulation-trained detector: a file's path,
     `shipped` or `none`. `slower` is how many times the true frame interval is the nominal one: rates are divided by it.
     Raises ModelError for a file that is no detector."""
-    if told == "none":
+    if named == "none":
         return []
-    shipped = told == "shipped"
-    paths = _shipped() if shipped else [Path(told)]
+    shipped = named == "shipped"
+    paths = _shipped() if shipped else [Path(named)]
     if not paths:
         notes.append("no simulation-trained detector is shipped here; name one with --model FILE.onnx")
     found = []
     for path in paths:
         model = artefact.load(path, "detect")
-        said = frame_scores(model, videos, slower)
+        score = frame_scores(model, videos, slower)
         for name, (share, only_moving) in list(POOLINGS.items())[: 1 if shipped else None]:
             words = f"{model.card.name}, trained on {model.card.figures_are} data, as it is: {name}"
-            found.append((words, video_scores(videos, said, share, only_moving), model.card.threshold))
+            found.append((words, video_scores(videos, score, share, only_moving), model.card.threshold))
     return found
 
 
@@ -68,9 +70,9 @@ def _detects(path: Path) -> bool:
         return False
 
 
-def clip_model_said(videos: Videos) -> tuple[str, Floats, NDArray[np.bool_]] | None:
-    """Return name, probabilities (n,) of the shipped clip model, and which videos (n,) are of objects that it has not
-    seen; None where there are none, or no model is shipped."""
+def clip_model_scores(videos: Videos) -> tuple[str, Floats, NDArray[np.bool_]] | None:
+    """Return name, probabilities (n,) of the shipped clip model, and which videos (n,) are of objects that it was not
+    trained on; None without such videos or without a shipped model."""
     path = Path(models.__file__).parent / f"{CLIP_MODEL}.onnx"
     if not path.is_file():
         return None
@@ -82,7 +84,7 @@ def clip_model_said(videos: Videos) -> tuple[str, Floats, NDArray[np.bool_]] | N
 
 
 def frame_scores(model: Artefact, videos: Videos, slower: float) -> Floats:
-    """Return (rows,) the probability of slip at each frame, NaN where the window is not usable."""
+    """Return (rows,) the probability of slip at each frame, NaN for unusable windows."""
     data = videos.data
     named = {name: data[name] / _rate(name, slower) for name in model.card.signals}
     x, rows = windows(Dataset({**data.columns, **named}), model.card.signals, model.card.length)
@@ -98,8 +100,8 @@ def _rate(name: str, slower: float) -> float:
     return slower if UNITS[name].endswith("/s") else 1.0
 
 
-def video_scores(videos: Videos, said: Floats, share: float, only_moving: bool) -> Floats:
+def video_scores(videos: Videos, score: Floats, share: float, only_moving: bool) -> Floats:
     """Return (n,) each video's score: a quantile of its frames' probabilities, 0 where too few are known."""
-    moved = moving(videos.data) if only_moving else np.isfinite(said)
+    moved = moving(videos.data) if only_moving else np.isfinite(score)
     spans = [slice(first, end) for first, end in pairwise(videos.starts.tolist())]
-    return np.array([while_moving(said[span], moved[span], share) for span in spans])
+    return np.array([while_moving(score[span], moved[span], share) for span in spans])

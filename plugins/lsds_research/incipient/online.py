@@ -27,27 +27,29 @@ if TYPE_CHECKING:
 
 WINDOW = 12
 PER_VIDEO = 24
-"""Windows of a video that are trained on, spread evenly."""
+"""Number of training windows of a video, evenly spaced."""
 
 PARTS = tuple(round(0.1 * k, 1) for k in range(1, 11))
-"""Shares of a recording seen."""
+"""Shares of a recording after which decisions are scored."""
 
 COUNTS = (12, 24, 48)
-"""Frames seen: equally many of every recording."""
+"""Numbers of frames after which decisions are scored."""
 
 RULES: dict[str, Callable[[Floats], Floats]] = {
     "mean": lambda p: np.cumsum(p) / np.arange(1, len(p) + 1),
     "90 % quantile": lambda p: np.array([np.quantile(p[: k + 1], 0.9) for k in range(len(p))]),
     "maximum": np.maximum.accumulate,
 }
-"""How a causal decision on a recording comes out of its windows so far. A running maximum can only grow, so it
-depends on the length of a recording; it is included to show this."""
+"""Rules that pool the windows so far to a causal decision.
+
+A running maximum can only grow, so it depends on the length of a recording; it is included to show this.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """Windows of all videos: `x` (n, F), `slip` (n,), whose they are (`video` (n,) its row, `recording`, `object`), and
-    `picked`, those that are trained on."""
+    """Windows of all videos: `x` (n, F), `slip` (n,), their origin (`video` (n,) its row, `recording`, `object`), and
+    `picked`, the training windows."""
 
     x: Floats
     slip: NDArray[np.intp]
@@ -68,7 +70,7 @@ def online_windows(videos: Videos) -> Windows:
 
 
 def _windows(signals: Floats) -> Floats:
-    seen = np.nan_to_num(signals)  # A first frame has no change: nothing has moved yet.
+    seen = np.nan_to_num(signals)  # The first frame has no change.
     padded = np.concatenate([np.repeat(seen[:1], WINDOW - 1, axis=0), seen])
     view = np.lib.stride_tricks.sliding_window_view(padded, WINDOW, axis=0)
     return np.concatenate([seen, view.mean(axis=-1), view.max(axis=-1)], axis=1)
@@ -76,14 +78,14 @@ def _windows(signals: Floats) -> Floats:
 
 def window_scores(fit: Fit, windows: Windows, seed: int, tick: Callable[[], object]) -> Floats:
     """Return the probability of each window by a model not trained on its object."""
-    said = np.full(len(windows.slip), 0.5)
-    chosen = np.zeros(len(said), bool)
+    probability = np.full(len(windows.slip), 0.5)
+    chosen = np.zeros(len(probability), bool)
     chosen[windows.picked] = True
     for train, test in grouped(windows.object, windows.slip, seed):
         rows = train[chosen[train]]
-        said[test] = fit(windows.x[rows], windows.slip[rows], seed)(windows.x[test])
+        probability[test] = fit(windows.x[rows], windows.slip[rows], seed)(windows.x[test])
         tick()
-    return said
+    return probability
 
 
 def random_fold_auc(
@@ -91,32 +93,32 @@ def random_fold_auc(
 ) -> float:
     """Return the AUC of windows in folds at random, which leaks: a window's neighbours are trained on.
 
-    `slip` (n,) are the labels to learn, true or permuted by recording."""
+    `slip` (n,) are the training labels, true or permuted by recording."""
     rows = windows.picked
-    said = np.full(len(rows), 0.5)
+    probability = np.full(len(rows), 0.5)
     for train, test in random_folds(slip[rows], count, seed):
-        said[test] = fit(windows.x[rows[train]], slip[rows[train]], seed)(windows.x[rows[test]])
+        probability[test] = fit(windows.x[rows[train]], slip[rows[train]], seed)(windows.x[rows[test]])
         tick()
-    return auc(slip[rows], said)
+    return auc(slip[rows], probability)
 
 
-def running(windows: Windows, said: Floats, rule: Callable[[Floats], Floats]) -> list[Floats]:
-    """Return for each video what the rule says after each of its frames."""
+def running(windows: Windows, probability: Floats, rule: Callable[[Floats], Floats]) -> list[Floats]:
+    """Return for each video the rule's result after each of its frames."""
     ends = np.flatnonzero(np.diff(windows.video)) + 1
-    return [rule(part) for part in np.split(said, ends)]
+    return [rule(part) for part in np.split(probability, ends)]
 
 
 def after_parts(course: list[Floats], parts: tuple[float, ...] = PARTS) -> Floats:
-    """Return (videos, parts) what was said when that share of a video had been seen."""
+    """Return (videos, parts) the results after each share of a video."""
     return np.array([[c[max(0, round(part * len(c)) - 1)] for part in parts] for c in course])
 
 
 def after_counts(course: list[Floats], counts: tuple[int, ...] = COUNTS) -> Floats:
-    """Return (videos, counts) what was said after so many frames, or at the end of a video that has fewer."""
+    """Return (videos, counts) the results after each count of frames, or at the end of a shorter video."""
     return np.array([[c[min(count, len(c)) - 1] for count in counts] for c in course])
 
 
-def aucs(videos: Videos, said: Floats) -> list[float]:
-    """Return the AUC at recording level of each column of `said` (videos, k)."""
+def aucs(videos: Videos, probability: Floats) -> list[float]:
+    """Return the AUC at recording level of each column of `probability` (videos, k)."""
     slip = by_recording(videos.recording, videos.slip.astype(np.float64)) > 0.5
-    return [auc(slip, by_recording(videos.recording, column)) for column in said.T]
+    return [auc(slip, by_recording(videos.recording, column)) for column in probability.T]

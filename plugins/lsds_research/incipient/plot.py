@@ -28,12 +28,12 @@ def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | 
     left, right = figure.subplots(1, 2)
     for number, curve in enumerate(curves):
         true = by_recording(curve.recordings, curve.slip.astype(np.float64)) > 0.5
-        told = by_recording(curve.recordings, curve.said)
-        false, found = roc(true, told)
+        by_name = by_recording(curve.recordings, curve.probability)
+        false, found = roc(true, by_name)
         first = number == 0
         left.plot(false, found, lw=2.5 if first else 1.3, ls="-" if first else "--", label=curve.name)
     left.plot([0, 1], [0, 1], color="0.8", lw=1, zorder=0)
-    left.set_xlabel("share of recordings without slip that are called slip")
+    left.set_xlabel("share of recordings without slip that are classified as slip")
     left.set_ylabel("share of recordings with slip that are found")
     handles, labels = left.get_legend_handles_labels()
     title = "AUC, mean of repeats; the curve is of the first"
@@ -47,7 +47,7 @@ def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | 
         right.axhline(courses.leaks["by_object"], color="0.5", lw=1, ls=":", label="one window alone")
         right.axhline(0.5, color="0.8", lw=1, zorder=0)
         right.set_ylim(0.45, 1.0)
-        right.set_xlabel("share of the recording seen")
+        right.set_xlabel("elapsed share of the recording")
         right.set_ylabel("AUC")
         right.legend(fontsize=8, loc="lower right")
         right.set_title("online: causal, objects not trained on", fontsize=10)
@@ -58,10 +58,10 @@ def draw(path: Path, videos: Videos, curves: Sequence[Curve], courses: Causal | 
     figure.savefig(path, dpi=110)
 
 
-def roc(slip: NDArray[np.bool_], said: Floats) -> tuple[Floats, Floats]:
+def roc(slip: NDArray[np.bool_], probability: Floats) -> tuple[Floats, Floats]:
     """Return false and true positive rates over all thresholds, (k,) each, from (0, 0) to (1, 1)."""
-    order = np.argsort(-said, kind="stable")
-    ends = np.flatnonzero(np.diff(said[order], append=-np.inf))  # Ties are passed together.
+    order = np.argsort(-probability, kind="stable")
+    ends = np.flatnonzero(np.diff(probability[order], append=-np.inf))  # Ties are passed together.
     true = np.cumsum(slip[order])[ends] / max(1, int(slip.sum()))
     false = np.cumsum(~slip[order])[ends] / max(1, int((~slip).sum()))
     return np.concatenate([[0.0], false]), np.concatenate([[0.0], true])

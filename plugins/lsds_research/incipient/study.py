@@ -29,7 +29,7 @@ from lsds_research.incipient.folds import (
 )
 from lsds_research.incipient.index import read_index
 from lsds_research.incipient.load import default_cache, load
-from lsds_research.incipient.models import applied, clip_model_said
+from lsds_research.incipient.models import applied, clip_model_scores
 from lsds_research.incipient.options import IncipientOptions
 from lsds_research.incipient.table import Videos, videos_of
 from lsds_research.learners.clip_model import clip_model, exported
@@ -59,7 +59,7 @@ _BY_OBJECT, _ALL = "unseen objects", "all here"
 _CLIPS = sum(times for _, times in CUTS)
 FEW = 12
 _READING = 400
-"""Of a thousand steps of progress, those for reading."""
+"""Steps of progress for reading, of a thousand in total."""
 
 
 class IncipientStudy:
@@ -70,7 +70,7 @@ class IncipientStudy:
         self._seed = context.seed
 
     def run(self, tick: Tick) -> StudyResult:
-        """Measure. Raises DataError for a folder that cannot be used, ModelError for a model that cannot."""
+        """Measure. Raises DataError for an unusable folder, ModelError for an unusable model."""
         options = self._options
         if options.train:
             read_index(Path(options.train))  # Report errors of the folder before anything is computed.
@@ -113,16 +113,16 @@ class IncipientStudy:
 
     def _fitted_before(self, table: _Table, elsewhere: Videos | None) -> None:
         videos, options = table.videos, self._options
-        shipped = clip_model_said(videos)
+        shipped = clip_model_scores(videos)
         if shipped is not None:
-            name, said, unseen = shipped
+            name, probability, unseen = shipped
             objects = len(np.unique(videos.object[unseen]))
-            table.add(name, said, tested=_ALL if unseen.all() else f"{objects} objects it lacks", keep=unseen)
+            table.add(name, probability, tested=_ALL if unseen.all() else f"{objects} objects it lacks", keep=unseen)
         if elsewhere is not None:
             fit = clip_model(options.trees, jobs=options.jobs)
-            said, own = trained_elsewhere(fit, elsewhere, videos, self._seed)
+            probability, own = trained_elsewhere(fit, elsewhere, videos, self._seed)
             words = f"trained on {len(np.unique(elsewhere.object[own]))} objects of {Path(options.train).name}"
-            table.add("whole clips, " + words, said, tested=_ALL)
+            table.add("whole clips, " + words, probability, tested=_ALL)
 
     def _save(self, path: Path, videos: Videos, trained_on: str) -> None:
         onnx, middle = exported(videos.clip, videos.slip, self._seed, self._options.trees)
@@ -139,37 +139,39 @@ class IncipientStudy:
         small = clip_model(fewer(options.trees), jobs=options.jobs)
         seeds = [self._seed + k for k in range(options.repeats)]
 
-        def said(fit: Fit, x: Floats, slips: list[NDArray[np.intp]], tick: Callable[[], object]) -> Floats:
+        def out_of_fold(fit: Fit, x: Floats, slips: list[NDArray[np.intp]], tick: Callable[[], object]) -> Floats:
             runs = zip(slips, seeds, strict=True)
             return np.array([cross_validated(fit, x, slip, videos.object, seed, tick) for slip, seed in runs])
 
         true = [videos.slip] * len(seeds)
-        whole = said(forest, videos.clip, true, steps)
+        whole = out_of_fold(forest, videos.clip, true, steps)
         table.add(f"whole recording: mean of {_CLIPS} clips of {FRAMES} frames", whole, videos=True)
-        table.add(f"one clip of {FRAMES} frames at a random place", said(small, videos.window, true, steps))
-        table.add("one number: two-frame maximum of v_net", said(threshold_rule, videos.v_net[:, None], true, _no))
-        table.add("one number: mean speed while moving", said(threshold_rule, videos.speed[:, None], true, _no))
-        table.add("majority", said(majority_rule, videos.clip, true, _no), drawn=False)
+        table.add(f"one clip of {FRAMES} frames at a random place", out_of_fold(small, videos.window, true, steps))
+        table.add(
+            "one number: two-frame maximum of v_net", out_of_fold(threshold_rule, videos.v_net[:, None], true, _no)
+        )
+        table.add("one number: mean speed while moving", out_of_fold(threshold_rule, videos.speed[:, None], true, _no))
+        table.add("majority", out_of_fold(majority_rule, videos.clip, true, _no), drawn=False)
         # A constant prediction has no ROC curve; different majorities of the folds must not count as information.
         table.rows[-1] = (dataclasses.replace(table.rows[-1][0], auc=Interval(0.5, 0.5, 0.5)), _BY_OBJECT)
         dealt = [permuted(videos.slip, videos.recording, seed) for seed in seeds]
-        table.add("labels shuffled by recording", said(small, videos.clip, dealt, steps), slip=np.array(dealt))
-        table.add("nuisances: dots, brightness, kept", said(small, videos.nuisance, true, steps))
-        table.add("first frame alone: nothing has moved", said(small, videos.first, true, steps))
-        table.add("last frame alone", said(small, videos.last, true, steps))
-        table.add("length alone (no model here sees it)", said(small, videos.frames[:, None], true, _no))
-        table.add("file alone: frames, bytes, number", said(small, videos.file, true, _no))
+        table.add("labels shuffled by recording", out_of_fold(small, videos.clip, dealt, steps), slip=np.array(dealt))
+        table.add("nuisances: dots, brightness, kept", out_of_fold(small, videos.nuisance, true, steps))
+        table.add("first frame alone: nothing has moved", out_of_fold(small, videos.first, true, steps))
+        table.add("last frame alone", out_of_fold(small, videos.last, true, steps))
+        table.add("length alone (no model here sees it)", out_of_fold(small, videos.frames[:, None], true, _no))
+        table.add("file alone: frames, bytes, number", out_of_fold(small, videos.file, true, _no))
         self._across(table, forest)
 
     def _across(self, table: _Table, fit: Fit) -> None:
-        """Add what a model of one setup says of the other."""
+        """Add the scores of a model of one setup on the other."""
         videos = table.videos
         for whole, words in ((False, "whole pad, trained on zoomed"), (True, "zoomed pad, trained on whole")):
             own = videos.whole_pad == whole
             known = np.unique(videos.slip[own])
             if len(known) == 2 and len(np.unique(videos.slip[~own])) == 2:
-                said = fit(videos.clip[own], videos.slip[own], self._seed)(videos.clip)
-                table.add("across setups, whole recording", said, keep=~own, tested=words)
+                probability = fit(videos.clip[own], videos.slip[own], self._seed)(videos.clip)
+                table.add("across setups, whole recording", probability, keep=~own, tested=words)
 
 
 class _Steps:
@@ -188,7 +190,7 @@ def _no() -> None:
 
 
 class _Table:
-    """The rows as they come, and what the curves are drawn from."""
+    """The rows of the table in their order, and the curves of the picture."""
 
     def __init__(self, videos: Videos, seed: int) -> None:
         self.videos = videos
@@ -205,7 +207,7 @@ class _Table:
     def add(
         self,
         name: str,
-        said: Floats,
+        probability: Floats,
         threshold: float = 0.5,
         *,
         videos: bool = False,
@@ -214,17 +216,19 @@ class _Table:
         keep: NDArray[np.bool_] | None = None,
         drawn: bool = True,
     ) -> None:
-        """Score probabilities (repeats, n) or (n,), of all videos or those to `keep`; `videos` adds a row in which each
-        camera stands alone."""
+        """Score probabilities (repeats, n) or (n,), of all videos or those to `keep`; `videos` adds a row that scores
+        each camera separately."""
         chosen = np.ones(len(self.videos), bool) if keep is None else keep
         true = (self.videos.slip if slip is None else slip)[..., chosen]
-        said, recordings = said[..., chosen], self.videos.recording[chosen]
+        probability, recordings = probability[..., chosen], self.videos.recording[chosen]
         for alone in (False, True)[: 1 + videos]:
-            row = scored(name, recordings, true, said, threshold, per_video=alone, seed=self._seed)
+            row = scored(name, recordings, true, probability, threshold, per_video=alone, seed=self._seed)
             self.rows.append((row, tested))
-        told = self.rows[-1 - videos][0].auc.value
+        area = self.rows[-1 - videos][0].auc.value
         if drawn:
-            self.curves.append(Curve(f"{told:.3f}  {name}", recordings, np.atleast_2d(true)[0], np.atleast_2d(said)[0]))
+            self.curves.append(
+                Curve(f"{area:.3f}  {name}", recordings, np.atleast_2d(true)[0], np.atleast_2d(probability)[0])
+            )
 
 
 def _both(videos: Videos) -> bool:
@@ -232,8 +236,8 @@ def _both(videos: Videos) -> bool:
 
 
 def _notes(data: Dataset, videos: Videos) -> list[str]:
-    told = data.card["videos"]
-    doubtful = {video["recording"] for video in told.values() if video["conflict"]}
+    listed = data.card["videos"]
+    doubtful = {video["recording"] for video in listed.values() if video["conflict"]}
     notes = [
         f"every clip has {FRAMES} frames, whatever the recording's length; folds are by object; intervals are over "
         "recordings drawn with replacement"
@@ -244,13 +248,13 @@ def _notes(data: Dataset, videos: Videos) -> list[str]:
     if short:
         notes.append(f"shorter than a clip, frames repeated: {', '.join(short)}")
     if "not_kept" in data.card:
-        notes.append(f"what was read could not be kept for the next time: {data.card['not_kept']}")
+        notes.append(f"the cache could not be written: {data.card['not_kept']}")
     if data.card["failures"]:
-        notes.append(f"{len(data.card['failures'])} of {len(told)} videos could not be used, see stderr")
+        notes.append(f"{len(data.card['failures'])} of {len(listed)} videos could not be used, see stderr")
     objects = len(np.unique(videos.object))
     if objects <= FEW:
         notes.append(
-            f"{objects} objects are few to train on: a model fitted on others (the shipped one, or --train) says more"
+            f"{objects} objects are few to train on: a model fitted on others (shipped, or --train) is more reliable"
         )
     return notes
 

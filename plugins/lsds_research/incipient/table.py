@@ -14,7 +14,7 @@ from lsds_research.clips.features import FRAMES, clip_features, mean_of, placeme
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.incipient.index import physical
 from lsds_research.incipient.look import LOOKS
-from lsds_research.perceived import WHOLE_PAD
+from lsds_research.recording_engine import WHOLE_PAD
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +28,7 @@ NUISANCES = ("markers", "brightness", "kept")
 _PLACES = 16
 
 MOVED_M = 6.25e-6
-"""A tenth of a pixel: what is less may be the codec, whose key frames shift all dots by 0.06 to 0.08 px."""
+"""Motion of a tenth of a pixel; the codec's key frames shift all markers by 0.06 to 0.08 px."""
 
 MOVING_SHARE = 0.75
 _LEAST_MOVING = 3
@@ -67,10 +67,12 @@ class Videos:
 
 
 def videos_of(data: Dataset) -> Videos:
-    """Return the videos of a dataset whose label is known. Raises DataError where there is none."""
+    """Return the videos of a dataset whose label is known. Raises DataError without one."""
     data = data.where(np.asarray(data["slip"] >= 0))
     if not len(data):
-        raise DataError("none of the recordings has a label that is not in doubt: there is nothing to evaluate")
+        raise DataError(
+            "all labels of the recordings are in doubt; add recordings with slip 0 or 1 and no label_conflict"
+        )
     starts = data.starts
     spans = [slice(a, b) for a, b in pairwise(starts.tolist())]
     firsts = starts[:-1]
@@ -82,8 +84,8 @@ def videos_of(data: Dataset) -> Videos:
     clips = [clip_features(signals[span]) for span in spans]
     looks = data.signals(LOOKS).astype(np.float64)
     counts = np.diff(starts).astype(np.float64)
-    told = data.card.get("videos", {})
-    sizes = [float(told.get(name, {}).get("bytes", 0)) for name in names]
+    of_videos = data.card.get("videos", {})
+    sizes = [float(of_videos.get(name, {}).get("bytes", 0)) for name in names]
     recordings = np.array([physical(name) for name in names], object)
     nuisance = np.array([_mean(nuisances[s]) for s in spans])
     return Videos(
@@ -113,7 +115,7 @@ def _window(signals: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
 
 
 def _experiment(recording: str) -> float:
-    """Return the number at the end of a recording's name, 0 where there is none."""
+    """Return the number at the end of a recording's name, 0 without one."""
     found = re.search(r"(\d+)$", recording)
     return float(found.group(1)) if found else 0.0
 
@@ -125,8 +127,8 @@ def two_frame(v_net: Floats) -> Floats:
 
 
 def pooled(values: Floats, share: float, least: float = np.nan) -> float:
-    """Return a quantile over the frames of a clip, averaged over clips spread evenly along a recording; so it does not
-    grow with the recording's length. `least` where no frame is defined."""
+    """Return a quantile over the frames of a clip, averaged over clips spread evenly along a recording, so that it does
+    not grow with the recording's length; `least` without a defined frame."""
     if not len(values):
         return least
     clips = values[placements(len(values), 1, _PLACES, FRAMES)][:, :, None]
@@ -135,16 +137,16 @@ def pooled(values: Floats, share: float, least: float = np.nan) -> float:
 
 
 def moving(data: Dataset) -> NDArray[np.bool_]:
-    """Return (rows,) whether the markers moved by more than `MOVED_M` since the frame before, on the mean."""
+    """Return (rows,) whether the markers moved by more than `MOVED_M` on average since the frame before."""
     seen: NDArray[np.bool_] = np.nan_to_num(data["mean_speed"] * data["dt"]) > MOVED_M
     return seen
 
 
 def while_moving(values: Floats, moved: NDArray[np.bool_], share: float, least: float = 0.0) -> float:
-    """Return a quantile of the values of frames that moved; `least` where too few did.
+    """Return a quantile of the values of moving frames; `least` for too few.
 
-    A recording that is wriggled throughout has many small motions, one that slips a few: over all frames, speeds would
-    be ordered the wrong way. A quantile does not grow with their number.
+    A recording that shakes throughout has many small motions, a slip has few large ones: over all frames, the first
+    would seem faster. A quantile does not grow with the number of frames.
     """
     kept = values[moved & np.isfinite(values)]
     return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING else least

@@ -14,13 +14,13 @@ from lsds_research.clips.signals import CLIP_SIGNALS, clip_signals
 from lsds_research.datasets import from_rows
 from lsds_research.incipient.index import PROTOCOL, Video
 from lsds_research.incipient.look import LOOKS, look_of
-from lsds_research.perceived import perceived
+from lsds_research.recording_engine import recording_engine
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 VERSION = 3
-"""Goes up whenever the same video would give other columns, so that no older cache is believed."""
+"""Version of the columns; a change of it invalidates older caches."""
 
 _LEAST_FRAMES = 12
 _PIXELS = slice(None, None, 4)
@@ -29,12 +29,12 @@ _PIXELS = slice(None, None, 4)
 def columns_of(video: Video) -> dict[str, NDArray[Any]]:
     """Return the columns of one video: those of a dataset, `CLIP_SIGNALS` and `LOOKS`.
 
-    The first frame is the reference. Unusable frames are passed over, and a video that breaks off is taken as far as
-    it goes. Raises DataError where it cannot be opened, shows no dots at the start, or too little can be used.
+    The first frame is the reference. Unusable frames are skipped, and a truncated video is used as far as it goes.
+    Raises DataError if it cannot be opened, shows no markers at the start, or has too few usable frames.
     """
     t_s, rows, moved, position, last = [], [], [], None, None
     try:
-        engine = perceived(video.path)
+        engine = recording_engine(video.path)
         cycles = iter(engine)
         first = next(cycles, None)
     except LsdsError as error:
@@ -44,7 +44,7 @@ def columns_of(video: Video) -> dict[str, NDArray[Any]]:
     reference, start = engine.perception.reference, engine.perception.reference_frame
     if reference is None or start is None:
         raise DataError(f"{video.path}: no usable first frame")
-    # A video that breaks off is as good as ever until there.
+    # A truncated video is usable up to its end.
     with suppress(LsdsError):
         for cycle in chain([] if first is None else [first], cycles):
             observation, image = cycle.observation, cycle.frame.image
@@ -65,11 +65,11 @@ def columns_of(video: Video) -> dict[str, NDArray[Any]]:
 
 
 def try_columns(video: Video) -> dict[str, NDArray[Any]] | str:
-    """Return the columns of a video, or why there are none."""
+    """Return the columns of a video, or the reason of a failure."""
     try:
         return columns_of(video)
     except LsdsError as error:
         return str(error)
     except Exception as error:
-        # A library's own, at whatever that video holds; the others count all the same.
+        # A library may fail on a damaged video; the other videos are still used.
         return f"{video.path}: {type(error).__name__}: {error}"

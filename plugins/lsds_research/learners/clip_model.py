@@ -1,9 +1,8 @@
-"""A model of slip from statistics of a whole clip. There are few recordings and many statistics, so two simple models
-are averaged.
+"""A model of slip from statistics of a whole clip: the mean of two simple models, because recordings are few.
 
-Trees that choose their cuts at random, and a strongly regularised logistic regression on logarithms; the probability is
-the mean of both. Four kinds of model were tried on the public recordings, and these two err differently. Their settings
-are those for few examples and were not searched for, as a search over a hundred recordings finds luck.
+One model is an ensemble of trees with random thresholds, the other a strongly regularised logistic regression on
+logarithms. Of four kinds of model tried on the public recordings, these two have different errors. Their settings are
+usual for few examples. They were not tuned, because a search over a hundred recordings fits noise.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def clip_model(trees: int = 300, leaf: int = 2, jobs: int = 1) -> Fit:
-    """Return a fit. Figures that are undefined take the median of the training rows."""
+    """Return a fit. Undefined figures are replaced by the median of the training rows."""
 
     def fit(x: Floats, slip: NDArray[np.intp], seed: int) -> Predict:
         middle = medians(x)
@@ -33,8 +32,8 @@ def clip_model(trees: int = 300, leaf: int = 2, jobs: int = 1) -> Fit:
         at = int(np.flatnonzero(model.classes_ == 1)[0])
 
         def predict(rows: Floats) -> Floats:
-            said: Floats = model.predict_proba(logged(rows, middle))[:, at]
-            return said
+            probability: Floats = model.predict_proba(logged(rows, middle))[:, at]
+            return probability
 
         return predict
 
@@ -71,6 +70,6 @@ def _fitted(x: Floats, slip: NDArray[np.intp], seed: int, trees: int, leaf: int,
 
 
 def medians(x: Floats) -> Floats:
-    """Return (F,) the median of each column's defined values, 0 where it has none."""
+    """Return (F,) the median of each column's defined values, 0 without one."""
     seen = np.isfinite(x)
     return np.array([np.median(column[ok]) if ok.any() else 0.0 for column, ok in zip(x.T, seen.T, strict=True)])

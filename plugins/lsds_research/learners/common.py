@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lsds.contracts.learning import Examples, Job
 
 LEAST_WINDOWS = 50
-"""Fewer examples than this are refused."""
+"""Minimum number of examples."""
 
 
 class LearnerOptions(BaseModel):
@@ -29,7 +29,7 @@ class LearnerOptions(BaseModel):
 
 
 class LearnerBase:
-    """Job, signals and length of a learner. Raises DataError for a signal that there is not."""
+    """Job, signals and length of a learner. Raises DataError for an unknown signal."""
 
     def __init__(self, job: Job, options: LearnerOptions) -> None:
         self.job: Job = job
@@ -37,7 +37,7 @@ class LearnerBase:
         self.length = options.length
 
     def check(self, examples: Examples) -> None:
-        """Raise DataError where the examples are not what this learner can learn from."""
+        """Raise DataError for examples that the learner cannot be fitted on."""
         x, y = examples.x, examples.y
         expected = (len(x), self.length, len(self.signals))
         if x.shape != expected:
@@ -47,14 +47,14 @@ class LearnerBase:
             raise DataError(f"labels are {y.shape} and groups {examples.group.shape}, not {wanted} and {(len(x),)}")
         if len(x) < LEAST_WINDOWS:
             raise DataError(
-                f"{len(x)} examples are too few to learn from; {LEAST_WINDOWS} are the least, also in what is left "
-                "when some objects are left out for the scores (collect more: without --quick, or more objects)"
+                f"{len(x)} examples are too few to fit; at least {LEAST_WINDOWS} are needed, also in the part that "
+                "remains when some objects are left out for the scores (collect more: without --quick, or more objects)"
             )
         for name, values in (("windows", x), ("labels", y)):
             if not np.isfinite(values).all():
                 raise DataError(f"the {name} hold NaN or infinity; leave those rows out (lsds_research.windows does)")
         if self.job == "detect" and set(np.unique(y).tolist()) != {0.0, 1.0}:
-            raise DataError("a detector learns from 0 and 1, and needs both; these examples have something else")
+            raise DataError("the labels of a detector must be 0 and 1, both of them present; check the column slip")
 
 
 def targets(y: NDArray[np.float32]) -> NDArray[np.float64]:

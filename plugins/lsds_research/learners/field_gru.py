@@ -1,4 +1,4 @@
-"""Estimator `field-gru`: two small nets on a window of field signals, with their own standard deviations.
+"""Estimator `field-gru`: two small nets on a window of field signals, with standard deviations.
 
 One net is recurrent; the other processes four frames at a time. Their errors differ, and their mean is better than
 either.
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lsds.contracts.learning import Examples
 
 FLOOR = 0.02
-"""Least width of the distribution, in units of the RMS of the target where it moves."""
+"""Minimum width of the distribution, in units of the RMS of the moving targets."""
 MOVING = (1e-3, 1e-3, 1e-2, 1e-3)
 """Targets smaller than these (m/s, rad/s) are ignored in the choice of the unit."""
 SLIDING, TURNING = 0.04, 0.05
@@ -42,9 +42,9 @@ NUMBERS, SHARES = 10, [8, 8, 9, 8]
 """The outputs of a net: four values, four widths, two moving shares; and the share used by each value (rotation has its
 own)."""
 _WHOLE = 40.0
-"""Its sigmoid is one in float32: the share of what has none."""
+"""Logit of values without a moving share; its sigmoid is one in float32."""
 FRAMES = 4
-"""Frames in a block."""
+"""Number of frames in a block."""
 TURNED = 0.5
 """Share of the examples that are rotated and mirrored, drawn again in each epoch."""
 
@@ -59,7 +59,7 @@ class FieldGruOptions(NetOptions):
     hidden: int = Field(default=32, ge=1, le=1024, description="units of the recurrent layer")
     second: int = Field(default=24, ge=1, le=1024, description="units of the layer after the recurrent one")
     block: int = Field(
-        default=48, ge=1, le=1024, description="units of the block net, which sees four frames at a time"
+        default=48, ge=1, le=1024, description="units of the block net, which processes four frames at a time"
     )
     block_dropout: float = Field(default=0.3, ge=0, lt=1, description="dropout rate of the block net")
     epochs: int = Field(default=40, ge=1, le=10000, description="number of epochs")
@@ -110,7 +110,7 @@ class ImprintGruOptions(FieldGruOptions):
 
 
 class ImprintGru(FieldGru):
-    """A `Learner`: the same nets, which also see the motion of the imprint."""
+    """A `Learner`: the same nets, with the motion of the imprint as further input."""
 
 
 def _rms_moving(values: NDArray[np.float64], least: float) -> float:
@@ -170,10 +170,10 @@ def _answer(raw: torch.Tensor) -> torch.Tensor:
     return torch.cat([value, FLOOR + softplus(raw[:, 4:8])], dim=1)
 
 
-def _loss(said: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) -> torch.Tensor:
+def _loss(output: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) -> torch.Tensor:
     import torch
 
-    off, width = (said[:, :4] - wanted).abs(), said[:, 4:]
+    off, width = (output[:, :4] - wanted).abs(), output[:, 4:]
     each = off / width + width.log() + options.square * off**2
     weight = (1 + (options.moving_weight - 1) * (wanted[:, 3:] > SLIDING)).expand(-1, 4)
     turns = 1 + (options.turning_weight - 1) * (wanted[:, 2:3].abs() > TURNING)
@@ -182,7 +182,7 @@ def _loss(said: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) ->
 
 
 class FittedGru:
-    """Fitted nets; `unit` (4,) is that of their targets."""
+    """Fitted nets; `unit` (4,) is the unit of their targets."""
 
     def __init__(
         self, nets: list[Any], compression: Compression, unit: NDArray[np.float32], shape: tuple[int, int]
@@ -197,8 +197,10 @@ class FittedGru:
         return np.asarray(np.mean([predicted(net, shaped) for net in self._nets], axis=0) * self._unit)
 
     def export(self) -> bytes:
-        """Return the ONNX model. What both nets have in common is done once, on the answers of one below the other's:
-        in so small a graph each node costs more than its arithmetic."""
+        """Return the ONNX model.
+
+        The common part of both nets runs once, on their stacked outputs, because each node of such a small graph costs
+        more than its arithmetic."""
         graph = Graph(*self._shape)
         shaped = self._compression.write(graph)
         both = graph.add("Concat", *(self._raw(graph, net, shaped) for net in self._nets), axis=0)
@@ -211,7 +213,7 @@ class FittedGru:
         return graph.finish(graph.dense(total, np.diag(self._unit) / len(self._nets), least * self._unit), (8,))
 
     def _raw(self, graph: Graph, net: Any, shaped: str) -> str:
-        """Add a net but for what follows its last layer; return (n, 16): its values, widths, and a share for each."""
+        """Add a net up to its last layer; return (n, 16): its values, widths, and a share for each."""
         from torch import nn
 
         if isinstance(net.body, nn.GRU):

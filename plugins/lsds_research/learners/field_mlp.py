@@ -1,4 +1,4 @@
-"""Detector `field-mlp`: a small net on a window of the field's evidence."""
+"""Detector `field-mlp`: a small net on a window of field signals."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ class FieldMlp(LearnerBase):
                 width = units
             net = nn.Sequential(*layers, nn.Linear(width, 1))
 
-            def loss(said: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:
-                return nn.functional.binary_cross_entropy_with_logits(said[:, 0], wanted)
+            def loss(output: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:
+                return nn.functional.binary_cross_entropy_with_logits(output[:, 0], wanted)
 
             train(net, loss, x, examples.y, examples.group, own, seed)
         return FittedMlp(net, compression, (x.shape[1], x.shape[2]))

@@ -1,7 +1,7 @@
-"""Detector `fused`: boosted trees on what imprint and dots did in the last frames.
+"""Detector `fused`: boosted trees on the motion of imprint and markers in the last frames.
 
-Trees tell a fast slip from a leap of the load, which one weight a signal cannot. Histograms of the signals make them
-quick to grow on many simulated frames (Ke et al. 2017); scikit-learn's `HistGradientBoostingClassifier`.
+Trees distinguish a fast slip from a load step; a linear model with one weight per signal does not. Histograms of the
+signals make training fast on many simulated frames (Ke et al. 2017, scikit-learn's `HistGradientBoostingClassifier`).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Fused(LearnerBase):
 
 
 class _Tree(NamedTuple):
-    """A tree as scikit-learn's other ensembles describe theirs."""
+    """A tree in the attributes of scikit-learn's other ensembles."""
 
     feature: NDArray[np.intp]
     threshold: NDArray[np.float64]
@@ -68,7 +68,7 @@ class _Tree(NamedTuple):
 
 
 class FittedFused(FittedTrees):
-    """Fitted trees of scikit-learn's histogram boosting, which hold their nodes in another way."""
+    """Fitted trees of scikit-learn's histogram boosting, which store their nodes differently."""
 
     def _grown(self) -> Grown:
         nodes = [predictor.nodes for (predictor,) in self._model._predictors]

@@ -1,4 +1,4 @@
-"""Writing ONNX graphs node by node: what is exported is what is written here, and nothing is traced."""
+"""Writing ONNX graphs node by node, without tracing."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 OPSET, ML_OPSET, IR = 18, 5, 10
-"""What onnxruntime 1.20 and later run."""
+"""Versions of opset and format that onnxruntime 1.20 and later run."""
 
 
 class Graph:
-    """A graph from windows `x` (n, length, F) to `y`; nodes are added in order, names are made up."""
+    """A graph from windows `x` (n, length, F) to `y`; nodes are added in order and named automatically."""
 
     def __init__(self, length: int, width: int) -> None:
         self._shape = (length, width)
@@ -32,7 +32,7 @@ class Graph:
         return name
 
     def add(self, op: str, *inputs: str, outputs: int = 1, keep: int = 0, domain: str = "", **attributes: Any) -> str:
-        """Add a node; return the name of its output number `keep` of `outputs`, the others being dropped."""
+        """Add a node; return the name of its output number `keep` of `outputs`, the others are dropped."""
         from onnx import helper
 
         name = f"n{len(self._nodes)}"
@@ -45,7 +45,7 @@ class Graph:
         return self.add("Gemm", value, self.constant(weight), self.constant(bias))
 
     def split(self, value: str, widths: Sequence[int]) -> list[str]:
-        """Add value (n, a) cut into pieces of so many columns; return their names."""
+        """Add value (n, a) split into pieces of the given numbers of columns; return their names."""
         from onnx import helper
 
         names = [f"n{len(self._nodes)}_{index}" for index in range(len(widths))]
@@ -54,13 +54,13 @@ class Graph:
         return names
 
     def finish(self, value: str, shape: Sequence[int] = ()) -> bytes:
-        """Make the last node's value y (n, *shape), () for one number a row; return the checked model's bytes."""
+        """Make the last node's value y (n, *shape), () for one number per row; return the checked model's bytes."""
         from onnx import TensorProto, checker, helper
 
         if not shape:
             value = self.add("Reshape", value, self.constant(np.array([-1])))
         if list(self._nodes[-1].output) != [value]:
-            raise ValueError(f"{value} is not what the last node gives")
+            raise ValueError(f"{value} is not the output of the last node")
         self._nodes[-1].output[0] = "y"
         graph = helper.make_graph(
             self._nodes,

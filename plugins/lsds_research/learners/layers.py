@@ -12,9 +12,9 @@ from lsds_research.learners.training import array
 
 
 def write_sequential(graph: Graph, layers: Any, value: str, compression: Compression | None = None) -> str:
-    """Add a Sequential of linear layers, layer normalisations, ReLU and dropout; return what comes out.
+    """Add a Sequential of linear layers, layer normalisations, ReLU and dropout; return the output's name.
 
-    The first layer is linear, and takes in the rest of a `compression` where one is given.
+    The first layer is linear; its weights include the linear part of `compression`, if given.
     """
     from torch import nn
 
@@ -38,9 +38,9 @@ def write_sequential(graph: Graph, layers: Any, value: str, compression: Compres
 def write_recurrent(graph: Graph, module: Any, value: str, compression: Compression) -> str:
     """Add an LSTM or a GRU of any depth, batch first; return the last layer's last state, (n, hidden).
 
-    The first layer takes in the rest of the `compression`.
+    The weights of the first layer include the linear part of the `compression`.
 
-    The gates stand in another order there: torch has input, forget, cell, output and reset, update, new; ONNX input,
+    The order of the gates differs: torch has input, forget, cell, output and reset, update, new; ONNX input,
     output, forget, cell and update, reset, new.
     """
     from torch import nn

@@ -76,7 +76,7 @@ class FittedLogistic:
 
 
 class LinearWindow(LearnerBase):
-    """A `Learner`: ridge regression on the velocities, and a second one on the logarithm of what it gets wrong."""
+    """A `Learner`: ridge regression on the velocities, and a second one on the logarithm of its errors."""
 
     def __init__(self, options: LinearWindowOptions, context: BuildContext) -> None:
         super().__init__("estimate", options)
@@ -93,13 +93,13 @@ class LinearWindow(LearnerBase):
             x, y, held = np.concatenate([x, more[0]]), np.concatenate([y, more[1]]), np.tile(held, 2)
         flat, true = _flat(compression, x), targets(y)
         scale = np.sqrt((true**2).mean(axis=0)) + 1e-9
-        # The spread is fitted on data that the regression was not fitted to.
+        # The standard deviations are fitted on data outside the regression's training data.
         value = _Ridge(flat[~held], true[~held] / scale, self._penalty)
         wrong = np.log(np.abs(value(flat[held]) - true[held] / scale) + 1e-3)
         spread = _Ridge(flat[held], wrong, self._penalty)
-        said = spread(flat[held]).clip(wrong.min(axis=0), wrong.max(axis=0))
-        # One number an output makes the mean square of error over spread one.
-        factor = np.sqrt(np.mean((np.exp(wrong) / np.exp(said)) ** 2, axis=0))
+        predicted = spread(flat[held]).clip(wrong.min(axis=0), wrong.max(axis=0))
+        # One factor per output makes the mean square of error over standard deviation one.
+        factor = np.sqrt(np.mean((np.exp(wrong) / np.exp(predicted)) ** 2, axis=0))
         value = _Ridge(flat, true / scale, self._penalty)
         limits = np.stack([wrong.min(axis=0), wrong.max(axis=0)])
         return FittedLinearWindow(compression, value, spread, scale, factor, limits, (self.length, len(self.signals)))
@@ -120,7 +120,7 @@ class _Ridge:
 
 
 class FittedLinearWindow:
-    """A fitted pair of ridge regressions; a negative speed is none."""
+    """A fitted pair of ridge regressions; negative speeds are set to zero."""
 
     def __init__(
         self,

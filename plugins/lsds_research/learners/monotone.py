@@ -2,7 +2,7 @@
 
 Some relations in the simulation do not hold on real recordings: diverging or converging markers mean pressing in ours,
 the opposite in real recordings; a window depends on the duration of events; and trees do not extrapolate beyond the
-simulated rates. What transfers is that a faster and less even motion of the field means more slip: hence non-negative
+simulated rates. One relation transfers: a faster and less even motion of the field means more slip. Hence non-negative
 weights, single frames and logarithms. On the simulated objects this costs a few hundredths of AUC.
 """
 

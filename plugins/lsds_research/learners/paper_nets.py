@@ -1,8 +1,8 @@
 """Estimators with the paper's settings: LSTM and MLP trained on the mean square error.
 
-Theirs gives a speed; ours gives the speed, the velocity and the angular velocity from the same hidden layer. They do
-not estimate their uncertainty: the standard deviations are constants, measured on held-out groups. The batch is larger
-than the paper's 32, for speed, and training stops early.
+The paper's nets estimate a speed; these estimate speed, velocity and angular velocity from the same hidden layer. They
+do not estimate their uncertainty: the standard deviations are constants, measured on held-out groups. The batch is
+larger than the paper's 32, for speed, and training stops early.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _fitted(body: Any, head: Any, examples: Examples, options: PaperNetOptions, 
     compression = Compression.fit(examples.x, tails=options.compress)
     true = targets(examples.y)
     centre, spread = true.mean(axis=0), true.std(axis=0) + 1e-9
-    # One unit for a velocity's parts: data that slide along one axis must not make the other one exact.
+    # Both components of a velocity share a unit, so that data along one axis do not make the other one exact.
     spread[:2] = spread[:2].max()
     net, x = Net(), compression(examples.x)
     wanted = ((true - centre) / spread).astype(np.float32)
@@ -122,7 +122,7 @@ def _fitted(body: Any, head: Any, examples: Examples, options: PaperNetOptions, 
 
 
 class FittedSquares:
-    """A fitted net of standardised targets; a negative speed is none."""
+    """A fitted net of standardised targets; negative speeds are set to zero."""
 
     def __init__(
         self,
@@ -151,7 +151,7 @@ class FittedSquares:
             value = write_sequential(graph, self._net.head, graph.add("Flatten", value), self._compression)
         else:
             value = write_sequential(graph, self._net.head, write_recurrent(graph, body, value, self._compression))
-        # Bring in the constant standard deviations as four more columns: (n, 4) @ (4, 8) + (8,).
+        # Add the constant standard deviations as four more columns: (n, 4) @ (4, 8) + (8,).
         widen = np.concatenate([np.diag(self._spread), np.zeros((4, 4), np.float32)], axis=1)
         value = graph.dense(value, widen, np.concatenate([self._centre, self._std]))
         least = np.full((1, 8), -np.inf)

@@ -35,7 +35,7 @@ DIRECTED = ("theta", "theta_delta")
 
 
 class Symmetry:
-    """What turning and mirroring does to named signals (F,)."""
+    """Effect of rotation and mirroring on named signals (F,)."""
 
     def __init__(self, signals: Sequence[str]) -> None:
         at = {name: index for index, name in enumerate(signals)}
@@ -43,17 +43,17 @@ class Symmetry:
         self._vectors = [(at[x], at[y]) for x, y in VECTORS if x in at and y in at]
         self._odd = [at[name] for name in ODD if name in at]
         self.known = bool(self._vectors) and not any(halves) and not any(name in at for name in DIRECTED)
-        """Whether there is a direction among the signals, and all of them are known."""
+        """Whether some signal has a direction and the transformation of every signal is known."""
 
     def compression(self, x: NDArray[np.float32], y: NDArray[np.float32], seed: int) -> Compression:
-        """Return a compression in which both parts of a vector have one unit: that of examples turned any way."""
+        """Return a compression in which both components of a vector have the unit of randomly rotated examples."""
         return Compression.fit(self.turned(x, y, np.random.default_rng(seed))[0] if self.known else x)
 
     def turned(
         self, x: NDArray[np.float32], y: NDArray[np.float32], rng: np.random.Generator, share: float = 1.0
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return windows (n, length, F) and labels (n, 3) of which a share, drawn at random, is turned by any angle,
-        and every second of those mirrored before."""
+        """Return windows (n, length, F) and labels (n, 3) with a random share rotated by any angle, every second
+        of these mirrored before."""
         x, y = x.copy(), y.copy()
         chosen = np.flatnonzero(rng.random(len(x)) < share)
         angle = rng.uniform(0, 2 * np.pi, len(chosen)).astype(np.float32)

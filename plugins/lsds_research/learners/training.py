@@ -34,12 +34,12 @@ class StoppingOptions(NetOptions):
 
 
 _WARM_UP = 0.15
-"""Share of all steps in which the rate rises."""
+"""Share of all steps in which the learning rate rises."""
 
 
 @contextmanager
 def seeded(seed: int) -> Iterator[None]:
-    """One thread and torch's generator seeded, both as before afterwards."""
+    """Use one thread and a seeded torch generator; restore both afterwards."""
     import torch
 
     threads = torch.get_num_threads()
@@ -63,7 +63,7 @@ def train(
 ) -> NDArray[np.bool_]:
     """Train in place, to be called within `seeded`; return (n,) the mask of held-out rows that chose the best epoch.
 
-    `x` (n, length, F) as the net takes it, `y` as the loss does.
+    `x` (n, length, F) is the input of the net, `y` that of the loss.
     """
     import torch
 
@@ -123,7 +123,7 @@ def _pass(
     batch: int,
     then: Callable[[], object] = lambda: None,
 ) -> None:
-    """Step over all examples once, in batches drawn anew."""
+    """Step over all examples once, in newly drawn batches."""
     import torch
 
     net.train()
@@ -137,7 +137,7 @@ def _pass(
 
 
 def predicted(net: torch.nn.Module, x: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return what the net gives for windows (n, length, F), by torch on one thread."""
+    """Return the output of the net for windows (n, length, F), by torch on one thread."""
     import torch
 
     with seeded(0), torch.no_grad():

@@ -97,7 +97,7 @@ def make_pad(
 
 
 def _require_sensible(width_mm: float, height_mm: float, thickness_mm: float, ratios: Sequence[float]) -> None:
-    """Raise click.UsageError for a pad or a ratio that makes no sense."""
+    """Raise click.UsageError for a pad or a ratio out of range."""
     # Written so that NaN fails, too.
     if not 0.05 <= thickness_mm <= 1000:
         raise click.UsageError(f"--thickness-mm {thickness_mm:g}: a gel is 0.05 to 1000 mm thick")
@@ -117,7 +117,7 @@ def _require_sensible(width_mm: float, height_mm: float, thickness_mm: float, ra
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit code; an error that can be explained is one message on stderr."""
+    """Run the command and return its exit code; an expected error is one message on stderr."""
     return run_command(make_pad, "python -m lsds_research.pad.make_pad", arguments)
 
 

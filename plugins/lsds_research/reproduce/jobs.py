@@ -31,15 +31,19 @@ MOST = {
     "mlp": 4_000,
     "field-gru": 8_000,
 }
-"""Windows that one of many fits learns from at most, so that all of it takes less than half an hour; those for objects
-never seen learn from all."""
+"""Maximum number of training windows in each of many fits, which limits the whole to half an hour.
+
+Fits for unseen objects use all windows.
+"""
 SHUFFLED_MOST = {"field-gru": 3_000}
-"""The same for controls with shuffled labels."""
+"""Maximum number of training windows of controls with shuffled labels."""
 QUICK_MOST = {"gradient-boosting": 2_000, "lstm": 1_500, "field-gru": 2_000}
-"""The same in a quick run, whose data are few to begin with."""
+"""Maximum number of training windows in a quick run, which has few data."""
 GROUPS, FEW_GROUPS = 5, 3
-"""In place of one object at a time our own estimators leave out one of five groups; one of three in a quick run, and
-with labels shuffled."""
+"""Number of groups of objects: our own estimators leave out one group instead of one object.
+
+`FEW_GROUPS` applies to a quick run and to shuffled labels.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +69,7 @@ class FitJob:
 
 
 def most(*, quick: bool) -> dict[str, int]:
-    """Return on how many windows learners are fitted at most; those that are not in it have all."""
+    """Return the maximum number of training windows by learner; other learners use all windows."""
     return QUICK_MOST if quick else MOST
 
 
@@ -109,7 +113,7 @@ def _signals(learner: str) -> str:
 def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[Row]:
     """Fit and score; return rows, each with the job's table, learner, set, split and labels."""
     rows = _run(job, Path(folder), seed, quick)
-    told = {
+    common = {
         "table": job.table,
         "learner": job.learner,
         "signals": job.signals or "own",
@@ -117,7 +121,7 @@ def run(job: FitJob, folder: str, seed: int, quick: bool) -> list[Row]:
         "split": job.split,
         "labels": job.labels,
     }
-    return [{**told, **row} for row in rows]
+    return [{**common, **row} for row in rows]
 
 
 def _run(job: FitJob, folder: Path, seed: int, quick: bool) -> list[Row]:

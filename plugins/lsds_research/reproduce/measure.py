@@ -29,11 +29,11 @@ RESULTS, FITS = "results.json", "fits"
 
 
 def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tick: Tick) -> dict[str, Any]:
-    """Return {"rows", "failed", "datasets", ...}; data goes to `out`/data, what was fitted to `out`/fits, and both are
-    used again: interrupted, it goes on where it stopped.
+    """Return {"rows", "failed", "datasets", ...}; data goes to `out`/data and fits go to `out`/fits. A second call
+    reuses both, so an interrupted measurement continues.
 
-    `tick(what, done, whole)` on the way. Raises PluginError where a training library is missing, DataError where data
-    cannot be collected or written; a learner that fails is named in "failed", and all others are measured.
+    `tick(what, done, whole)` reports progress. Raises PluginError if a training library is missing, DataError if data
+    cannot be collected or written. A learner that fails is listed in "failed", and all others are measured.
     """
     todo, host = planned(quick=quick), PluginHost()
     # Report a missing library before the long computation, not after it.
@@ -42,13 +42,13 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
     data = out / "data"
     own = [out / RESULTS, out / FITS, *(data / name / CARD for name in STUDY)]
     if any(path.is_file() for path in out.rglob("*")) and not any(path.exists() for path in own):
-        raise DataError(f"{out}: is not empty, and no reproduction (choose another --out)")
+        raise DataError(f"{out}: is not empty and not a reproduction; choose another --out")
     cards = {}
     for name in STUDY:
         folder = data / name
         card = read_card(folder) or {}
         if not card.get("complete"):
-            collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_told(tick, f"collecting {name}"))
+            collect(name, folder, seed=seed, quick=quick, jobs=jobs, tick=_named_tick(tick, f"collecting {name}"))
             card = read_card(folder) or {}
         other = differing(card, study(name, seed, quick=quick))
         if other:
@@ -78,16 +78,16 @@ def measure(out: Path, *, seed: int = 0, quick: bool = False, jobs: int = 1, tic
 
 
 def _code(folders: list[Path]) -> str:
-    """Return a number that changes with what fits and scores."""
+    """Return a digest of the code that fits and scores."""
     files = sorted(path for folder in set(folders) for path in folder.rglob("*.py"))
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 
 def _kept(job: FitJob, fits: Path, code: str, data: str, seed: int, quick: bool) -> list[dict[str, Any]] | str:
-    """Return a fit's rows, from the last time where nothing that they depend on has changed."""
+    """Return a fit's rows, cached if nothing that they depend on has changed."""
     cards = [(Path(data) / name / CARD).read_text(encoding="utf-8") for name in STUDY]
-    told = json.dumps([asdict(job), cards, seed, quick, __version__, code], sort_keys=True)
-    path = fits / f"{hashlib.sha256(told.encode()).hexdigest()[:24]}.json"
+    content = json.dumps([asdict(job), cards, seed, quick, __version__, code], sort_keys=True)
+    path = fits / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.json"
     try:
         rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
         return rows
@@ -111,5 +111,5 @@ def _guarded(job: FitJob, data: str, seed: int, quick: bool) -> list[dict[str, A
     return [{**row, "seconds": (perf_ns() - begun) / 1e9} for row in rows]
 
 
-def _told(tick: Tick, what: str) -> Callable[[int, int, str], None]:
+def _named_tick(tick: Tick, what: str) -> Callable[[int, int, str], None]:
     return lambda done, whole, _: tick(what, done, whole)

@@ -16,7 +16,7 @@ _MODELS = ("random-forest", "gradient-boosting", "logistic", "field-mlp", "one-p
 
 
 def plot_reproduction(path: Path, result: dict[str, Any]) -> None:
-    """Write a PNG. Raises OSError where it cannot be written."""
+    """Write a PNG. Raises OSError if it cannot be written."""
     rows = result["rows"]
     figure = new_figure(13, 8)
     (top_left, top_right), (low_left, low_right) = figure.subplots(2, 2)

@@ -19,17 +19,17 @@ def markdown(result: dict[str, Any]) -> str:
     frames = ", ".join(f"{job} {card['rows']} frames of {card['recordings']} recordings" for job, card in sets.items())
     parts = [
         "# The study's tables, measured here",
-        "All figures below are **simulated**, except those in columns called *printed*: they are the paper's, of real"
-        " recordings that are not public, and stand here for reading side by side."
+        "All figures below are **simulated**, except those in columns called *printed*: they are the paper's, from real"
+        " recordings that are not public, and are shown for comparison."
         + (" **Quick run: a tenth of the data.**" if result["quick"] else ""),
         f"Data: {frames}; seed {result['seed']}.",
-        "Frames of one recording resemble each other: the split by frames at random, the paper's, leaks. What counts is"
+        "Frames of one recording are similar, so the paper's split by frames at random leaks. The valid score is of"
         " the split by object. Brackets are 95 % intervals, bootstrapped over recordings. Scores are of the frames"
-        " that a model answers; of those without a signal that it needs it says nothing. Of all frames: those taken as"
+        " that a model answers; it gives no answer without all its signals. Of all frames: those taken as"
         " rest.",
-        "Fitted on at most so many windows, drawn from all, to save time: "
+        "Fitted on at most this many windows, drawn at random to save time: "
         + ", ".join(f"{name} {count}" for name, count in most(quick=result["quick"]).items())
-        + ("." if result["quick"] else " (for objects never seen all models had all)."),
+        + ("." if result["quick"] else " (for unseen objects all models had all windows)."),
         "## Detection, five folds",
         _cross_validation(rows),
         "## Detection, objects never seen",

@@ -1,1 +1,1 @@
-"""Looks for failures that nobody thought of: scenarios, their robustness, the search, the smallest that still fails."""
+"""Search for scenarios in which the cell fails: robustness, search, shrinking, and the probability of a failure."""

@@ -1,4 +1,4 @@
-"""A scenario as a file that `lsds run FILE` runs again, bit by bit."""
+"""A scenario as a file that `lsds run FILE` reproduces exactly."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from lsds.errors import ConfigError, DataError
 from lsds_research.search.space import Scenario
 
 
-def save_scenario(folder: Path, name: str, scenario: Scenario, settings: tuple[str, ...], told: list[str]) -> Path:
-    """Write a scenario; return its file. `told` are lines of comment. Raises DataError where it cannot be written."""
+def save_scenario(folder: Path, name: str, scenario: Scenario, settings: tuple[str, ...], comments: list[str]) -> Path:
+    """Write a scenario with lines of `comments`; return its file. Raises DataError if it cannot be written."""
     tables: dict[str, Any] = {}
     if issues := apply_overrides(tables, (*override_texts(scenario), *settings)):
         raise ConfigError("the scenario", issues)
-    text = "".join(f"# {line}\n" for line in told) + dumps(tables)
+    text = "".join(f"# {line}\n" for line in comments) + dumps(tables)
     path = folder / f"{name}.toml"
     try:
         folder.mkdir(parents=True, exist_ok=True)

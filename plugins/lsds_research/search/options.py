@@ -12,8 +12,8 @@ class SearchOptions(BaseModel):
     """Look for scenarios in which the cell fails.
 
     A scenario is a point in ranges of config keys: object, friction, gel, optics, timing, task. A third to a half of
-    the runs look everywhere; the others go downhill from the worst places, towards a drop, a long slip, a crushing
-    grip, an opening, a hang or an error without a name. Each failure is shrunk to few keys, and saved as a file that
+    the runs cover the whole space. The others descend from the worst points towards a drop, a long slip, a crushing
+    grip, an opening, a hang or an unexpected error. Each failure is shrunk to few keys and saved as a file that
     lsds run replays. Figures are simulated.
 
     \b
@@ -26,19 +26,19 @@ class SearchOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    runs: int = Field(default=200, ge=8, le=1_000_000, description="scenarios that are run, without the shrinking")
+    runs: int = Field(
+        default=200, ge=8, le=1_000_000, description="number of scenarios, without those of the shrinking"
+    )
     space: str = Field(
         default="",
         description="TOML file of ranges: a config key with [least, greatest], or with a list of choices",
         json_schema_extra={"metavar": "FILE"},
     )
-    found: str = Field(
-        default="", description="folder for the failures that were found", json_schema_extra={"metavar": "FOLDER"}
-    )
-    most: int = Field(default=5, ge=0, le=100, description="failures that are shrunk and saved, the worst ones")
+    found: str = Field(default="", description="folder for the failures found", json_schema_extra={"metavar": "FOLDER"})
+    most: int = Field(default=5, ge=0, le=100, description="number of failures to shrink and save, the worst first")
     slip_mm: float = Field(default=30.0, gt=0, le=1000, description="a longer slip is a failure")
     peak: float = Field(
-        default=5.0, gt=1, le=1000, description="a peak grip over what is needed beyond this is a failure"
+        default=5.0, gt=1, le=1000, description="a higher ratio of peak grip to needed grip is a failure"
     )
     settings: Settings = []
     out: Out = ""

@@ -1,4 +1,4 @@
-"""The picture of a search: the least margin over the runs, and what the failures have in common."""
+"""The picture of a search: the minimum margin over the runs, and the keys that failures have in common."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def plot_search(path: Path, rows: Sequence[dict[str, Any]], keys: Sequence[str])
 
 
 def _places(values: Sequence[Any]) -> NDArray[np.float64]:
-    """Return values as places between 0 and 1: numbers by size, names by their order."""
+    """Return values scaled to 0 to 1: numbers by size, names by their order."""
     if all(isinstance(value, int | float) for value in values):
         numbers = np.array(values, float)
         span = float(np.ptp(numbers)) or 1.0

@@ -42,11 +42,11 @@ class RiskStudy:
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the scenarios. Raises DataError for a space or a file that cannot be used, MissingExtra."""
+        """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
         scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster)
         draw = _counting if self._plain else split
-        answered, told = scenarios.answer(
+        answered, probability = scenarios.answer(
             self._space,
             draw(len(self._space), self._runs, self._seed),
             self._margin,
@@ -54,24 +54,24 @@ class RiskStudy:
         )
         rows = list(chain.from_iterable(answered))
         margins = [[self._margin(row) for row in batch] for batch in answered]
-        row = {"failure": own.failure, "runs": len(rows), "failed": told.failed} | {
-            key: value for key, value in asdict(told).items() if key in ("estimate", "least", "most")
+        row = {"failure": own.failure, "runs": len(rows), "failed": probability.failed} | {
+            key: value for key, value in asdict(probability).items() if key in ("estimate", "least", "most")
         }
         stopped = sum(row["margins"].get("named", 1.0) >= 0 and row["fault"] is not None for row in rows)
+        method = "plain counting" if self._plain else f"splitting over {len(probability.levels)} levels"
         notes = [
-            f"{'plain counting' if self._plain else f'splitting over {len(told.levels)} levels'}; {stopped} runs were "
-            "stopped by an error with a name, which is no failure",
+            f"{method}; {stopped} runs were stopped by an expected error, which is not a failure",
         ]
-        if not told.estimate and told.levels:
+        if not probability.estimate and probability.levels:
             notes.append("none failed on the last level: the probability is below the bound")
         return StudyResult(
             f"probability of a failure over {len(self._space)} config keys (simulated)",
             _COLUMNS,
             [row],
-            partial(plot_risk, margins=margins, limits=told.levels),
+            partial(plot_risk, margins=margins, limits=probability.levels),
             notes,
             {
-                "probability": asdict(told),
+                "probability": asdict(probability),
                 "runs": rows,
                 "simulated_s": float(np.sum([one["simulated_s"] for one in rows])),
                 "figures_are": "simulated",
@@ -86,7 +86,7 @@ class RiskStudy:
 
 
 def _counting(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], Probability]:
-    """Yield points drawn evenly, some at a time; return how many of them failed."""
+    """Yield uniform points in batches; return the probability by counting."""
     rng, failed = np.random.default_rng(seed), 0
     for begin in range(0, runs, _AT_ONCE):
         margins = yield list(rng.random((min(_AT_ONCE, runs - begin), dimensions)))

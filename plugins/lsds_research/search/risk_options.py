@@ -11,11 +11,11 @@ from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
 
 
 class RiskOptions(BaseModel):
-    """Estimate how likely a failure is, in scenarios drawn evenly from ranges of config keys.
+    """Estimate the probability of a failure in scenarios drawn uniformly from ranges of config keys.
 
-    Multilevel splitting: the worst tenth of the scenarios is varied at random into as many that are no better, and so
-    on, until a tenth fails. A failure of one in a million then takes some thousand runs. With --plain, scenarios are
-    drawn and counted. Figures are simulated.
+    Multilevel splitting varies the worst tenth of the scenarios at random into a full level that is no better, and
+    repeats this until a tenth fails. A probability of one in a million then takes some thousand runs. With --plain,
+    scenarios are drawn and failures counted. Figures are simulated.
 
     \b
     Examples:
@@ -35,14 +35,16 @@ class RiskOptions(BaseModel):
         default=60.0, gt=0, le=1000, description="a longer slip is a failure; the object falls after 60"
     )
     peak: float = Field(
-        default=5.0, gt=1, le=1000, description="a peak grip over what is needed beyond this is a failure, with any"
+        default=5.0, gt=1, le=1000, description="a higher ratio of peak grip to needed grip is a failure, with any"
     )
     space: str = Field(
         default="",
-        description="TOML file of ranges, as lsds search takes it; default: that of lsds search",
+        description="TOML file of ranges as for lsds search; default: the space of lsds search",
         json_schema_extra={"metavar": "FILE"},
     )
-    runs: int = Field(default=100, ge=20, le=1_000_000, description="scenarios of a level, or of all with --plain")
+    runs: int = Field(
+        default=100, ge=20, le=1_000_000, description="number of scenarios per level, or in total with --plain"
+    )
     plain: bool = Field(default=False, description="draw and count, without splitting")
     settings: Settings = []
     out: Out = ""

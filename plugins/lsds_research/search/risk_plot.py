@@ -1,4 +1,4 @@
-"""The picture of a probability: margins of each level, from those drawn evenly to those that fail."""
+"""The picture of a probability: margins of each level, from uniform scenarios to failures."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ def plot_risk(path: Path, margins: Sequence[Sequence[float]], limits: Sequence[f
     """Write the picture: each run's margin in the order of the runs, and where each level began."""
     figure = new_figure(8, 4.5)
     axes = figure.add_subplot()
-    told = np.concatenate([np.asarray(batch, float) for batch in margins])
-    failed = told < 0
-    at = np.arange(len(told))
-    axes.plot(at[~failed], told[~failed], ".", ms=4, color="tab:blue", label="not failed")
-    axes.plot(at[failed], told[failed], "x", color="tab:red", label="failed")
+    margin = np.concatenate([np.asarray(batch, float) for batch in margins])
+    failed = margin < 0
+    at = np.arange(len(margin))
+    axes.plot(at[~failed], margin[~failed], ".", ms=4, color="tab:blue", label="not failed")
+    axes.plot(at[failed], margin[failed], "x", color="tab:red", label="failed")
     for number, limit in enumerate(limits, start=1):
         axes.axhline(limit, color="0.6", lw=0.8)
         axes.annotate(f"level {number}", (1, limit), xycoords=("axes fraction", "data"), fontsize=8, va="center")

@@ -1,4 +1,4 @@
-"""How far a run is from failing: one signed margin a way to fail, 1 is best, below 0 is a failure."""
+"""Signed margins of a run, one for each way to fail: 1 is best, below 0 is a failure."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
     from lsds_research.search.space import Scenario
 
 OPENED_M = 1e-3
-"""Fingers that are wider by this than when the load was taken up, and dropped the object, have let it go."""
+"""A drop with the fingers wider by this than at take-up counts as an opening (m)."""
 HANGS_S = 120.0
-"""A run that takes more computing time than this hangs."""
+"""A run with more computing time than this counts as a hang (s)."""
 STOPPED = 0.1
-"""Margin of a run that ended by an error with a name: nothing was done, and nothing went wrong."""
+"""Margin of a run that an expected error stopped."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What counts as a failure: a slip (m), and a peak grip over what is needed or was there at first."""
+    """Limits of a failure: slip (m), and the ratio of peak grip to the needed or the initial grip."""
 
     slip_m: float = 0.03
     peak: float = 5.0
 
 
 def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, Any]:
-    """Run a scenario with more config keys; return its margins by name, and what it is to be known by."""
+    """Run a scenario with more config keys; return its margins by name, and its identification."""
     scenario, limits, settings = asked
     began_ns = cpu_ns()
     try:
@@ -44,7 +44,7 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     except Exception as error:
         return {"margins": {"named": -1.0}, "outcome": "not run", "fault": f"{type(error).__name__}: {error}"}
     margins = margins_of(session, limits)
-    # All or nothing: a time that ranked scenarios would not come out alike twice.
+    # Two values only: a margin from computing time would not be reproducible.
     margins["ends"] = -1.0 if hangs(session.fault) or (cpu_ns() - began_ns) * 1e-9 > HANGS_S else 1.0
     summary = session.summary
     return {
@@ -56,12 +56,12 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
 
 
 def hangs(fault: BaseException | None) -> bool:
-    """Tell whether a run was ended because a call did not return."""
+    """Return whether a run ended because a call did not return."""
     return isinstance(fault, CallHangs)
 
 
 def margins_of(session: Session, limits: Limits) -> dict[str, float]:
-    """Return the margins of a run that took place."""
+    """Return the margins of a completed run."""
     fault, truths = session.fault, session.truths
     if fault is not None:
         return {"named": -1.0 if _is_unnamed(fault) else STOPPED}
@@ -82,7 +82,7 @@ def margins_of(session: Session, limits: Limits) -> dict[str, float]:
 
 
 def _is_unnamed(fault: BaseException) -> bool:
-    """Tell whether an error is one that no part of the project raises on purpose."""
+    """Return whether an error is one that no part of the project raises on purpose."""
     return not isinstance(fault, LsdsError) or (isinstance(fault, PluginError) and fault.__cause__ is not None)
 
 
@@ -92,5 +92,5 @@ def _opens(truths: Sequence[CellTruth]) -> bool:
 
 
 def least(margins: dict[str, float]) -> tuple[str, float]:
-    """Return the least margin, and its name."""
+    """Return the minimum margin and its name."""
     return min(margins.items(), key=lambda item: (item[1], item[0]), default=("named", math.nan))

@@ -1,4 +1,4 @@
-"""Runs scenarios, each once: over processes or a cluster, and from a file of those that were run before."""
+"""Runs each scenario once, on processes or a cluster, and reuses the runs in a file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds_research.cluster import shared_out
-from lsds_research.kept import keep, read_kept
+from lsds_research.run_store import add_run, read_runs
 from lsds_research.search.robustness import Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
 
@@ -20,28 +20,28 @@ T = TypeVar("T")
 
 
 class Scenarios:
-    """Scenarios that were run with some more config keys, the `settings`, by what they are."""
+    """The runs of scenarios with common `settings` (config keys), by key."""
 
     def __init__(self, limits: Limits, settings: Sequence[str], out: str, jobs: int, cluster: str) -> None:
-        """Raises DataError where the file `out` cannot be read; an empty one keeps nothing."""
+        """Raises DataError if the file `out` cannot be read; an empty name stores nothing."""
         self._limits, self._settings = limits, tuple(settings)
         self._jobs, self._cluster = jobs, cluster
         self._kept = Path(out) if out else None
-        self._known = read_kept(self._kept)
+        self._known = read_runs(self._kept)
 
     def rows(self, scenarios: Sequence[Scenario], done: Callable[[int], None]) -> list[dict[str, Any]]:
-        """Return the rows of scenarios, in their order; those that are kept are not run again."""
+        """Return the rows of scenarios, in their order; stored ones are not run again."""
         keys = [self._key(scenario) for scenario in scenarios]
         missing = {key: s for key, s in zip(keys, scenarios, strict=True) if key not in self._known}
         asked = [(scenario, self._limits, self._settings) for scenario in missing.values()]
         shared = shared_out(run_scenario, asked, self._jobs, self._cluster)
         for count, ((scenario, _, _), result) in enumerate(shared, start=len(scenarios) - len(missing) + 1):
-            # A process that died took the scenario with it: that is a failure without a name.
-            told = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
-            way, margin = least(told["margins"])
-            row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | told
+            # A process that died is an unexpected failure.
+            outcome = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
+            way, margin = least(outcome["margins"])
+            row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | outcome
             self._known[self._key(scenario)] = row
-            keep(self._kept, self._key(scenario), row)
+            add_run(self._kept, self._key(scenario), row)
             done(count)
         return [self._known[key] for key in keys]
 
@@ -52,9 +52,9 @@ class Scenarios:
         margin: Callable[[dict[str, Any]], float],
         tick: Callable[[int, int], None],
     ) -> tuple[list[list[dict[str, Any]]], T]:
-        """Run what is asked for, batch by batch, and send back the margins; return the rows and the answer at the end.
+        """Run the requested scenarios batch by batch and send back the margins; return the rows and the final answer.
 
-        `tick` is called with how many were run, and how many were asked for until then.
+        `tick` is called with the numbers of runs done and requested so far.
         """
         found: list[list[dict[str, Any]]] = []
         count = 0

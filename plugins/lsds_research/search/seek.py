@@ -1,4 +1,4 @@
-"""The search: a Sobol sequence over the whole space, then CMA-ES from the worst places, each from a distance to the
+"""The search: a Sobol sequence over the whole space, then CMA-ES from the worst points, each at a distance from the
 last."""
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from lsds.support.extras import require
 Points = list[NDArray[np.float64]]
 
 START_SHARE = 0.5
-"""Share of the runs that look everywhere first."""
+"""Share of the runs in the initial Sobol sequence."""
 SIGMA = 0.15
-"""First step of CMA-ES, of a unit cube."""
+"""Initial step of CMA-ES in the unit cube."""
 POPULATION = 8
 GENERATIONS = 6
-"""Generations without a worse scenario that end a descent."""
+"""Number of generations without a worse scenario that ends a descent."""
 APART = 0.35
-"""Descents begin at least so far from one another, a dimension in the mean."""
+"""Minimum distance between the starts of descents, as a mean per dimension."""
 
 
 def seek(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], None]:
     """Yield batches of points of the unit cube; send back their margins. Ends after `runs` points.
 
-    The batches depend on seed and margins only, not on who computes them. Raises MissingExtra without scipy and cma.
+    The batches depend on seed and margins only, not on the machine. Raises MissingExtra without scipy and cma.
     """
     for library in ("scipy", "cma"):
         require(library, extra="search", purpose="a search")
@@ -47,7 +47,7 @@ def seek(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[fl
 
 
 def _next_start(known: Sequence[tuple[float, NDArray[np.float64]]], begun: Points) -> NDArray[np.float64]:
-    """Return the worst point that is far from where a descent has begun."""
+    """Return the worst point that is far from every start of a descent."""
     ranked = sorted(known, key=lambda item: item[0])
     for _, point in ranked:
         if all(float(np.mean(np.abs(point - other))) > APART / 2 for other in begun):
@@ -66,10 +66,10 @@ def _descend(
     worst, since = float("inf"), 0
     while len(known) < runs and since < GENERATIONS and not strategy.stop():
         asked = [np.asarray(point) for point in strategy.ask()]
-        told = list((yield asked[: runs - len(known)]))
-        known += zip(told, asked, strict=False)
-        if len(told) < len(asked):
+        margins = list((yield asked[: runs - len(known)]))
+        known += zip(margins, asked, strict=False)
+        if len(margins) < len(asked):
             return
-        strategy.tell(asked, told)
-        since = 0 if min(told) < worst - 1e-3 else since + 1
-        worst = min(worst, *told)
+        strategy.tell(asked, margins)
+        since = 0 if min(margins) < worst - 1e-3 else since + 1
+        worst = min(worst, *margins)

@@ -1,4 +1,4 @@
-"""The smallest scenario that still fails: keys go back to their usual values, one after the other."""
+"""The smallest scenario that still fails: keys return to their usual values, one after the other."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ if TYPE_CHECKING:
 
 
 def shrunk(scenario: Scenario, space: Sequence[Axis], fails: Callable[[Scenario], bool], most: int = 64) -> Scenario:
-    """Return a scenario of fewer keys that fails as well; `fails` runs one, at most `most` times.
+    """Return a scenario with fewer keys that also fails; `fails` runs a scenario, at most `most` times.
 
-    First those that have their usual values, at once; a key that is told may differ from one that is not, though. Then
-    half of the keys, then a quarter, down to one (Zeller's delta debugging): most keys play no part.
+    The first step removes all keys with usual values at once, if the scenario still fails: a key that is set may behave
+    differently from an unset one. Further steps remove half of the keys, then a quarter, down to one (Zeller's delta
+    debugging), because most keys have no effect.
     """
     usual = {axis.key: axis.usual for axis in space}
     left, runs = dict(scenario), 0
-    told = {key: value for key, value in left.items() if value != usual.get(key)}
-    if len(told) < len(left) and most > 0:
+    unusual = {key: value for key, value in left.items() if value != usual.get(key)}
+    if len(unusual) < len(left) and most > 0:
         runs += 1
-        left = told if fails(told) else left
+        left = unusual if fails(unusual) else left
     size = max(1, len(left) // 2)
     while left:
         went = False

@@ -1,4 +1,4 @@
-"""The space of scenarios: config keys with their ranges, and the way from a point of the unit cube to a config."""
+"""The space of scenarios: config keys with their ranges, and the mapping from the unit cube to a config."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Scenario = dict[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """A config key: a range (on a logarithmic scale where its ends differ by more than a factor of 5 and are positive),
-    or choices. The `usual` value is that of a scenario in which this key plays no part."""
+    """A config key: a range (logarithmic if its ends are positive and differ by more than a factor of 5), or choices.
+    `usual` is the value in scenarios in which the key has no effect."""
 
     key: str
     low: float = 0.0
@@ -30,7 +30,7 @@ class Axis:
     whole: bool = False
 
     def value(self, u: float) -> Value:
-        """Return the value at a place between 0 and 1."""
+        """Return the value at a position between 0 and 1."""
         u = min(max(u, 0.0), 1.0)
         if self.choices:
             return self.choices[min(int(u * len(self.choices)), len(self.choices) - 1)]
@@ -38,7 +38,7 @@ class Axis:
             found = self.low * math.exp(u * math.log(self.high / self.low))
         else:
             found = self.low + u * (self.high - self.low)
-        # What a file says must be what was run, to the last digit.
+        # The saved value must equal the value that was run, to the last digit.
         return round(found) if self.whole else float(f"{found:.4g}")
 
 
@@ -62,7 +62,7 @@ DEFAULT = (
     Axis("task.lift_acceleration_m_s2", 0.3, 1.0, usual=0.5),
     Axis("seed", 0, 1000, usual=0, whole=True),
 )
-"""What the default search varies."""
+"""Config keys of the default search, with their ranges."""
 
 
 def point_to_scenario(space: Sequence[Axis], point: Iterable[float]) -> Scenario:
@@ -73,10 +73,10 @@ def point_to_scenario(space: Sequence[Axis], point: Iterable[float]) -> Scenario
 def read_space(path: Path) -> tuple[Axis, ...]:
     """Return the space that a TOML file describes: `"task.lift_speed_m_s" = [0.01, 0.1]`, or a list of choices.
 
-    A list of two numbers is a range, of whole numbers where both are; any other list is one of choices, the first of
-    which is usual. Raises DataError that names the key.
+    A list of two numbers is a range, of integers if both are integers. Any other list is one of choices, of which the
+    first is usual. Raises DataError with the key.
     """
-    return tuple(_axis(path, key, said) for key, said in _flat(read_toml(path)))
+    return tuple(_axis(path, key, entry) for key, entry in _flat(read_toml(path)))
 
 
 def _flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
@@ -86,14 +86,14 @@ def _flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
     return found
 
 
-def _axis(path: Path, key: str, said: Any) -> Axis:
-    if not isinstance(said, list) or len(said) < 2:
-        raise DataError(f"{path}, {key}: {said!r} is no range (write [least, greatest], or a list of choices)")
+def _axis(path: Path, key: str, entry: Any) -> Axis:
+    if not isinstance(entry, list) or len(entry) < 2:
+        raise DataError(f"{path}, {key}: {entry!r} is no range (write [least, greatest], or a list of choices)")
     usual = next((axis.usual for axis in DEFAULT if axis.key == key), None)
-    if len(said) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in said):
-        low, high = said
+    if len(entry) == 2 and all(isinstance(end, int | float) and not isinstance(end, bool) for end in entry):
+        low, high = entry
         if not low < high:
             raise DataError(f"{path}, {key}: the least value {low} is not below the greatest {high}")
         whole = isinstance(low, int) and isinstance(high, int)
         return Axis(key, low, high, usual=low if usual is None else usual, whole=whole)
-    return Axis(key, choices=tuple(said), usual=said[0] if usual is None or usual not in said else usual)
+    return Axis(key, choices=tuple(entry), usual=entry[0] if usual is None or usual not in entry else usual)

@@ -1,10 +1,9 @@
 """The probability of a failure that is too rare to be counted, by multilevel splitting (subset simulation).
 
-Scenarios are drawn evenly from a space. The worst tenth of them is carried on: each wanders at random within the part
-of the space that is no better than the best of that tenth, so that there are as many as before; of these the worst
-tenth, and so on, until a tenth fails. The probability is a tenth to the number of levels, times the share of the last
-that failed (Au and Beck 2001, Probabilistic Engineering Mechanics 16; steps by conditional sampling, Papaioannou et al.
-2015, ibid. 41).
+The first level has scenarios drawn uniformly from a space. Each next level starts from the worst tenth of the last:
+random walks, limited to scenarios no better than the best of that tenth, fill it up. Levels end when a tenth of one
+fails. The probability is a tenth to the power of the number of levels, times the failed share of the last level (Au and
+Beck 2001, Probabilistic Engineering Mechanics 16; steps by conditional sampling, Papaioannou et al. 2015, ibid. 41).
 """
 
 from __future__ import annotations
@@ -21,23 +20,23 @@ from lsds.support.extras import require
 Points = list[NDArray[np.float64]]
 
 SHARE = 0.1
-"""Share of the scenarios of a level that the next one begins from."""
+"""Share of the scenarios of a level from which the next level starts."""
 MOST_SHARE = 0.5
-"""Where more of them are as bad as that, margins do not tell which way is down."""
+"""Maximum share of a level at its limit; with a larger share the margins show no direction of descent."""
 MOST_LEVELS = 6
-"""Levels after which a failure is called rarer than a millionth."""
+"""Maximum number of levels; a rarer failure has a probability below one in a million."""
 STEP = 0.6
-"""How much of a step is new, of 1: a greater one is refused more often, a smaller one goes less far."""
+"""New share of a random step, of 1. A greater share is rejected more often, a smaller one moves less."""
 SURE = 1.645
-"""Standard deviations of the upper bound: 95 % on one side."""
+"""Number of standard deviations of a one-sided 95 % bound."""
 
 
 @dataclass(frozen=True, slots=True)
 class Probability:
-    """A probability with bounds: 95 % that it is not above `most`, and as much that it is not below `least`.
+    """A probability with bounds: it is at most `most` and at least `least` with 95 % confidence each.
 
-    `levels` are the margins at which the levels began; `failed` of the last level's `runs` failed, none where it is a
-    bound only.
+    `levels` are the margins at which the levels began; `failed` of the last level's `runs` failed. Without a failure
+    only the bound holds.
     """
 
     estimate: float
@@ -76,7 +75,7 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
     before, variance = 1.0, 0.0
     while len(levels) < MOST_LEVELS:
         limit = float(np.partition(margins, chains - 1)[chains - 1])
-        # What is as bad as the limit, because margins are coarse, is in the level, too.
+        # Margins are coarse: scenarios equal to the limit belong to the level.
         within = margins <= limit
         if limit < 0 or np.mean(within) > MOST_SHARE:
             break
@@ -84,28 +83,28 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
         before *= float(np.mean(within))
         variance += _variance(within, ancestors)
         chosen = rng.permutation(np.flatnonzero(within))[:chains]
-        now, told = places[chosen], margins[chosen]
-        walked, seen = [now], [told]
+        now, margin = places[chosen], margins[chosen]
+        walked, seen = [now], [margin]
         for _ in range(steps - 1):
             moved = math.sqrt(1 - STEP**2) * now + STEP * rng.standard_normal(now.shape)
             found = np.array((yield [ndtr(place) for place in moved]), float)
             taken = found <= limit
-            now, told = np.where(taken[:, None], moved, now), np.where(taken, found, told)
+            now, margin = np.where(taken[:, None], moved, now), np.where(taken, found, margin)
             walked.append(now)
-            seen.append(told)
+            seen.append(margin)
         places, margins = np.concatenate(walked), np.concatenate(seen)
         ancestors = np.tile(np.arange(chains), steps)
-    return _told(before, margins < 0, ancestors, variance, levels)
+    return _probability(before, margins < 0, ancestors, variance, levels)
 
 
 def _variance(happened: NDArray[np.bool_], ancestors: NDArray[np.intp]) -> float:
-    """Return the squared coefficient of variation of a share, whose samples are alike within each chain."""
+    """Return the squared coefficient of variation of a share whose samples correlate within each chain."""
     share = float(np.mean(happened))
     chains = [float(np.mean(happened[ancestors == own])) for own in np.unique(ancestors)]
     return float(np.var(chains, ddof=1)) / (len(chains) * share**2) if len(chains) > 1 else (1 - share) / share
 
 
-def _told(
+def _probability(
     before: float,
     failed: NDArray[np.bool_],
     ancestors: NDArray[np.intp],
@@ -117,7 +116,7 @@ def _told(
         return counted(count, runs)
     independent = len(np.unique(ancestors))
     if not count:
-        # As if only one scenario of each chain told something.
+        # Count each chain as one independent scenario.
         spread = math.exp(SURE * math.sqrt(math.log1p(variance)))
         return Probability(0.0, 0.0, min(1.0, before * spread * counted(0, independent).most), tuple(levels), 0, runs)
     share = count / runs

@@ -30,7 +30,7 @@ _COLUMNS = (
     ("file", "file", ""),
 )
 SHRINKS = 48
-"""Most runs that the shrinking of one failure takes."""
+"""Maximum number of runs to shrink one failure."""
 
 
 class SearchStudy:
@@ -45,7 +45,7 @@ class SearchStudy:
         self._settings = tuple(options.settings)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Search, shrink, save. Raises DataError for a space or a folder that cannot be used, MissingExtra."""
+        """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
         self._scenarios = Scenarios(self._limits, self._settings, options.out, options.jobs, options.cluster)
         batches = seek(len(self._space), self._runs, self._seed)
@@ -57,8 +57,8 @@ class SearchStudy:
         failed = [row for row in rows if row["margin"] < 0]
         stopped = Counter(row["fault"].split(":")[0] for row in rows if row["fault"] and row["margin"] >= 0)
         notes = [
-            f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an error with a "
-            "name; margin: 1 is best, below 0 a failure"
+            f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an "
+            "expected error; margin: 1 is best, below 0 a failure"
         ]
         return StudyResult(
             f"search over {len(self._space)} config keys, {len(rows)} scenarios (simulated)",
@@ -77,7 +77,7 @@ class SearchStudy:
         )
 
     def _found(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Shrink the worst failures of each way to fail; save them where a folder is named."""
+        """Shrink the worst failures of each way to fail; save them if a folder is given."""
         failed = sorted(
             (row for row in rows if row["margin"] < 0), key=lambda row: (row["margin"], str(row["scenario"]))
         )
@@ -88,10 +88,10 @@ class SearchStudy:
             if len(found) >= self._most:
                 break
             small = shrunk(row["scenario"], self._space, partial(self._fails, row["way"]), SHRINKS)
-            told = ", ".join(f"{key.rpartition('.')[2]} = {value}" for key, value in small.items())
-            if told in seen:
+            keys = ", ".join(f"{key.rpartition('.')[2]} = {value}" for key, value in small.items())
+            if keys in seen:
                 continue
-            seen.add(told)
+            seen.add(keys)
             ways[row["way"]] += 1
             name = f"{row['way'].replace(' ', '-')}-{ways[row['way']]}"
             margin = self._scenarios.rows([small], lambda _: None)[0]["margin"]
@@ -99,7 +99,7 @@ class SearchStudy:
             file = ""
             if self._options.found:
                 file = str(save_scenario(Path(self._options.found), name, small, self._settings, comment))
-            found.append({"failure": row["way"], "margin": margin, "keys": told or "none: the default", "file": file})
+            found.append({"failure": row["way"], "margin": margin, "keys": keys or "none: the default", "file": file})
         return found
 
     def _fails(self, way: str, scenario: Scenario) -> bool:

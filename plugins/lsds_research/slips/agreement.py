@@ -1,4 +1,4 @@
-"""How far two people agree who have labelled the same recordings."""
+"""Agreement of two labellers on the same recordings."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """`frames` that both are sure of (neither unsure nor touch), the share `same` of them on which they agree whether
-    it slips, and Cohen's `kappa` of that; `intervals` of slip that either names, and how many of them `both` do."""
+    """`frames` that both labelled with confidence (neither unsure nor touch), the share `same` of equal labels (slip or
+    not), and Cohen's `kappa` of these; `intervals` of slip of either labeller, and the number that `both` labelled."""
 
     videos: int
     frames: int
@@ -39,9 +39,9 @@ def agreement(first: Labels, second: Labels) -> Agreement:
         one, other = first[video], second[video]
         count = max(one[-1].last, other[-1].last) + 1
         (state, sure), (state_2, sure_2) = states(one, count), states(other, count)
-        told = (sure >= LEAST_CONFIDENCE) & (sure_2 >= LEAST_CONFIDENCE)
-        told &= np.isin(state, _TOLD) & np.isin(state_2, _TOLD)
-        np.add.at(pairs, ((state[told] == State.SLIP).astype(int), (state_2[told] == State.SLIP).astype(int)), 1)
+        clear = (sure >= LEAST_CONFIDENCE) & (sure_2 >= LEAST_CONFIDENCE)
+        clear &= np.isin(state, _CLEAR) & np.isin(state_2, _CLEAR)
+        np.add.at(pairs, ((state[clear] == State.SLIP).astype(int), (state_2[clear] == State.SLIP).astype(int)), 1)
         matched = _matched(one, other)
         both += matched
         named += len(scored_intervals(one)) + len(scored_intervals(other)) - _matched(other, one)
@@ -52,7 +52,7 @@ def agreement(first: Labels, second: Labels) -> Agreement:
     return Agreement(len(shared), total, same, kappa, named, both)
 
 
-_TOLD = (State.FREE, State.STICK, State.SLIP)
+_CLEAR = (State.FREE, State.STICK, State.SLIP)
 
 
 def _matched(one: Sequence[Interval], other: Sequence[Interval]) -> int:
@@ -60,5 +60,5 @@ def _matched(one: Sequence[Interval], other: Sequence[Interval]) -> int:
 
 
 def _meets(own: Interval, others: Sequence[Interval]) -> bool:
-    """Tell whether one of the others overlaps an interval, give or take what an onset is known to."""
+    """Return whether one of the others overlaps an interval, within the uncertainty of an onset."""
     return any(own.first - LATE <= each.last + EARLY and each.first - EARLY <= own.last + LATE for each in others)

@@ -1,4 +1,4 @@
-"""A folder of labelled recordings: where its labels, recordings and objects are, and all of it as a dataset."""
+"""A folder of labelled recordings: its labels, recordings and objects, also as a dataset."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from lsds.errors import DataError
 from lsds.support.processes import DIED, spread
 from lsds_research.datasets import Dataset, from_rows, joined
 from lsds_research.slips.labels import NAME, PROTOCOL, Interval, Labels, name_of, read_labels
-from lsds_research.slips.score import Said, scored_frames
-from lsds_research.slips.watched import Watched, find_recording, watch
+from lsds_research.slips.outputs import Outputs, find_recording, watch
+from lsds_research.slips.score import LabelledOutputs, scored_frames
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _DATA = Path(__file__).parent / "data"
 SHIPPED, SECOND = _DATA / "incipient_slip.csv", _DATA / "incipient_slip_second.csv"
 EVERY = 2
-"""One still frame in so many is learnt from: they are many, and alike."""
+"""Training uses one still frame in this many, because still frames are many and similar."""
 
 
 def scored_only() -> frozenset[str]:
@@ -34,27 +34,29 @@ def scored_only() -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledRecording:
-    """A recording, its object, its labels, and what detectors and estimators say of it."""
+    """A recording with its object, its labels, and the outputs of detectors and estimators."""
 
     object: str
     intervals: Sequence[Interval]
-    watched: Watched
+    outputs: Outputs
 
-    def said(self, slip: NDArray[np.float64]) -> Said:
-        """Return the labels with what a detector says of each frame (n,), and nothing of an estimator."""
-        nothing = np.full((self.watched.count, 3), np.nan)
-        return Said(self.intervals, slip, self.watched.moved_px, nothing[:, :2], nothing[:, 2])
+    def with_slip(self, slip: NDArray[np.float64]) -> LabelledOutputs:
+        """Return the labels with a detector's output per frame (n,), without an estimate."""
+        nothing = np.full((self.outputs.count, 3), np.nan)
+        return LabelledOutputs(self.intervals, slip, self.outputs.moved_px, nothing[:, :2], nothing[:, 2])
 
 
 def labels_of(folder: Path, file: Path | None = None) -> Labels:
-    """Return the labels for a folder's recordings: those of `file`, of its own file, or the shipped ones.
+    """Return the labels for a folder's recordings: those of `file`, of the folder's file, or the shipped ones.
 
-    Raises DataError where there are none for any of them.
+    Raises DataError if no recording has labels.
     """
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder (give the one that holds the recordings)")
     own = file or (folder / NAME if (folder / NAME).is_file() else SHIPPED)
-    labels = {name: told for name, told in read_labels(own).items() if find_recording(folder, name) is not None}
+    labels = {
+        name: intervals for name, intervals in read_labels(own).items() if find_recording(folder, name) is not None
+    }
     if not labels:
         raise DataError(f"{folder}: holds none of the recordings that {own} labels (lsds label makes labels)")
     return labels
@@ -68,14 +70,15 @@ def read_folder(
     jobs: int = 1,
     tick: Callable[[int, int], object] | None = None,
 ) -> tuple[list[LabelledRecording], dict[str, str]]:
-    """Return the labelled recordings of a folder in the order of their names, and why others cannot be used."""
+    """Return the labelled recordings of a folder in the order of their names, and the reasons why others are
+    unusable."""
     objects = _objects(folder)
     paths = {name: found for name in sorted(labels) if (found := find_recording(folder, name)) is not None}
     failures: dict[str, str] = {}
-    seen: dict[str, Watched] = {}
+    seen: dict[str, Outputs] = {}
     work = partial(watch, detectors=tuple(detectors), estimators=tuple(estimators))
     for done, (path, result) in enumerate(spread(work, list(paths.values()), jobs), start=1):
-        if isinstance(result, Watched):
+        if isinstance(result, Outputs):
             seen[result.name] = result
         else:
             failures[name_of(path)] = f"{path}: {DIED}" if result is None else result
@@ -85,14 +88,14 @@ def read_folder(
         raise DataError(
             f"{folder}: none of its labelled recordings can be used; the first: {next(iter(failures.values()))}"
         )
-    told = [
+    labelled = [
         LabelledRecording(objects.get(name, name.split("__")[0]), labels[name], seen[name]) for name in sorted(seen)
     ]
-    return told, failures
+    return labelled, failures
 
 
 def _objects(folder: Path) -> dict[str, str]:
-    """Return the object of each recording by index.csv, where there is one."""
+    """Return the object of each recording from index.csv, if present."""
     index = folder / "index.csv"
     if not index.is_file():
         return {}
@@ -104,19 +107,19 @@ def _objects(folder: Path) -> dict[str, str]:
 
 
 def as_dataset(recordings: Sequence[LabelledRecording]) -> Dataset:
-    """Return the frames that learners learn from: all that slip, all that move and stick, and some that are still.
+    """Return the training frames: all that slip, all that move and stick, and some still ones.
 
-    The label of all others is unknown.
+    All other frames have an unknown label.
     """
     parts: list[dict[str, NDArray[Any]]] = []
     for own in recordings:
-        watched = own.watched
-        frames = scored_frames(own.intervals, watched.moved_px)
-        slip = np.full(watched.count, -1, np.int8)
+        outputs = own.outputs
+        frames = scored_frames(own.intervals, outputs.moved_px)
+        slip = np.full(outputs.count, -1, np.int8)
         slip[frames.slip] = 1
         slip[frames.moving] = 0
         slip[np.flatnonzero(frames.still)[::EVERY]] = 0
-        t_s = (np.arange(watched.count) / 25.0).tolist()
-        parts.append(from_rows(watched.name, own.object, PROTOCOL, t_s, watched.signals, {"slip": slip}))
+        t_s = (np.arange(outputs.count) / 25.0).tolist()
+        parts.append(from_rows(outputs.name, own.object, PROTOCOL, t_s, outputs.signals, {"slip": slip}))
     card = {"figures_are": "measured", "job": PROTOCOL, "labels": "by eye", "clock": "nominal"}
     return joined(parts, card)

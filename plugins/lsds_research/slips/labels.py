@@ -1,4 +1,4 @@
-"""Labels by eye, frame by frame: a CSV of intervals for each video, and what they say of each frame.
+"""Labels by eye: a CSV of intervals for each video, and the state of each frame.
 
 Columns: video, first, last (frames, both included), state, tx_px, ty_px, turn_deg, confidence, labeller, note. The
 intervals of a video cover its frames from 0 on, in order, without gaps. A frame belongs to the motion that led to it.
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm")
 PROTOCOL = "labelled"
-"""What the column `protocol` of a dataset says of frames labelled by eye."""
+"""Value of a dataset's column `protocol` for frames labelled by eye."""
 NAME = "slip_labels.csv"
-"""What the file is called in a folder of recordings."""
+"""Name of the label file in a folder of recordings."""
 COLUMNS = ("video", "first", "last", "state", "tx_px", "ty_px", "turn_deg", "confidence", "labeller", "note")
 _NEEDED = COLUMNS[:4]
 _SHOWN = 5
 
 
 class State(IntEnum):
-    """What a frame shows."""
+    """State of the object in a frame."""
 
     FREE = 0
     STICK = 1
@@ -46,9 +46,9 @@ class State(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Frames `first` to `last`, both included, of one state. Of a slip: how far the imprint travels against the gel in
-    the whole interval (px of a 320 px wide image, x right, y down) and how far it turns (degrees, clockwise); NaN where
-    that cannot be told. `confidence` in [0, 1]."""
+    """Frames `first` to `last`, both included, of one state. Of a slip: travel of the imprint against the gel over the
+    interval (px of a 320 px wide image, x right, y down) and its turn (degrees, clockwise); NaN if unknown.
+    `confidence` in [0, 1]."""
 
     first: int
     last: int
@@ -69,12 +69,12 @@ Labels = dict[str, list[Interval]]
 
 
 def name_of(recording: Path) -> str:
-    """Return the name of a recording: that of a video without the ending, or that of a folder of images as it is."""
+    """Return the name of a recording: of a video without its ending, or of a folder of images."""
     return recording.stem if recording.suffix.lower() in VIDEO_ENDINGS else recording.name
 
 
 def read_labels(path: Path) -> Labels:
-    """Read a file of labels. Raises DataError that names every wrong line, several at once."""
+    """Read a file of labels. Raises DataError with all wrong lines."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
@@ -127,12 +127,12 @@ def _take(labels: Labels, row: Mapping[str, str | None], line: int, problems: li
         problems.append(f"line {line}: frames {first:g} to {last:g}, but {cells['video']} goes on at {expected}")
     else:
         state = State[cells["state"].upper()]
-        told = (confidence, cells["labeller"], cells["note"])
-        intervals.append(Interval(int(first), int(last), state, x, y, turn, *told))
+        rest = (confidence, cells["labeller"], cells["note"])
+        intervals.append(Interval(int(first), int(last), state, x, y, turn, *rest))
 
 
 def write_labels(path: Path, labels: Labels) -> None:
-    """Write labels, whole or not at all. Raises DataError."""
+    """Write labels atomically. Raises DataError."""
     out = io.StringIO(newline="")
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -146,7 +146,7 @@ def write_labels(path: Path, labels: Labels) -> None:
 
 
 def states(intervals: Sequence[Interval], count: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return state and confidence of each of `count` frames; what nobody labelled is unsure, with confidence 0."""
+    """Return state and confidence of each of `count` frames; unlabelled frames are unsure with confidence 0."""
     state, confidence = np.full(count, int(State.UNSURE)), np.zeros(count)
     for own in intervals:
         state[own.first : own.last + 1] = own.state

@@ -1,4 +1,4 @@
-"""The labels of one recording while they are made: a cursor, a mark, and states that are set between them."""
+"""The labels of one recording during editing: a cursor, a mark, and states set between them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ KEYS = {"f": State.FREE, "k": State.STICK, "s": State.SLIP, "t": State.TOUCH, "u
 
 
 class Marking:
-    """States of `count` frames. What nobody has labelled is unsure, with confidence 0."""
+    """States of `count` frames; unlabelled frames are unsure with confidence 0."""
 
     def __init__(self, count: int, intervals: Sequence[Interval] = (), labeller: str = "") -> None:
         self._count, self._labeller = count, labeller
@@ -33,7 +33,7 @@ class Marking:
         return min(other, self.cursor), max(other, self.cursor)
 
     def set(self, state: State) -> None:
-        """Give the chosen frames a state, and drop the mark."""
+        """Set the state of the selected frames and remove the mark."""
         first, last = self.chosen
         self._before.append(self.intervals)
         own = Interval(first, last, state, labeller=self._labeller)
@@ -47,7 +47,7 @@ class Marking:
         self.mark = None
 
     def undo(self) -> None:
-        """Take the last change back."""
+        """Undo the last change."""
         if self._before:
             self.intervals = self._before.pop()
 
@@ -64,7 +64,7 @@ def _whole(intervals: list[Interval], count: int) -> list[Interval]:
 
 
 def _joined(intervals: list[Interval]) -> list[Interval]:
-    """Return the intervals with neighbours that say the same made one."""
+    """Return the intervals with equal neighbours merged."""
     result: list[Interval] = []
     for each in intervals:
         if result and _alike(result[-1], each):
@@ -75,10 +75,10 @@ def _joined(intervals: list[Interval]) -> list[Interval]:
 
 
 def _alike(one: Interval, other: Interval) -> bool:
-    """Tell whether two neighbours say the same. Travels would add up, so what has one stays apart."""
+    """Return whether two neighbours are equal. Intervals with a travel stay separate, because travels would add up."""
     travels = (own for each in (one, other) for own in (each.tx_px, each.ty_px, each.turn_deg))
-    return all(map(math.isnan, travels)) and _told(one) == _told(other)
+    return all(map(math.isnan, travels)) and _key(one) == _key(other)
 
 
-def _told(own: Interval) -> tuple[State, float, str, str]:
+def _key(own: Interval) -> tuple[State, float, str, str]:
     return own.state, own.confidence, own.labeller, own.note

@@ -1,4 +1,4 @@
-"""What a model's card says of real recordings: which it was fitted on, and what a detector is worth on the others."""
+"""The entry `real` of model cards: recordings used for fitting, and the scores of a detector on the others."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def write_on_cards(
 ) -> dict[str, dict[str, Any]]:
     """Measure the shipped detectors on a folder of labelled recordings; fill in `real` on the cards, and return it.
 
-    A model that learnt from real recordings learnt from those of the objects that are not only scored; scores are of
-    the objects that are. Raises DataError for a folder or labels that cannot be used.
+    A model fitted on real recordings uses those of the objects that are not scored only; scores are of the objects
+    that are. Raises DataError for a folder or labels that cannot be used.
     """
     recordings, _ = read_folder(folder, labels_of(folder), detectors, (), jobs)
     scored = [own for own in recordings if own.object in scored_only()]
     others = [own for own in recordings if own.object not in scored_only()]
-    told = {}
+    written = {}
     for name in (*detectors, *estimators):
         path = model_path(name, "").with_suffix(".json")
         card = json.loads(path.read_text(encoding="utf-8"))
@@ -40,23 +40,23 @@ def write_on_cards(
         if name in detectors:
             card["real"] |= {"scored_on": _extent(scored), "scores": real_scores(scored, name)}
         write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
-        told[name] = card["real"]
-    return told
+        written[name] = card["real"]
+    return written
 
 
 def fitted_on(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
-    """Return the recordings, and how many of their frames a learner learns from."""
+    """Return the recordings and the number of their training frames."""
     if not recordings:
         return {"recordings": [], "frames": 0}
     frames = int(np.count_nonzero(as_dataset(recordings)["slip"] >= 0))
-    return {"recordings": sorted(own.watched.name for own in recordings), "frames": frames}
+    return {"recordings": sorted(own.outputs.name for own in recordings), "frames": frames}
 
 
 def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[str, float | None]:
-    """Return what a detector finds as it decides: frames, slips noticed, false alarms; None where there are none."""
+    """Return a detector's scores at its own threshold: frames found, slips noticed, false alarms; None if undefined."""
     counts = Counts()
     for own in recordings:
-        counts += counted(own.said(own.watched.slip[detector]))
+        counts += counted(own.with_slip(own.outputs.slip[detector]))
     figures = {
         "found": counts.recall,
         "noticed": counts.noticed_share,
@@ -70,7 +70,7 @@ def real_scores(recordings: Sequence[LabelledRecording], detector: str) -> dict[
 def _extent(recordings: Sequence[LabelledRecording]) -> dict[str, Any]:
     counts = Counts()
     for own in recordings:
-        counts += counted(own.said(np.zeros(own.watched.count)))
+        counts += counted(own.with_slip(np.zeros(own.outputs.count)))
     return {
         "labels": "by eye",
         "objects": sorted({own.object for own in recordings}),

@@ -1,4 +1,4 @@
-"""Pictures to label by: a kymograph of the whole recording, and strips of frames."""
+"""Pictures for labelling: a kymograph of the whole recording, and strips of frames."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds_research.slips.seen import GelStep, SeenRecording
+    from lsds_research.slips.recording_view import GelStep, RecordingView
 
     Image = NDArray[np.uint8]
 
 TILE = (200, 150)
 """Size of a tile of a strip, px."""
 STRIP, IN_A_ROW = 24, 8
-"""Frames of a strip, and how many side by side."""
+"""Number of frames of a strip, and of frames in a row."""
 DOTS_ENLARGED = 5
-"""Lines at the dots show their motion since the frame before, this many times enlarged."""
+"""Magnification of the lines that show the motion of markers since the last frame."""
 CONTRAST = 2500.0
 """Grey levels per unit of curvature."""
 GRID_PX = 40
@@ -31,10 +31,10 @@ _WHITE, _YELLOW, _RED, _BLACK = (255, 255, 255), (255, 255, 0), (255, 0, 0), (0,
 _TRACES = ((0, 0, 255), (0, 160, 0), (255, 0, 0))
 
 
-def strip(seen: SeenRecording, first: int, last: int, *, size: tuple[int, int] = TILE, across: int = IN_A_ROW) -> Image:
+def strip(seen: RecordingView, first: int, last: int, *, size: tuple[int, int] = TILE, across: int = IN_A_ROW) -> Image:
     """Return a picture (h, w, 3) of frames `first` to `last`: images above, reliefs fixed to the gel below.
 
-    The relief is moved back as the gel has moved since `first`, so that what sticks stays on the lines.
+    The relief is shifted by the gel's motion since `first`, so that an object that sticks stays on the lines.
     """
     place = seen.centre(first, last)
     reliefs, steps = seen.gel_fixed(first, last, place)
@@ -46,7 +46,7 @@ def strip(seen: SeenRecording, first: int, last: int, *, size: tuple[int, int] =
     return np.vstack([np.hstack(tiles[start : start + across]) for start in range(0, len(tiles), across)])
 
 
-def _image_tile(seen: SeenRecording, number: int, size: tuple[int, int]) -> Image:
+def _image_tile(seen: RecordingView, number: int, size: tuple[int, int]) -> Image:
     image = seen.images[number]
     tile = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
     scale = size[0] / image.shape[1]
@@ -59,7 +59,7 @@ def _image_tile(seen: SeenRecording, number: int, size: tuple[int, int]) -> Imag
     return tile
 
 
-def _relief_tile(seen: SeenRecording, relief: NDArray[np.float32], step: GelStep, size: tuple[int, int]) -> Image:
+def _relief_tile(seen: RecordingView, relief: NDArray[np.float32], step: GelStep, size: tuple[int, int]) -> Image:
     tile = np.asarray(cv2.resize(_grey(relief), size, interpolation=cv2.INTER_LINEAR), np.uint8)
     scale = size[0] / seen.images.shape[2]
     for at in np.arange(GRID_PX, seen.images.shape[2], GRID_PX) * scale:
@@ -71,12 +71,12 @@ def _relief_tile(seen: SeenRecording, relief: NDArray[np.float32], step: GelStep
     return tile
 
 
-def kymograph(seen: SeenRecording) -> Image:
+def kymograph(seen: RecordingView) -> Image:
     """Return a picture (h, w, 3) of the whole recording, time from left to right.
 
     Three bands show the relief in coordinates fixed to the gel: a cut along x, one along y, and one around the
-    contact's centre (clockwise downwards). What sticks runs straight. Below: the gel's motion in each frame, x blue,
-    y green and turn red, and in black how strong the relief is.
+    contact's centre (clockwise downwards). An object that sticks is straight. Below: the gel's motion in each frame, x
+    blue, y green and turn red, and in black the strength of the relief.
     """
     count = len(seen)
     wide = max(2, min(8, _WIDTH // count))
@@ -102,13 +102,13 @@ def kymograph(seen: SeenRecording) -> Image:
     return picture
 
 
-def _traces(seen: SeenRecording, steps: list[GelStep], wide: int) -> Image:
+def _traces(seen: RecordingView, steps: list[GelStep], wide: int) -> Image:
     count = len(seen)
     picture = np.full((_TRACE_PX, count * wide, 3), 255, np.uint8)
     middle = np.arange(count) * wide + wide // 2
-    told = np.nan_to_num(np.array(steps)) * (8.0, 8.0, 8 * 40.0)
+    scaled = np.nan_to_num(np.array(steps)) * (8.0, 8.0, 8 * 40.0)
     strength = np.abs(seen.relief).mean(axis=(1, 2)) * 9000
-    lines = [(0.4 * _TRACE_PX - told[:, axis], colour) for axis, colour in enumerate(_TRACES)]
+    lines = [(0.4 * _TRACE_PX - scaled[:, axis], colour) for axis, colour in enumerate(_TRACES)]
     for height, colour in [*lines, (_TRACE_PX - strength, _BLACK)]:
         points = np.column_stack([middle, np.clip(height, 0, _TRACE_PX - 1)]).astype(np.int32)
         cv2.polylines(picture, [points[:, None]], False, colour, 1)

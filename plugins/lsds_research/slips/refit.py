@@ -1,4 +1,4 @@
-"""The learner `fused` fitted anew: without the object it is scored on, on the other setup, or on no real frame."""
+"""Refits of the learner `fused`: without the scored object, on the other setup, or without real frames."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def refitted(
     simulated: Dataset | None = None,
     learner: str = LEARNER,
 ) -> list[Floats] | None:
-    """Return of each recording the score of each frame (n,) by a model fitted on the recordings of other groups, and on
-    simulated ones.
+    """Return per recording the scores of its frames (n,), by a model fitted on other groups and on simulated
+    recordings.
 
-    None where the others do not show both slip and sticking.
+    None if the others do not show both slip and sticking.
     """
     built = _built(learner)
     groups = np.array([group(own) for own in recordings])
@@ -51,9 +51,9 @@ def refitted(
 
 
 def zero_shot(recordings: Sequence[LabelledRecording], simulated: Dataset, learner: str = LEARNER) -> list[Floats]:
-    """Return of each recording the score of each frame (n,) by a model fitted on simulated recordings alone.
+    """Return per recording the scores of its frames (n,), by a model fitted on simulated recordings alone.
 
-    Raises DataError for a dataset that it cannot be fitted on.
+    Raises DataError for an unusable dataset.
     """
     built = _built(learner)
     fitted = _fitted(built, simulated)
@@ -70,9 +70,9 @@ def _fitted(built: Learner, data: Dataset) -> Fitted:
 
 
 def _scores(own: LabelledRecording, built: Learner, fitted: Fitted) -> Floats:
-    """Return the score of each frame (n,), NaN where one of its signals is not known."""
+    """Return the score of each frame (n,), NaN if one of its signals is unknown."""
     x, rows = windows(as_dataset([own]), built.signals, built.length)
-    scores = np.full(own.watched.count, np.nan)
+    scores = np.full(own.outputs.count, np.nan)
     if len(rows):
         scores[rows] = fitted.predict(x)
     return scores

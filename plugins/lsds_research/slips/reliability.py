@@ -1,8 +1,7 @@
 """The probability of slip for a detector's score, from its scores on objects that it was not fitted on.
 
 A logistic function of the score's log-odds (Platt 1999), and the share of slip in bins of the score. The prior odds are
-those of the scored frames: whoever uses the probability elsewhere takes the likelihood ratio, which is the calibrated
-odds over the prior odds.
+those of the scored frames. For other data use the likelihood ratio: the calibrated odds over the prior odds.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ if TYPE_CHECKING:
 BINS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.75, 0.85, 0.95, 1.0)
 """Edges of the bins of the score."""
 NEAREST = 1e-4
-"""Scores are kept this far from 0 and 1, whose log-odds are infinite."""
+"""Minimum distance of scores from 0 and 1, where log-odds are infinite."""
 
 
 def reliability(recordings: Sequence[LabelledRecording], scores: Sequence[Floats], seed: int = 0) -> dict[str, Any]:
     """Return calibration, curve and Brier scores of a detector, over frames that slip and frames that move and stick.
 
-    `scores` (n,) of each recording must come from a model that has not seen its object. The Brier score of the base
-    rate, and that of labels shuffled within the frames, are beside.
+    `scores` (n,) of each recording must come from a model fitted without its object. Also returned are the Brier score
+    of the base rate and that of labels shuffled within the frames.
     """
     score, slips = _frames(recordings, scores)
     odds = log_odds(score)
@@ -67,20 +66,20 @@ def log_odds(score: Floats) -> Floats:
 
 
 def log_likelihood_ratio(score: Floats, card: dict[str, Any]) -> Floats:
-    """Return the logarithm of how much likelier a score is while the object slips, by a card's reliability."""
+    """Return the log likelihood ratio of slip for a score, by a card's reliability."""
     prior = math.log(card["prior"] / (1 - card["prior"]))
     return np.asarray(card["offset"] + card["slope"] * log_odds(score) - prior)
 
 
 def _frames(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -> tuple[Floats, Floats]:
-    """Return the scores of all frames that are scored and answered, and whether they slip (1 or 0)."""
-    told, slips = [np.empty(0)], [np.empty(0)]
+    """Return the detector scores of all scored frames with an answer, and whether they slip (1 or 0)."""
+    used_scores, slips = [np.empty(0)], [np.empty(0)]
     for own, score in zip(recordings, scores, strict=True):
-        frames = scored_frames(own.intervals, own.watched.moved_px)
+        frames = scored_frames(own.intervals, own.outputs.moved_px)
         used = (frames.slip | frames.moving) & np.isfinite(score)
-        told.append(score[used])
+        used_scores.append(score[used])
         slips.append(frames.slip[used].astype(float))
-    return np.concatenate(told), np.concatenate(slips)
+    return np.concatenate(used_scores), np.concatenate(slips)
 
 
 def _fitted(odds: Floats, slips: Floats) -> tuple[float, float]:

@@ -18,20 +18,19 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 LEAST_CONFIDENCE = 0.5
-"""Labels of less confidence are not scored."""
+"""Minimum confidence of a scored label."""
 MARGIN = 1
-"""Frames beside a slip or a touch in which an alarm is not false: an onset is not known better."""
+"""Number of frames next to a slip or a touch in which an alarm is not false: the uncertainty of an onset."""
 EARLY, LATE = 1, 2
-"""An interval is noticed where slip is said from so many frames before its first frame to so many after it."""
+"""An interval is noticed if slip is reported from `EARLY` frames before its first frame to `LATE` frames after it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Said:
-    """One recording: labels, and what a detector and an estimator say of each frame (n,).
+class LabelledOutputs:
+    """One recording: labels, and the outputs of a detector and an estimator for each frame (n,).
 
-    `slip` is 1, 0, or NaN where the detector abstains; `moved_px` how far the dots have moved since the frame before
-    (90th percentile); `slid_px` (n, 2) and `turned_deg` (n,) the estimated slip in the frame's interval, NaN where
-    there is none.
+    `slip` is 1, 0, or NaN if the detector abstains; `moved_px` is the motion of the markers since the last frame (90th
+    percentile); `slid_px` (n, 2) and `turned_deg` (n,) are the estimated slip in the frame's interval, NaN if missing.
     """
 
     intervals: Sequence[Interval]
@@ -52,7 +51,7 @@ class Frames:
 
 
 def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
-    """Return which frames of a recording are scored, and as what."""
+    """Return the scored frames of a recording by their state."""
     count = len(moved_px)
     state, confidence = states(intervals, count)
     known = (confidence >= LEAST_CONFIDENCE) & (np.arange(count) >= FIRST_FRAMES)
@@ -65,10 +64,10 @@ def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Sums over recordings: frames found of how many, false alarms of how many, intervals noticed.
+    """Sums over recordings: frames and frames found, false alarms, intervals and intervals noticed.
 
     `slip_unanswered` and `moving_unanswered` are frames in which the detector abstains: those that slip, and those that
-    stick and move, or of which no dot tells whether they do. A still frame without an answer is not among `still`.
+    stick and move, or may move without a tracked marker. A still frame without an answer is not among `still`.
     """
 
     slip: int = 0
@@ -122,15 +121,15 @@ def _tuple(counts: Counts) -> tuple[int, ...]:
     return tuple(getattr(counts, name) for name in Counts.__slots__)
 
 
-def counted(said: Said) -> Counts:
-    """Return the counts of one recording. Where a detector abstains it finds nothing and raises no alarm."""
-    frames = scored_frames(said.intervals, said.moved_px)
-    alarm = said.slip == 1
-    onsets = onset_errors(said)
+def counted(recording: LabelledOutputs) -> Counts:
+    """Return the counts of one recording. A detector that abstains finds nothing and raises no alarm."""
+    frames = scored_frames(recording.intervals, recording.moved_px)
+    alarm = recording.slip == 1
+    onsets = onset_errors(recording)
     scored = frames.slip | frames.moving | frames.still
-    answered = np.isfinite(said.slip)
-    # A frame may move if no dot was followed into it.
-    unknown = frames.still & ~answered & (said.moved_px == 0)
+    answered = np.isfinite(recording.slip)
+    # A frame without a tracked marker may have moved.
+    unknown = frames.still & ~answered & (recording.moved_px == 0)
     moving = frames.moving | unknown
     still = frames.still & answered
     return Counts(
@@ -158,19 +157,19 @@ def scored_intervals(intervals: Sequence[Interval]) -> list[Interval]:
     ]
 
 
-def onset_errors(said: Said) -> Floats:
-    """Return of each scored interval by how many frames the first alarm is late; NaN where none comes in time."""
+def onset_errors(recording: LabelledOutputs) -> Floats:
+    """Return for each scored interval the delay of the first alarm in frames; NaN without an alarm in time."""
     errors = []
-    for own in scored_intervals(said.intervals):
+    for own in scored_intervals(recording.intervals):
         begin = max(0, own.first - EARLY)
-        alarms = np.flatnonzero(said.slip[begin : min(own.first + LATE, own.last) + 1] == 1)
+        alarms = np.flatnonzero(recording.slip[begin : min(own.first + LATE, own.last) + 1] == 1)
         errors.append(float(begin + alarms[0] - own.first) if len(alarms) else math.nan)
     return np.array(errors, float)
 
 
 @dataclass(frozen=True, slots=True)
 class Travel:
-    """One interval of slip: labelled and estimated travel (px) and turn (degrees), NaN where not known."""
+    """One interval of slip: labelled and estimated travel (px) and turn (degrees), NaN if unknown."""
 
     labelled_px: float
     off_px: float
@@ -178,17 +177,18 @@ class Travel:
     off_deg: float
 
 
-def travels(said: Said) -> list[Travel]:
+def travels(recording: LabelledOutputs) -> list[Travel]:
     """Return the errors of travel and turn over each scored interval of slip."""
-    told = []
-    for own in scored_intervals(said.intervals):
+    found = []
+    for own in scored_intervals(recording.intervals):
         rows = slice(own.first, own.last + 1)
-        slid = np.nansum(said.slid_px[rows], axis=0) if np.isfinite(said.slid_px[rows]).any() else np.full(2, np.nan)
-        turned = said.turned_deg[rows]
+        steps = recording.slid_px[rows]
+        slid = np.nansum(steps, axis=0) if np.isfinite(steps).any() else np.full(2, np.nan)
+        turned = recording.turned_deg[rows]
         turn = float(np.nansum(turned)) if np.isfinite(turned).any() else math.nan
         label = np.array([own.tx_px, own.ty_px])
         known = np.isfinite(label)
         off = float(np.hypot(*(slid - label)[known], *([0.0] * (2 - known.sum())))) if known.any() else math.nan
         length = float(np.hypot(*np.where(known, label, 0.0))) if known.any() else math.nan
-        told.append(Travel(length, off, own.turn_deg, turn - own.turn_deg))
-    return told
+        found.append(Travel(length, off, own.turn_deg, turn - own.turn_deg))
+    return found

@@ -15,7 +15,6 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.registry.host import PluginHost
 from lsds.support.extras import importable, require
-from lsds_research.chosen import chosen
 from lsds_research.datasets import load, merged
 from lsds_research.make_models import FUSED_THRESHOLD, OWN, training_part
 from lsds_research.slips.folder import LabelledRecording, labels_of, read_folder, scored_only
@@ -23,7 +22,16 @@ from lsds_research.slips.labels import NAME
 from lsds_research.slips.options import SlipOptions
 from lsds_research.slips.plot import draw
 from lsds_research.slips.refit import refitted, zero_shot
-from lsds_research.slips.score import Counts, Said, counted, onset_errors, scored_frames, scored_intervals, travels
+from lsds_research.slips.score import (
+    Counts,
+    LabelledOutputs,
+    counted,
+    onset_errors,
+    scored_frames,
+    scored_intervals,
+    travels,
+)
+from lsds_research.study_backends import backend_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,28 +82,30 @@ Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 
 
 class SlipStudy:
-    """Reads the recordings once, asks all detectors and estimators, and compares them with the labels."""
+    """Reads the recordings once, runs all detectors and estimators, and compares them with the labels."""
 
     def __init__(self, options: SlipOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Measure. Raises DataError for a folder or labels that cannot be used, PluginError for an unknown name."""
+        """Measure. Raises DataError for an unusable folder or labels, PluginError for an unknown name."""
         options, host = self._options, PluginHost()
         folder = Path(options.path)
         labels = labels_of(folder, Path(options.labels) if options.labels else None)
-        detectors = chosen(host, "detector", options.detectors)
-        estimators = chosen(host, "estimator", options.estimators)
+        detectors = backend_names(host, "detector", options.detectors)
+        estimators = backend_names(host, "estimator", options.estimators)
         recordings, failures = read_folder(folder, labels, detectors, estimators, options.jobs, tick)
         kept = self._kept(recordings, folder)
         notes = _notes(kept, options.alarms)
-        told = {name: [(own, own.watched.slip[name], own.watched.score[name]) for own in kept] for name in detectors}
+        by_title = {
+            name: [(own, own.outputs.slip[name], own.outputs.score[name]) for own in kept] for name in detectors
+        }
         for title, scores in self._refitted(recordings).items():
-            names = {own.watched.name for own in kept}
-            told[title] = [each for each in scores if each[0].watched.name in names]
-        told |= self._calibrated(kept, detectors)
+            names = {own.outputs.name for own in kept}
+            by_title[title] = [each for each in scores if each[0].outputs.name in names]
+        by_title |= self._calibrated(kept, detectors)
         rows, curves = [], {}
-        for name, scores in told.items():
+        for name, scores in by_title.items():
             curves[name] = _curve(scores)
             rows += [_row(name, setup, part, self._options.alarms, self._seed) for setup, part in _by_setup(scores)]
         travel = [_travel_row(name, kept) for name in estimators]
@@ -120,25 +130,25 @@ class SlipStudy:
         return [own for own in recordings if own.object in scored_only()] or recordings
 
     def _calibrated(self, kept: list[LabelledRecording], detectors: Sequence[str]) -> dict[str, Scores]:
-        """Return what `lsds calibrate slip` makes of the detectors: each object at the threshold that the other scored
-        objects of its setup give."""
-        told: dict[str, Scores] = {}
+        """Return the detectors calibrated as by `lsds calibrate slip`: each object with the threshold from the other
+        scored objects of its setup."""
+        calibrated: dict[str, Scores] = {}
         budget = Budget(self._options.alarms)
         for name in (name for name in CALIBRATED if name in detectors):
             scores: Scores = []
             for own in kept:
                 others = [
-                    each for each in kept if each.watched.setup == own.watched.setup and each.object != own.object
+                    each for each in kept if each.outputs.setup == own.outputs.setup and each.object != own.object
                 ]
                 least = _transferable(others, name, budget)
                 if not math.isfinite(least):
                     break  # A setup of one object: nothing to calibrate on.
-                score = own.watched.score[name]
-                known = np.isfinite(own.watched.slip[name])
+                score = own.outputs.score[name]
+                known = np.isfinite(own.outputs.slip[name])
                 scores.append((own, np.where(known, exceeds(score, least), np.nan), score))
             else:
-                told[f"{name}, calibrated"] = scores
-        return told
+                calibrated[f"{name}, calibrated"] = scores
+        return calibrated
 
     def _refitted(self, recordings: list[LabelledRecording]) -> dict[str, Scores]:
         if not self._options.refit or not importable("sklearn"):
@@ -146,7 +156,7 @@ class SlipStudy:
         simulated = self._simulated()
         found = {
             "fused, without the object": refitted(recordings, lambda own: own.object, simulated),
-            "fused, from the other setup": refitted(recordings, lambda own: own.watched.setup, simulated),
+            "fused, from the other setup": refitted(recordings, lambda own: own.outputs.setup, simulated),
         }
         if simulated is not None:
             found["fused, simulated only"] = zero_shot(recordings, simulated)
@@ -171,8 +181,8 @@ class SlipStudy:
 
 def _by_setup(scores: Scores) -> list[tuple[str, Scores]]:
     """Return the scores of all recordings, and of each setup where there are several."""
-    setups = sorted({own.watched.setup for own, _, _ in scores})
-    parts = [(setup, [each for each in scores if each[0].watched.setup == setup]) for setup in setups]
+    setups = sorted({own.outputs.setup for own, _, _ in scores})
+    parts = [(setup, [each for each in scores if each[0].outputs.setup == setup]) for setup in setups]
     return [(ALL, scores), *parts] if len(parts) > 1 else [(setups[0], scores)]
 
 
@@ -190,22 +200,22 @@ def _quiet(recordings: Sequence[LabelledRecording], name: str) -> tuple[Floats, 
     """Return a detector's scores in all frames in which nothing slips: those that move, and those that are still."""
     found: list[list[Floats]] = [[np.empty(0)], [np.empty(0)]]
     for own in recordings:
-        frames = scored_frames(own.intervals, own.watched.moved_px)
+        frames = scored_frames(own.intervals, own.outputs.moved_px)
         for part, mask in zip(found, (frames.moving, frames.still), strict=True):
-            part.append(own.watched.score[name][mask])
+            part.append(own.outputs.score[name][mask])
     return np.concatenate(found[0]), np.concatenate(found[1])
 
 
 def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row:
-    """Return one row: as the detector decides, and at the threshold with so many false alarms per 100 moving frames."""
-    said = [own.said(slip) for own, slip, _ in scores]
-    counts = sum((counted(each) for each in said), Counts())
-    late = np.concatenate([onset_errors(each) for each in said]) if said else np.empty(0)
+    """Return one row: at the detector's threshold, and at the one with `alarms` false alarms per 100 moving frames."""
+    labelled = [own.with_slip(slip) for own, slip, _ in scores]
+    counts = sum((counted(each) for each in labelled), Counts())
+    late = np.concatenate([onset_errors(each) for each in labelled]) if labelled else np.empty(0)
     late = late[np.isfinite(late)]
     at = _at(scores, _threshold(scores, alarms))
     swept = sum((counted(each) for each in at), Counts())
     objects = [own.object for own, _, _ in scores]
-    decided = _intervals([counted(each) for each in said], objects, seed)
+    decided = _intervals([counted(each) for each in labelled], objects, seed)
     low, high = _intervals([counted(each) for each in at], objects, seed)["noticed_share"]
     return {
         "detector": name,
@@ -234,17 +244,17 @@ def _row(name: str, setup: str, scores: Scores, alarms: float, seed: int) -> Row
 
 
 def _threshold(scores: Scores, alarms: float) -> float:
-    """Return the score that so many of 100 moving, sticking frames exceed."""
-    told = [
-        np.nan_to_num(score, nan=-np.inf)[scored_frames(own.intervals, own.watched.moved_px).moving]
+    """Return the score that `alarms` of 100 moving, sticking frames exceed."""
+    moving = [
+        np.nan_to_num(score, nan=-np.inf)[scored_frames(own.intervals, own.outputs.moved_px).moving]
         for own, _, score in scores
     ]
-    values = np.concatenate(told) if told else np.empty(0)
+    values = np.concatenate(moving) if moving else np.empty(0)
     return threshold(values, np.empty(0), Budget(alarms)) if len(values) else math.inf
 
 
-def _at(scores: Scores, least: float) -> list[Said]:
-    return [own.said(np.where(np.isfinite(slip), exceeds(score, least), np.nan)) for own, slip, score in scores]
+def _at(scores: Scores, least: float) -> list[LabelledOutputs]:
+    return [own.with_slip(np.where(np.isfinite(slip), exceeds(score, least), np.nan)) for own, slip, score in scores]
 
 
 def _intervals(parts: Sequence[Counts], objects: Sequence[str], seed: int) -> dict[str, tuple[float, float]]:
@@ -263,19 +273,19 @@ def _intervals(parts: Sequence[Counts], objects: Sequence[str], seed: int) -> di
 
 def _curve(scores: Scores) -> list[tuple[float, float]]:
     """Return (false alarms per 100 moving frames, share of intervals noticed) over thresholds."""
-    told = []
+    points = []
     for alarms in (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 15, 20, 30, 50):
         counts = sum((counted(each) for each in _at(scores, _threshold(scores, alarms))), Counts())
-        told.append((counts.per_100_moving, counts.noticed_share))
-    return told
+        points.append((counts.per_100_moving, counts.noticed_share))
+    return points
 
 
 def _travel_row(name: str, recordings: Sequence[LabelledRecording]) -> Row:
     errors, answered, frames = [], 0, 0
     for own in recordings:
-        slid = own.watched.slid[name]
-        nothing = np.full(own.watched.count, np.nan)
-        errors += travels(Said(own.intervals, nothing, own.watched.moved_px, slid[:, :2], slid[:, 2]))
+        slid = own.outputs.slid[name]
+        nothing = np.full(own.outputs.count, np.nan)
+        errors += travels(LabelledOutputs(own.intervals, nothing, own.outputs.moved_px, slid[:, :2], slid[:, 2]))
         for interval in scored_intervals(own.intervals):
             part = slid[interval.first : interval.last + 1, 0]
             answered, frames = answered + int(np.isfinite(part).sum()), frames + len(part)
@@ -305,13 +315,13 @@ def _mean(values: Sequence[bool]) -> float:
 
 def _notes(recordings: Sequence[LabelledRecording], alarms: float) -> list[str]:
     slips = sum(len(scored_intervals(own.intervals)) for own in recordings)
-    redrawn = int(sum(own.watched.redrawn.sum() for own in recordings))
+    redrawn = int(sum(own.outputs.redrawn.sum() for own in recordings))
     return [
-        f"found: share of the frames that slip; noticed: share of {slips} intervals in which slip is said from a frame "
+        f"found: share of the frames that slip; noticed: share of {slips} intervals with a report of slip from a frame "
         "before the onset to two after it; /100: false alarms per 100 frames that stick or are free",
         f"'at': at the threshold with {alarms:g} false alarms per 100 moving frames; 95 %: over objects drawn with "
         "replacement; onset: frames late, median; w/o answer: share of frames in which the detector abstains",
-        "a frame moves where the fastest tenth of the dots moves by more than half a pixel; unsure and touch, their "
+        "a frame moves if the fastest tenth of the markers moves by more than half a pixel; unsure and touch, their "
         f"neighbours and the first nine frames are not scored; {redrawn} frames are key frames of a codec",
         f"calibrated: at the threshold that lsds calibrate slip finds on the other scored objects of the setup, for "
         f"{alarms:g} false alarms per 100 moving and {Budget().still:g} per 100 still frames",

@@ -10,7 +10,7 @@ from lsds_research.slips.marking import KEYS, Marking
 from lsds_research.slips.pictures import IN_A_ROW, kymograph, strip
 
 if TYPE_CHECKING:
-    from lsds_research.slips.seen import SeenRecording
+    from lsds_research.slips.recording_view import RecordingView
 
 HELP = (
     "left/right: a frame   up/down: a row   n/p: next/previous motion   m: mark   "
@@ -29,7 +29,7 @@ _STEPS = {"right": 1, "left": -1, "up": -IN_A_ROW, "down": IN_A_ROW}
 class LabelWindow:
     """Shows one recording; calls `save` after each change."""
 
-    def __init__(self, seen: SeenRecording, marking: Marking, save: Callable[[Marking], object]) -> None:
+    def __init__(self, seen: RecordingView, marking: Marking, save: Callable[[Marking], object]) -> None:
         import matplotlib.pyplot as plt
 
         # The window's own keys would save pictures and close it.
@@ -44,7 +44,7 @@ class LabelWindow:
         self._whole.imshow(kymograph(seen), aspect="auto", extent=(0, len(seen), 1, 0))
         self._whole.set_yticks([])
         self._line = self._whole.axvline(0.5, color="yellow")
-        # Of a method matplotlib would remember only as long as somebody else does.
+        # matplotlib holds methods by weak references only.
         self.figure.canvas.mpl_connect("key_press_event", lambda event: self.press(event))
         self._draw()
 

@@ -1,1 +1,1 @@
-"""Studies: each measures something and can be drawn."""
+"""Studies: each returns tables and can draw a picture."""

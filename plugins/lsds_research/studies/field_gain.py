@@ -19,13 +19,13 @@ from lsds.session.truth_log import TruthLog
 
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 APERTURES_M = (0.0242, 0.0238, 0.0236)
-#: Slower than this is not counted as sliding.
+#: Slower motion does not count as sliding (m/s).
 SLIDING_M_S = 2e-3
 
 
 @dataclass(frozen=True, slots=True)
 class FieldGain:
-    """Median ratio, standard deviation of its logarithm, frames it rests on; and the errors with that gain (m/s)."""
+    """Median ratio, standard deviation of its logarithm, number of frames; and the errors with that gain (m/s)."""
 
     gain: float
     log_std: float

@@ -1,6 +1,6 @@
 """Overhead of the scheduler, compared with the standard library's `sched`.
 
-Both run the same four-rate rig of empty tasks in simulated time, so all that is measured is the dispatching.
+Both run the same four-rate rig of empty tasks in simulated time, so the measured time is that of dispatching.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def measure(
 ) -> tuple[SchedulerCost, SchedulerCost]:
     """Return the cost of our scheduler and of `sched`, measured in turns so that both see the same machine.
 
-    `tick(done, whole)` is called after each repeat. Raises ValueError where there is nothing to measure.
+    `tick(done, whole)` is called after each repeat. Raises ValueError if there is nothing to measure.
     """
     if simulated_s <= 0 or repeats < 1:
         raise ValueError("measure at least one repeat of more than 0 s")

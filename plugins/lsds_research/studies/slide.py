@@ -1,4 +1,4 @@
-"""Study `slide`: objects that slide or turn through the fingers at a wanted rate, and are not caught."""
+"""Study `slide`: intended slip of objects that slide or turn through the fingers at a commanded rate."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from lsds.errors import DataError, LsdsError
 from lsds.registry.host import PluginHost
 from lsds.session.run import run
 from lsds.support.processes import DIED, spread
-from lsds_research.chosen import with_own_defaults
 from lsds_research.collecting.objects import PLANS
+from lsds_research.study_backends import with_own_defaults
 
 if TYPE_CHECKING:
     from lsds.contracts import Cycle
 
 BEGUN_S = 0.4
-"""The gel has to be sheared, and the arm to get up to speed, before anything slides."""
+"""Time until the gel is sheared and the arm is at speed, before the object slides."""
 SHORTEST_MM = 100.0
-"""Fingers slide off the end of a shorter object."""
+"""Minimum length of an object; the fingers would slide off a shorter one."""
 _COLUMNS = (
     ("what", "wanted", ""),
     ("runs", "runs", "d"),
@@ -41,9 +41,9 @@ _COLUMNS = (
 
 
 class SlideOptions(BaseModel):
-    """Let objects slide or turn through the fingers at a wanted rate: the job 'slide', on every object long enough.
+    """Let objects slide or turn through the fingers at a commanded rate: the job 'slide', on every object long enough.
 
-    An object that is to slide stands on a table, and one that is to turn is clamped. Figures are simulated.
+    Objects that slide stand on a table, and objects that turn are clamped. Figures are simulated.
 
     \b
     Examples:
@@ -71,8 +71,8 @@ class SlideOptions(BaseModel):
     controllers: list[str] = Field(
         default=["belief"], description="controller", json_schema_extra={"flag": "--controller", "metavar": "NAME"}
     )
-    squeeze_mm: float = Field(default=1.4, gt=0, le=10, description="first squeeze beyond the touch, mm")
-    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    squeeze_mm: float = Field(default=1.4, gt=0, le=10, description="first squeeze, mm")
+    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with another gel")
     jobs: int = Field(default_factory=processes, ge=1, le=256, description="processes that run")
 
 
@@ -94,7 +94,7 @@ class Slid:
 
     @property
     def label(self) -> str:
-        """What is wanted, for the table."""
+        """The commanded rate as text for the table."""
         return f"{self.rate_rad_s:g} rad/s" if self.rate_rad_s else f"{100 * self.speed_m_s:g} cm/s"
 
     def overrides(self) -> list[str]:
@@ -114,13 +114,13 @@ class Slid:
 
 
 def slid(what: Slid) -> dict[str, Any] | str:
-    """Run one; return its figures, or why it could not be run."""
+    """Run one; return its figures, or the reason of a failure."""
     sliding: list[tuple[int, float]] = []
 
     def take(cycle: Cycle) -> None:
         if cycle.stage == "slide":
-            told = cycle.estimate.angular_rad_s if what.rate_rad_s else cycle.estimate.speed_m_s
-            sliding.append((cycle.t_ns, abs(told)))
+            estimated = cycle.estimate.angular_rad_s if what.rate_rad_s else cycle.estimate.speed_m_s
+            sliding.append((cycle.t_ns, abs(estimated)))
 
     try:
         session = run(None, what.overrides(), observe=take)
@@ -138,7 +138,7 @@ def slid(what: Slid) -> dict[str, Any] | str:
         "what": what.label,
         "rms": float(np.sqrt(np.mean((share - 1) ** 2))),
         "mean": float(share.mean()),
-        "told": float(np.nanmean([told for t_ns, told in sliding if t_ns >= begun_ns])) / what.wanted,
+        "told": float(np.nanmean([estimated for t_ns, estimated in sliding if t_ns >= begun_ns])) / what.wanted,
         "grown": max(forces) / forces[0],
     }
 
@@ -150,7 +150,7 @@ class SlideStudy:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run all. Raises DataError for an unknown object, or where nothing could be run."""
+        """Run all. Raises DataError for an unknown object, or if nothing could be run."""
         own = with_own_defaults(PluginHost(), self._options, {"controllers": "controller"})
         unknown = [name for name in own.objects if name not in PLANS]
         if unknown:
@@ -172,10 +172,10 @@ class SlideStudy:
         labels = dict.fromkeys(what.label for what in planned)
         groups = {label: [row for row in rows if row["what"] == label] for label in labels}
         return StudyResult(
-            f"slip that is wanted, {len(own.objects)} objects (simulated)",
+            f"intended slip, {len(own.objects)} objects (simulated)",
             _COLUMNS,
             [_summary(label, group) for label, group in groups.items() if group],
-            notes=["off: true speed less the wanted one, over the wanted one; worst: of one run"],
+            notes=["off: true less commanded speed, over the commanded one; worst: of one run"],
             details={"runs": rows, "failures": failures, "figures_are": "simulated"},
             warnings=[f"failed: {failure}" for failure in failures],
         )

@@ -42,7 +42,7 @@ def test_a_carried_field_has_no_shape_and_goes_one_way():
         (CENTRED[:, ::-1], "clip_strain", 0.02),
     ],
 )
-def test_spread_turn_and_strain_are_told_apart(field, name, value):
+def test_spread_turn_and_strain_differ(field, name, value):
     found = clip_signals(growing(field), GRID)
     assert signal(found, name)[1] == pytest.approx(value, rel=1e-4)
     assert signal(found, f"{name}_3")[3:] == pytest.approx(3 * value, rel=1e-4)
@@ -120,7 +120,7 @@ def test_a_table_has_a_row_a_video_and_leaves_doubtful_ones_out():
 def test_labels_that_are_all_in_doubt_are_an_error():
     data = dataset(1)
     data["slip"][:] = -1
-    with pytest.raises(DataError, match="none of the recordings has a label"):
+    with pytest.raises(DataError, match="all labels of the recordings are in doubt"):
         videos_of(data)
 
 

@@ -38,8 +38,8 @@ def videos():
 
 
 def study(**options):
-    told = {"path": "folder", "cache": "none", "repeats": 2, "trees": 20, "jobs": 1, **options}
-    return incipient.IncipientStudy(IncipientOptions(**told), BuildContext(VirtualClock(), 0))
+    values = {"path": "folder", "cache": "none", "repeats": 2, "trees": 20, "jobs": 1, **options}
+    return incipient.IncipientStudy(IncipientOptions(**values), BuildContext(VirtualClock(), 0))
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_a_clip_model_is_the_forest_that_it_was_fitted_as(videos, tmp_path):
 
 def test_a_damaged_or_foreign_clip_model_is_one_clear_error(videos, tmp_path):
     path = tmp_path / "clips.onnx"
-    with pytest.raises(ModelError, match="no clip model with a card there"):
+    with pytest.raises(ModelError, match="no clip model with a card"):
         clips_model.load(path)
     clips_model.save(path, *exported(videos.clip, videos.slip, 0, trees=10), ["a"], "here")
     card = json.loads(path.with_suffix(".json").read_text())
@@ -148,19 +148,19 @@ def loud(names, length=2):
 
 def test_a_detector_is_asked_frame_by_frame_and_pooled_while_the_markers_move(videos):
     model = loud(("mean_speed", "v_net"))
-    said = frame_scores(model, videos, 1.0)
-    np.testing.assert_array_equal(said, videos.data["mean_speed"].astype(float))
-    np.testing.assert_allclose(frame_scores(model, videos, 4.0), said / 4, rtol=1e-6)
+    scores = frame_scores(model, videos, 1.0)
+    np.testing.assert_array_equal(scores, videos.data["mean_speed"].astype(float))
+    np.testing.assert_allclose(frame_scores(model, videos, 4.0), scores / 4, rtol=1e-6)
     np.testing.assert_allclose(frame_scores(loud(("dt",)), videos, 4.0), 0.16, rtol=1e-6)
     np.testing.assert_array_equal(frame_scores(loud(("shear",)), videos, 4.0), videos.data["shear"].astype(float))
     moved = videos.data["mean_speed"] * 0.04 > 6.25e-6
     first = slice(0, int(videos.starts[1]))
-    expected = np.quantile(said[first][moved[first]], 0.75)
-    assert video_scores(videos, said, 0.75, True)[0] == pytest.approx(expected)
-    assert video_scores(videos, said, 0.9, False)[0] == pytest.approx(np.quantile(said[first], 0.9))
+    expected = np.quantile(scores[first][moved[first]], 0.75)
+    assert video_scores(videos, scores, 0.75, True)[0] == pytest.approx(expected)
+    assert video_scores(videos, scores, 0.9, False)[0] == pytest.approx(np.quantile(scores[first], 0.9))
 
 
-def test_a_model_that_cannot_be_loaded_is_told_before_anything_is_fitted(small, monkeypatch):
+def test_a_model_that_cannot_be_loaded_fails_before_anything_is_fitted(small, monkeypatch):
     small(2)
     monkeypatch.setattr(incipient, "cross_validated", lambda *_: pytest.fail("fitted"))
     with pytest.raises(ModelError, match=r"missing\.(json|onnx)"):
@@ -174,7 +174,7 @@ def test_a_roc_curve_passes_ties_together():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "says"),
+    ("arguments", "code", "message"),
     [
         (["nowhere"], 5, "there is no such folder"),
         (["empty"], 5, "no index.csv there"),
@@ -186,15 +186,15 @@ def test_a_roc_curve_passes_ties_together():
         (["good", "--train", "nowhere"], 5, "there is no such folder"),
     ],
 )
-def test_mistakes_are_one_message_and_an_exit_code(tmp_path, monkeypatch, capsys, arguments, code, says):
+def test_mistakes_are_one_message_and_an_exit_code(tmp_path, monkeypatch, capsys, arguments, code, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
     write_index(tmp_path / "short", [row(1)], ("video", "recording", "object", "camera"))
     write_index(tmp_path / "good", [row(1)])
     assert main(["evaluate", "incipient-slip", *arguments]) == code
-    told = capsys.readouterr().err
-    assert says in told
-    assert "Traceback" not in told
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
 
 
 def test_help_has_examples(capsys):
@@ -207,8 +207,8 @@ def test_a_few_real_recordings_are_read_scored_and_drawn(tmp_path, capsys):
     wanted = ("wire3D__e", "usb_hub__e", "marker_pen__e1__", "glass_box__e1__")
     with (DATA / "index.csv").open(encoding="utf-8") as file:
         rows = [r for r in csv.DictReader(file) if Path(r["video"]).name.startswith(wanted)]
-    for told in rows:
-        told["video"] = str(DATA / told["video"])
+    for listed in rows:
+        listed["video"] = str(DATA / listed["video"])
     rows[0]["video"] = "videos/gone.avi"
     write_index(tmp_path / "few", rows)
     out = {name: tmp_path / f"out.{name}" for name in ("json", "csv", "png")}
@@ -219,15 +219,15 @@ def test_a_few_real_recordings_are_read_scored_and_drawn(tmp_path, capsys):
     shown = capsys.readouterr()
     assert "gone.avi" in shown.err
     assert "whole recording: mean of 32 clips of 48 frames" in shown.out
-    told = json.loads(out["json"].read_text())
-    assert len(told["failures"]) == 1
-    assert len(told["rows"]) == len(out["csv"].read_text().splitlines()) - 1
+    result = json.loads(out["json"].read_text())
+    assert len(result["failures"]) == 1
+    assert len(result["rows"]) == len(out["csv"].read_text().splitlines()) - 1
     assert out["png"].stat().st_size > 20_000
 
 
 @real
 @pytest.mark.slow
-def test_unseen_objects_are_told_on_all_real_recordings(tmp_path):
+def test_unseen_objects_are_classified_on_all_real_recordings(tmp_path):
     target = tmp_path / "all.json"
     assert main(["evaluate", "incipient-slip", str(DATA), "--model", "none", "--json", str(target)]) == 0
     rows = {(r["model"], r["unit"]): r for r in json.loads(target.read_text())["rows"]}

@@ -23,8 +23,8 @@ def recorded(tmp_path_factory):
     """Two cameras of a recording with slip, one of a doubtful one, a broken video and one that is not there."""
     folder = tmp_path_factory.mktemp("recorded")
     rows = [row(1, "cam0", 1), row(1, "cam2", 1), row(2, conflict=1), row(3), row(4)]
-    for number, told in enumerate(rows[:3]):
-        film(folder / told["video"], seed=number)
+    for number, listed in enumerate(rows[:3]):
+        film(folder / listed["video"], seed=number)
     (folder / rows[3]["video"]).write_bytes(b"RIFF but no video")
     write_index(folder, rows)
     return folder
@@ -62,14 +62,14 @@ def test_videos_become_a_dataset_of_one_row_a_frame(data):
     assert (first["markers"] == 63).all()
 
 
-def test_what_cannot_be_read_is_told_and_the_rest_is_kept(data):
+def test_unreadable_videos_are_reported_and_the_rest_is_kept(data):
     failures = data.card["failures"]
     assert sorted(failures) == ["thing3__e3__cam0", "thing4__e4__cam0"]
     for name, reason in failures.items():
         assert name in reason
 
 
-def test_a_video_on_which_a_library_fails_is_told_and_the_rest_is_kept(recorded, monkeypatch):
+def test_a_video_on_which_a_library_fails_is_reported_and_the_rest_is_kept(recorded, monkeypatch):
     known = incipient_video.columns_of
 
     def one_fails(video):
@@ -99,7 +99,7 @@ def test_a_second_time_comes_from_the_cache_until_a_video_changes(recorded, tmp_
 
 
 @pytest.mark.usefixtures("read_once")
-def test_a_cache_cut_short_is_made_anew(recorded, tmp_path):
+def test_a_truncated_cache_is_rebuilt(recorded, tmp_path):
     first = load(recorded, cache=tmp_path)
     frames = next(tmp_path.glob("*/frames.parquet"))
     frames.write_bytes(frames.read_bytes()[:200])
@@ -127,7 +127,7 @@ def test_a_folder_without_one_good_video_is_an_error(tmp_path):
         load(tmp_path)
 
 
-def test_no_folder_and_no_index_are_told_apart(tmp_path):
+def test_no_folder_and_no_index_have_different_errors(tmp_path):
     with pytest.raises(DataError, match="there is no such folder"):
         read_index(tmp_path / "nowhere")
     with pytest.raises(DataError, match=r"no index\.csv there \(columns video, recording"):
@@ -149,7 +149,7 @@ def test_a_label_conflict_column_may_be_missing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("rows", "says"),
+    ("rows", "message"),
     [
         ([row(1) | {"slip": "yes"}], "line 2: slip is 'yes', not 0 or 1"),
         ([row(1) | {"object": ""}], "line 2: object is empty"),
@@ -160,9 +160,9 @@ def test_a_label_conflict_column_may_be_missing(tmp_path):
         ([row(1) | {"slip": ""}, row(2) | {"slip": "2"}], "line 2: slip is empty; line 3: slip is '2'"),
     ],
 )
-def test_a_wrong_row_is_told_by_its_line(tmp_path, rows, says):
+def test_a_wrong_row_is_reported_by_its_line(tmp_path, rows, message):
     write_index(tmp_path, rows)
-    with pytest.raises(DataError, match=says):
+    with pytest.raises(DataError, match=message):
         read_index(tmp_path)
 
 

@@ -66,11 +66,13 @@ def test_no_object_is_trained_on_and_tested(videos):
 
 
 def test_a_model_learns_and_shuffled_labels_teach_nothing(videos):
-    said = cross_validated(nearest, videos.clip, videos.slip, videos.object, 0, silent)
-    assert scored("true", videos.recording, videos.slip, said).auc.value > 0.95
+    probability = cross_validated(nearest, videos.clip, videos.slip, videos.object, 0, silent)
+    assert scored("true", videos.recording, videos.slip, probability).auc.value > 0.95
     dealt = [permuted(videos.slip, videos.recording, seed) for seed in range(12)]
-    told = [cross_validated(nearest, videos.clip, slip, videos.object, seed, silent) for seed, slip in enumerate(dealt)]
-    found = scored("shuffled", videos.recording, np.array(dealt), np.array(told))
+    by_seed = [
+        cross_validated(nearest, videos.clip, slip, videos.object, seed, silent) for seed, slip in enumerate(dealt)
+    ]
+    found = scored("shuffled", videos.recording, np.array(dealt), np.array(by_seed))
     assert 0.25 < found.auc.value < 0.75
     assert found.spread > 0
 
@@ -86,13 +88,13 @@ def test_shuffling_keeps_a_recording_s_cameras_together(videos):
 def test_a_fold_that_leaves_one_label_to_train_on_is_passed_over():
     objects = np.array(["a", "a", "b", "b", "c", "c"], object)
     slip = np.array([1, 1, 0, 0, 0, 0])
-    said = cross_validated(nearest, np.arange(6.0)[:, None], slip, objects, 0, silent)
-    assert (said[:2] == 0.5).all()
+    probability = cross_validated(nearest, np.arange(6.0)[:, None], slip, objects, 0, silent)
+    assert (probability[:2] == 0.5).all()
 
 
 def test_labels_of_one_object_cannot_be_tested(videos):
     require_both(videos.slip, videos.object)
-    with pytest.raises(DataError, match=r"recordings with slip are of 1 object, but .* two at least .*--train"):
+    with pytest.raises(DataError, match=r"recordings with slip are of 1 object, but .* at least two .*--train"):
         require_both(np.array([1, 0, 0]), np.array(["a", "b", "c"], object))
 
 
@@ -102,19 +104,19 @@ def test_the_rule_of_one_number_finds_the_number():
     np.testing.assert_array_equal(predict(np.array([[0.5], [0.6], [np.nan], [2.0]])) > 0.5, [False, True, False, True])
 
 
-def test_the_majority_says_one_thing():
-    said = majority_rule(np.zeros((5, 1)), np.array([0, 0, 0, 1, 1]), 0)(np.zeros((3, 1)))
-    row = scored("majority", np.array(["a", "b", "c"], object), np.array([0, 1, 0]), said)
+def test_the_majority_rule_is_constant():
+    probability = majority_rule(np.zeros((5, 1)), np.array([0, 0, 0, 1, 1]), 0)(np.zeros((3, 1)))
+    row = scored("majority", np.array(["a", "b", "c"], object), np.array([0, 1, 0]), probability)
     assert row.auc.value == 0.5
     assert row.accuracy.value == pytest.approx(2 / 3)
 
 
 def test_a_recording_is_decided_by_both_cameras_together():
     recordings = np.array(["a", "a", "b", "b"], object)
-    slip, said = np.array([1, 1, 0, 0]), np.array([0.9, 0.3, 0.6, 0.1])
-    np.testing.assert_allclose(by_recording(recordings, said), [0.6, 0.35])
-    together = scored("m", recordings, slip, said)
-    alone = scored("m", recordings, slip, said, per_video=True)
+    slip, probability = np.array([1, 1, 0, 0]), np.array([0.9, 0.3, 0.6, 0.1])
+    np.testing.assert_allclose(by_recording(recordings, probability), [0.6, 0.35])
+    together = scored("m", recordings, slip, probability)
+    alone = scored("m", recordings, slip, probability, per_video=True)
     assert (together.auc.value, together.accuracy.value, together.unit) == (1.0, 1.0, "recording")
     assert (alone.auc.value, alone.accuracy.value, alone.unit) == (0.75, 0.5, "video")
 
@@ -127,10 +129,10 @@ def test_training_elsewhere_leaves_out_what_is_tested(videos):
         return nearest(x, slip, seed)
 
     test = videos_of(dataset(2))
-    said, own = trained_elsewhere(spy, videos, test, 0)
+    probability, own = trained_elsewhere(spy, videos, test, 0)
     assert seen["rows"] == own.sum() == 16
     assert set(videos.object[own]) == {f"thing{k}" for k in range(2, 6)}
-    assert scored("elsewhere", test.recording, test.slip, said).auc.value > 0.9
+    assert scored("elsewhere", test.recording, test.slip, probability).auc.value > 0.9
     with pytest.raises(DataError, match="has no objects"):
         trained_elsewhere(spy, test, videos, 0)
 
@@ -155,11 +157,11 @@ def test_windows_know_nothing_of_the_future(videos):
 
 def test_running_decisions_rest_on_what_was_seen(videos):
     windows = online_windows(videos)
-    said = np.random.default_rng(0).random(len(windows.slip))
+    probability = np.random.default_rng(0).random(len(windows.slip))
     for name, rule in RULES.items():
-        course = running(windows, said, rule)
+        course = running(windows, probability, rule)
         assert [len(part) for part in course] == videos.frames.astype(int).tolist()
-        first = said[: len(course[0])]
+        first = probability[: len(course[0])]
         expected = {
             "mean": first[:31].mean(),
             "90 % quantile": np.quantile(first[:31], 0.9),
@@ -170,8 +172,8 @@ def test_running_decisions_rest_on_what_was_seen(videos):
     assert after_counts(course, (12, 75))[:, 1] == pytest.approx([part[min(75, len(part)) - 1] for part in course])
 
 
-def test_online_scores_tell_slip_and_folds_at_random_leak(videos):
+def test_online_scores_find_slip_and_random_folds_leak(videos):
     windows = online_windows(videos)
-    said = window_scores(nearest, windows, 0, silent)
-    assert aucs(videos, after_parts(running(windows, said, RULES["mean"]), (1.0,)))[0] > 0.95
+    probability = window_scores(nearest, windows, 0, silent)
+    assert aucs(videos, after_parts(running(windows, probability, RULES["mean"]), (1.0,)))[0] > 0.95
     assert random_fold_auc(nearest, windows, windows.slip, 5, 0, silent) > 0.8

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from lsds_research.slips.seen import SeenRecording
-from lsds_research.slips.watched import watch
+from lsds_research.slips.outputs import watch
+from lsds_research.slips.recording_view import RecordingView
 from research.slips.slid import SLIDE, STICK, TURN, paint
 
 
@@ -15,12 +15,12 @@ def recordings(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def watched(recordings):
-    """What detector and estimator `imprint` say of each, by name."""
+def outputs(recordings):
+    """Outputs of detector and estimator `imprint` for each recording, by name."""
     return {name: watch(recordings / name, ["imprint"], ["imprint"]) for name in (SLIDE, STICK, TURN)}
 
 
 @pytest.fixture(scope="session")
 def seen(recordings):
     """Two of them as a labeller sees them, by name."""
-    return {name: SeenRecording(recordings / name) for name in (SLIDE, STICK)}
+    return {name: RecordingView(recordings / name) for name in (SLIDE, STICK)}

@@ -20,7 +20,7 @@ from lsds.cli.main import main
 
 @pytest.fixture
 def folder(recordings, tmp_path, monkeypatch):
-    """A folder of one's own with the recordings, as the working directory."""
+    """A copy of the recordings, as the working directory."""
     copied(recordings, tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -122,25 +122,25 @@ def test_two_labellers_are_compared_on_the_recordings_named(folder, capsys):
     assert main(["label", SLIDE, TURN, "--compare", "second.csv", "--json", "told.json"]) == 0
     out = capsys.readouterr().out
     assert "Cohen's kappa" in out
-    told = json.loads((folder / "told.json").read_text())
-    assert (told["videos"], told["frames"], told["intervals"], told["both"]) == (2, 60, 2, 1)
-    assert told["same"] == pytest.approx(1 - 14 / 60)
-    assert 0 < told["kappa"] < 1
+    result = json.loads((folder / "told.json").read_text())
+    assert (result["videos"], result["frames"], result["intervals"], result["both"]) == (2, 60, 2, 1)
+    assert result["same"] == pytest.approx(1 - 14 / 60)
+    assert 0 < result["kappa"] < 1
     assert main(["label", STICK, "--compare", NAME, "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["same"], told["kappa"]) == (1.0, None), "where nothing slips there is no kappa, and no NaN in JSON"
+    result = json.loads(capsys.readouterr().out)
+    assert (result["same"], result["kappa"]) == (1.0, None), "where nothing slips there is no kappa, and no NaN in JSON"
 
 
-def test_without_a_screen_it_says_what_to_do(folder, capsys):
+def test_without_a_screen_the_error_has_a_remedy(folder, capsys):
     plt.switch_backend("agg")
     assert main(["label", SLIDE]) == 5
-    told = capsys.readouterr().err
-    assert "no window can be opened here" in told
-    assert "--pictures" in told
+    error = capsys.readouterr().err
+    assert "no window can be opened here" in error
+    assert "--pictures" in error
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "says"),
+    ("arguments", "code", "message"),
     [
         ([], 2, "VIDEOS"),
         (["gone.avi"], 2, "does not exist"),
@@ -155,7 +155,7 @@ def test_without_a_screen_it_says_what_to_do(folder, capsys):
         ([SLIDE, "--pictures", "taken"], 5, "cannot be written"),
     ],
 )
-def test_what_is_wrong_is_one_message_and_an_exit_code(folder, capsys, arguments, code, says):
+def test_what_is_wrong_is_one_message_and_an_exit_code(folder, capsys, arguments, code, message):
     plt.switch_backend("agg")
     (folder / "empty").mkdir()
     (folder / "broken.avi").write_bytes(b"nothing of a video")
@@ -163,12 +163,12 @@ def test_what_is_wrong_is_one_message_and_an_exit_code(folder, capsys, arguments
     (folder / "taken").mkdir()
     (folder / "taken" / SLIDE).write_text("in the way")
     assert main(["label", *arguments]) == code
-    told = capsys.readouterr().err
-    assert says in told
-    assert "Traceback" not in told
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
 
 
-def test_without_matplotlib_the_window_says_what_to_install(folder, capsys, monkeypatch):
+def test_without_matplotlib_the_error_names_the_extra(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["label", SLIDE]) == 3
     assert capsys.readouterr().err.rstrip().endswith("pip install 'lsds[plot]'")

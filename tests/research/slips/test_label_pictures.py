@@ -1,4 +1,5 @@
-"""What a labeller sees: in coordinates fixed to the gel what sticks stays where it is, and what slides does not."""
+"""Pictures for labelling: in coordinates fixed to the gel, an object that sticks stays in place; one that slides
+moves."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from lsds_research.slips.pictures import IN_A_ROW, TILE, kymograph, strip
-from lsds_research.slips.seen import SeenRecording
+from lsds_research.slips.recording_view import RecordingView
 from research.slips.slid import COUNT, FIRST, LAST, SLIDE, STICK, TRAVEL_PX
 from tactile.imprinted import Motion, bumps, painted
 
@@ -43,13 +44,13 @@ def test_what_is_carried_by_the_gel_stays_and_what_slides_goes_as_far_as_it_slid
     assert shift_px(own, own.relief[9], own.relief[14]) == pytest.approx((7.5, -3.75), abs=1.0)
 
 
-def test_the_gel_s_steps_are_told_and_the_first_is_none(seen):
+def test_the_gel_s_steps_are_measured_and_the_first_is_none(seen):
     own = seen[STICK]
     _, steps = own.gel_fixed(9, 16, own.centre(0, COUNT - 1))
     assert steps[0] == (0.0, 0.0, 0.0)
-    told = np.array(steps[1:])
-    assert told[:5] == pytest.approx(np.tile([1.5, -0.75, 0.0], (5, 1)), abs=0.1)
-    assert told[5:] == pytest.approx(np.tile([-1.5, 0.75, 0.0], (2, 1)), abs=0.1)
+    measured = np.array(steps[1:])
+    assert measured[:5] == pytest.approx(np.tile([1.5, -0.75, 0.0], (5, 1)), abs=0.1)
+    assert measured[5:] == pytest.approx(np.tile([-1.5, 0.75, 0.0], (2, 1)), abs=0.1)
 
 
 def test_a_gel_that_turns_and_then_shifts_carries_the_view_along(tmp_path):
@@ -59,7 +60,7 @@ def test_a_gel_that_turns_and_then_shifts_carries_the_view_along(tmp_path):
         both = Motion(4.0 * shift, 0.0, math.radians(2.0 * turn))
         image = painted(depth, both, both, seq=number).image
         cv2.imwrite(str(tmp_path / f"{number:02}.png"), image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])
-    own = SeenRecording(tmp_path)
+    own = RecordingView(tmp_path)
     # Away from the centre of the turn, so that the place itself is carried along.
     reliefs, steps = own.gel_fixed(1, 11, (110.0, 50.0))
     assert [math.degrees(step.turn) for step in steps[1:]] == pytest.approx([2.0] * 5 + [0.0] * 5, abs=0.2)
@@ -136,9 +137,9 @@ def test_a_recording_of_two_frames_can_be_drawn_and_one_of_one_cannot(recordings
     for number in (0, 1):
         (tmp_path / f"{number:03}.png").hardlink_to(recordings / SLIDE / f"{number:03}.png")
         if number == 0:
-            with pytest.raises(DataError, match="1 frames, in which nothing can be seen to move"):
-                SeenRecording(tmp_path)
-    own = SeenRecording(tmp_path)
+            with pytest.raises(DataError, match="1 frames, but no motion could be tracked"):
+                RecordingView(tmp_path)
+    own = RecordingView(tmp_path)
     assert own.name == tmp_path.name
     assert kymograph(own).shape[1] == 2 * 8
     assert strip(own, 0, 1).any()
@@ -149,13 +150,13 @@ def test_what_cannot_be_followed_is_one_error_that_names_it(tmp_path):
         image = np.random.default_rng(number).integers(90, 110, (240, 320, 3), np.uint8)
         cv2.imwrite(str(tmp_path / f"{number}.png"), image)
     with pytest.raises(DataError, match=str(tmp_path)):
-        SeenRecording(tmp_path)
+        RecordingView(tmp_path)
 
 
 def test_a_larger_recording_is_shown_in_the_size_in_which_its_gel_is_followed(recordings, seen, tmp_path):
     for picture in sorted((recordings / STICK).iterdir()):
         image = cv2.imread(str(picture))
         cv2.imwrite(str(tmp_path / picture.name), cv2.resize(image, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST))
-    own = SeenRecording(tmp_path)
+    own = RecordingView(tmp_path)
     assert np.array_equal(own.images, seen[STICK].images)
     assert own.moved_px == pytest.approx(seen[STICK].moved_px, abs=1e-6)

@@ -54,7 +54,7 @@ def test_keys_jump_to_the_next_motion_and_back(window):
         window.press(*keys)
         return window.marking.cursor
 
-    assert [after("n") for _ in range(4)] == [4, 12, 20, 20], "after the last there is none"
+    assert [after("n") for _ in range(4)] == [4, 12, 20, 20], "after the last range the cursor stays"
     assert after("right", "p") == 20
     assert [after("p") for _ in range(3)] == [12, 4, 4]
     assert after("left", "p") == 3, "nor before the first"
@@ -82,7 +82,7 @@ def test_each_state_has_its_key(window, key, state):
     assert (window.marking.at(IN_A_ROW).state, window.marking.at(IN_A_ROW).confidence) == (state, 1.0)
 
 
-def test_the_title_tells_frame_state_and_keys_and_other_keys_do_nothing(window):
+def test_the_title_shows_frame_state_and_keys_and_other_keys_do_nothing(window):
     window.press("right", "x", None, "shift", "down")
     title = window.made.figure.axes[0].get_title()
     assert title.startswith(f"{SLIDE}, frame 9 of {COUNT}: unsure\n")

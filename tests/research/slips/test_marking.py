@@ -83,7 +83,7 @@ def test_all_taken_back_is_what_it_was(count, before):
     assert marking.intervals == was
 
 
-def test_what_nobody_has_labelled_is_unsure_without_confidence_and_what_is_set_has_its_labeller():
+def test_unlabelled_frames_are_unsure_without_confidence_and_set_frames_have_a_labeller():
     marking = Marking(20, labelled([(5, State.STICK)]), "B")
     assert (marking.at(5).state, marking.at(5).confidence, marking.at(19).last) == (State.UNSURE, 0.0, 19)
     marking.move(7)

@@ -1,4 +1,4 @@
-"""What cards say of real recordings: measured on labelled recordings, and written beside what the card said before."""
+"""The entry `real` of model cards: measured on labelled recordings, and added to the earlier entries."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from lsds_research.slips.folder import labels_of, read_folder
 def cards(tmp_path, monkeypatch):
     """A folder with two cards: of a detector that learnt from labelled recordings, and of one that did not."""
     for name, datasets in (("imprint", {"labelled": {}, "detection": {}}), ("threshold", {"detection": {}})):
-        told = {"name": name, "trained_on": {"datasets": datasets}}
-        (tmp_path / f"{name}.json").write_text(json.dumps(told), encoding="utf-8")
+        content = {"name": name, "trained_on": {"datasets": datasets}}
+        (tmp_path / f"{name}.json").write_text(json.dumps(content), encoding="utf-8")
     monkeypatch.setattr(on_cards, "model_path", lambda name, _: tmp_path / f"{name}.onnx")
     return tmp_path
 
 
-def test_scores_are_measured_and_what_a_card_said_stays(recordings, cards, monkeypatch):
+def test_scores_are_measured_and_earlier_entries_of_a_card_stay(recordings, cards, monkeypatch):
     known, _ = read_folder(recordings, labels_of(recordings))
     monkeypatch.setattr(on_cards, "scored_only", lambda: frozenset({known[0].object}))
-    told = on_cards.write_on_cards(recordings, ["imprint", "threshold"])
+    written = on_cards.write_on_cards(recordings, ["imprint", "threshold"])
     card = json.loads((cards / "imprint.json").read_text(encoding="utf-8"))
-    assert card["real"] == told["imprint"]
+    assert card["real"] == written["imprint"]
     assert card["name"] == "imprint"
     assert card["real"]["fitted_on"] == {"recordings": [], "frames": 0}, "all are of the object that is only scored"
     assert (card["real"]["scored_on"]["recordings"], card["real"]["scored_on"]["slips"]) == (3, 2)
@@ -34,12 +34,12 @@ def test_scores_are_measured_and_what_a_card_said_stays(recordings, cards, monke
 
 
 def test_recordings_that_were_learnt_from_are_named_and_not_scored(recordings, cards):
-    told = on_cards.write_on_cards(recordings, ["imprint", "threshold"])
-    assert len(told["imprint"]["fitted_on"]["recordings"]) == 3
-    assert told["imprint"]["fitted_on"]["frames"] > 10
-    assert told["threshold"]["fitted_on"]["recordings"] == []
-    assert told["imprint"]["scored_on"]["recordings"] == 0
-    assert set(told["imprint"]["scores"].values()) == {None}
+    written = on_cards.write_on_cards(recordings, ["imprint", "threshold"])
+    assert len(written["imprint"]["fitted_on"]["recordings"]) == 3
+    assert written["imprint"]["fitted_on"]["frames"] > 10
+    assert written["threshold"]["fitted_on"]["recordings"] == []
+    assert written["imprint"]["scored_on"]["recordings"] == 0
+    assert set(written["imprint"]["scores"].values()) == {None}
 
 
 def test_real_takes_one_folder(capsys):

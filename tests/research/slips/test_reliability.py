@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from lsds_research.slips.folder import LabelledRecording
 from lsds_research.slips.labels import Interval, State
+from lsds_research.slips.outputs import Outputs
 from lsds_research.slips.reliability import log_likelihood_ratio, reliability
-from lsds_research.slips.watched import Watched
 
 from lsds.models.signals import SIGNALS
 
@@ -17,7 +17,7 @@ def recording(name, count, slips, seed):
     half = count // 2
     own = [Interval(0, half - 1, State.STICK), Interval(half, count - 1, State.SLIP if slips else State.STICK)]
     nothing = np.zeros((count, len(SIGNALS)), np.float32)
-    return LabelledRecording(name, own, Watched(name, count, 63, np.ones(count), np.zeros(count, bool), nothing))
+    return LabelledRecording(name, own, Outputs(name, count, 63, np.ones(count), np.zeros(count, bool), nothing))
 
 
 def drawn(seed=0, sharp=1.0):

@@ -26,8 +26,8 @@ def intervals(draw):
     found, begin = [], 0
     for length in draw(st.lists(st.integers(1, 400), min_size=1, max_size=6)):
         state, sure = draw(st.sampled_from(State)), draw(st.integers(0, 100)) / 100
-        told = (draw(px), draw(px), draw(px), sure, draw(text), draw(text))
-        found.append(Interval(begin, begin + length - 1, state, *told))
+        rest = (draw(px), draw(px), draw(px), sure, draw(text), draw(text))
+        found.append(Interval(begin, begin + length - 1, state, *rest))
         begin += length
     return found
 
@@ -120,15 +120,15 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("line", "says"), WRONG)
-def test_a_wrong_line_is_named(file, line, says):
+@pytest.mark.parametrize(("line", "message"), WRONG)
+def test_a_wrong_line_is_named(file, line, message):
     with pytest.raises(DataError) as caught:
         read_labels(written(file, line))
-    assert says in str(caught.value)
+    assert message in str(caught.value)
     assert str(caught.value).startswith(f"{file}: ")
 
 
-def test_all_wrong_lines_are_told_at_once_and_many_are_counted(file):
+def test_all_wrong_lines_are_reported_at_once_and_many_are_counted(file):
     with pytest.raises(DataError, match=r"line 3: .*goes on at 5; line 4: state is 'x'") as caught:
         read_labels(written(file, "mug,0,4,stick", "mug,6,9,stick", "can,0,4,x"))
     assert "line 2" not in str(caught.value)
@@ -136,7 +136,7 @@ def test_all_wrong_lines_are_told_at_once_and_many_are_counted(file):
         read_labels(written(file, *["mug,0,4,x"] * 8))
 
 
-def test_a_file_that_is_none_says_what_is_missing(file, tmp_path):
+def test_a_file_without_labels_names_what_is_missing(file, tmp_path):
     with pytest.raises(DataError, match=r"no such file \(lsds label makes one"):
         read_labels(tmp_path / "nowhere.csv")
     with pytest.raises(DataError, match="columns first, last missing"):

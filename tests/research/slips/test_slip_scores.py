@@ -16,7 +16,7 @@ from lsds_research.slips.score import (
     FIRST_FRAMES,
     LATE,
     Counts,
-    Said,
+    LabelledOutputs,
     counted,
     onset_errors,
     scored_frames,
@@ -41,14 +41,14 @@ recordings = parts.map(lambda drawn: labelled(*drawn))
 SLIDE = labelled((12, State.STICK, 0.9), (8, State.SLIP, 0.9), (10, State.STICK, 0.9))
 
 
-def said(intervals, alarms=(), count=None, moved=1.0, slid=None, turned=None, abstains=()):
+def outputs(intervals, alarms=(), count=None, moved=1.0, slid=None, turned=None, abstains=()):
     count = count or intervals[-1].last + 1
     slip = np.zeros(count)
     slip[list(alarms)] = 1
     slip[list(abstains)] = np.nan
     nothing = np.full(count, np.nan)
     slid = np.full((count, 2), np.nan) if slid is None else slid
-    return Said(intervals, slip, np.full(count, moved), slid, nothing if turned is None else turned)
+    return LabelledOutputs(intervals, slip, np.full(count, moved), slid, nothing if turned is None else turned)
 
 
 # -- frames ------------------------------------------------------------------------------------------------
@@ -85,7 +85,7 @@ def test_the_frames_of_a_slide():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_a_recording_of_a_frame_or_two_has_nothing_to_score(count):
     own = [Interval(0, count - 1, State.SLIP)]
-    assert counted(said(own)) == Counts()
+    assert counted(outputs(own)) == Counts()
 
 
 # -- counts ------------------------------------------------------------------------------------------------
@@ -95,8 +95,8 @@ def test_a_recording_of_a_frame_or_two_has_nothing_to_score(count):
 def test_counts_add_up_and_no_part_is_more_than_its_whole(own, seed):
     rng = np.random.default_rng(seed)
     slip = rng.choice([0.0, 1.0, np.nan], own[-1].last + 1)
-    told = dataclasses.replace(said(own), slip=slip, moved_px=rng.uniform(0, 1, len(slip)))
-    counts = counted(told)
+    drawn = dataclasses.replace(outputs(own), slip=slip, moved_px=rng.uniform(0, 1, len(slip)))
+    counts = counted(drawn)
     assert counts.found <= counts.slip
     assert counts.false_moving <= counts.moving
     assert counts.false_still <= counts.still
@@ -112,11 +112,11 @@ def test_counts_add_up_and_no_part_is_more_than_its_whole(own, seed):
 @given(recordings)
 def test_saying_what_is_labelled_is_perfect_and_saying_nothing_is_no_alarm(own):
     state, _ = states(own, own[-1].last + 1)
-    perfect = counted(said(own, np.flatnonzero(state == State.SLIP)))
+    perfect = counted(outputs(own, np.flatnonzero(state == State.SLIP)))
     assert perfect.found == perfect.slip
     assert perfect.noticed == perfect.intervals
     assert perfect.false_moving == perfect.false_still == 0
-    mute = counted(said(own, abstains=range(len(state))))
+    mute = counted(outputs(own, abstains=range(len(state))))
     # Not one of the frames without an answer is still.
     assert (mute.found, mute.noticed, mute.answered, mute.still) == (0, 0, 0, 0)
     assert (mute.false_moving, mute.false_still) == (0, 0)
@@ -147,13 +147,13 @@ def test_nothing_scored_has_no_share():
     ],
 )
 def test_a_slip_is_noticed_from_a_frame_before_to_two_after_its_onset(alarms, late):
-    assert onset_errors(said(SLIDE, alarms)).tolist() == pytest.approx([late], nan_ok=True)
+    assert onset_errors(outputs(SLIDE, alarms)).tolist() == pytest.approx([late], nan_ok=True)
 
 
 def test_a_short_slip_is_not_noticed_after_its_end():
     short = labelled((12, State.STICK, 0.9), (1, State.SLIP, 0.9), (10, State.STICK, 0.9))
-    assert onset_errors(said(short, [12])).tolist() == [0]
-    assert np.isnan(onset_errors(said(short, [13, 14]))).all()
+    assert onset_errors(outputs(short, [12])).tolist() == [0]
+    assert np.isnan(onset_errors(outputs(short, [13, 14]))).all()
 
 
 def test_a_slip_that_is_unsure_or_at_the_very_start_is_not_scored():
@@ -161,7 +161,7 @@ def test_a_slip_that_is_unsure_or_at_the_very_start_is_not_scored():
     early = labelled((5, State.STICK, 0.9), (8, State.SLIP, 0.9), (10, State.STICK, 0.9))
     for own in (unsure, early):
         assert scored_intervals(own) == []
-        assert onset_errors(said(own, [5, 12])).size == 0
+        assert onset_errors(outputs(own, [5, 12])).size == 0
     assert scored_intervals(SLIDE) == [SLIDE[1]]
 
 
@@ -173,7 +173,7 @@ def travelled(tx, ty, turn, step=(1.0, -0.5), turned=0.25, unknown=()):
     slid, turns = np.tile(step, (30, 1)), np.full(30, turned)
     slid[list(unknown)] = np.nan
     turns[list(unknown)] = np.nan
-    (error,) = travels(said(own, slid=slid, turned=turns))
+    (error,) = travels(outputs(own, slid=slid, turned=turns))
     return error
 
 

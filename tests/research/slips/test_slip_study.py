@@ -28,17 +28,17 @@ IMPRINT = ("--detector", "imprint", "--estimator", "imprint", "--jobs", "1")
 
 @pytest.fixture
 def folder(recordings, tmp_path, monkeypatch):
-    """A folder of one's own with the recordings, in the working directory."""
+    """A copy of the recordings, in the working directory."""
     monkeypatch.chdir(tmp_path)
     return copied(recordings, tmp_path / "own")
 
 
 def study(folder, seed=0, **options):
-    told = {"path": str(folder), "detectors": ["imprint"], "estimators": ["imprint"], "jobs": 1, **options}
-    return SlipStudy(SlipOptions(**told), BuildContext(VirtualClock(), seed)).run(lambda *_: None)
+    values = {"path": str(folder), "detectors": ["imprint"], "estimators": ["imprint"], "jobs": 1, **options}
+    return SlipStudy(SlipOptions(**values), BuildContext(VirtualClock(), seed)).run(lambda *_: None)
 
 
-def test_the_imprint_notices_the_slides_without_a_false_alarm_and_tells_the_travel(recordings):
+def test_the_imprint_notices_the_slides_without_a_false_alarm_and_measures_the_travel(recordings):
     result = study(recordings, refit=False)
     (row,) = result.rows
     assert (row["detector"], row["setup"], row["intervals"]) == ("imprint", "whole pad", 2)
@@ -94,10 +94,10 @@ def test_the_command_prints_and_writes_what_it_found(folder, capsys):
     with (folder.parent / "table.csv").open(newline="") as file:
         (row,) = csv.DictReader(file)
     assert (row["detector"], float(row["noticed"])) == ("imprint", 1.0)
-    told = json.loads((folder.parent / "told.json").read_text())
-    assert told["figures_are"] == "measured"
-    assert told["failures"] == {}
-    assert told["tables"][0][0]["estimator"] == "imprint"
+    result = json.loads((folder.parent / "told.json").read_text())
+    assert result["figures_are"] == "measured"
+    assert result["failures"] == {}
+    assert result["tables"][0][0]["estimator"] == "imprint"
     assert (folder.parent / "curves.png").stat().st_size > 10_000
 
 
@@ -106,23 +106,23 @@ def test_study_slip_is_the_same(folder, capsys):
     assert json.loads(capsys.readouterr().out)["rows"][0]["noticed"] == 1.0
 
 
-def test_a_damaged_recording_is_passed_over_and_told(folder, capsys):
+def test_a_damaged_recording_is_skipped_and_reported(folder, capsys):
     (folder / TURN / "003.png").unlink()
     (folder / TURN / "003.png").write_bytes(b"no image")
     assert main(["evaluate", "slip", "own", *IMPRINT, "--no-refit", "--json", "told.json"]) == 0
     assert "passed over: " in capsys.readouterr().err
-    told = json.loads((folder.parent / "told.json").read_text())
-    assert list(told["failures"]) == [TURN]
-    assert told["rows"][0]["intervals"] == 1
+    result = json.loads((folder.parent / "told.json").read_text())
+    assert list(result["failures"]) == [TURN]
+    assert result["rows"][0]["intervals"] == 1
 
 
 def test_where_nothing_slips_shares_are_unknown_and_it_is_printed_all_the_same(folder, capsys):
     write_labels(folder / NAME, {STICK: truth()[STICK]})
     assert main(["evaluate", "slip", "own", *IMPRINT, "--json", "told.json", "--plot", "curves.png"]) == 0
-    told = json.loads((folder.parent / "told.json").read_text())
-    assert told["rows"][0]["found"] is None
-    assert told["rows"][0]["per_100_moving"] == 0.0
-    assert told["tables"][0][0]["slips"] == 0
+    result = json.loads((folder.parent / "told.json").read_text())
+    assert result["rows"][0]["found"] is None
+    assert result["rows"][0]["per_100_moving"] == 0.0
+    assert result["tables"][0][0]["slips"] == 0
 
 
 def test_a_wrong_file_of_labels_is_one_error_that_names_the_lines(folder, capsys):
@@ -131,14 +131,14 @@ def test_a_wrong_file_of_labels_is_one_error_that_names_the_lines(folder, capsys
     lines[4] = f"{STICK},0,29,sticks,,,,,,"
     (folder / NAME).write_text("\n".join(lines))
     assert main(["evaluate", "slip", "own", *IMPRINT]) == 5
-    (told,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-    assert f"{NAME}: line 3: tx_px is 'far'" in told
-    assert "line 3: confidence is '2'" in told
-    assert "line 5: state is 'sticks'" in told
+    (error,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    assert f"{NAME}: line 3: tx_px is 'far'" in error
+    assert "line 3: confidence is '2'" in error
+    assert "line 5: state is 'sticks'" in error
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "says"),
+    ("arguments", "code", "message"),
     [
         ([], 2, "PATH"),
         (["gone"], 5, "gone: no such folder"),
@@ -152,27 +152,27 @@ def test_a_wrong_file_of_labels_is_one_error_that_names_the_lines(folder, capsys
         (["own", "--plot", "no/where.png"], 5, "the folder does not exist"),
     ],
 )
-def test_mistakes_are_one_message_and_an_exit_code(folder, capsys, arguments, code, says):
+def test_mistakes_are_one_message_and_an_exit_code(folder, capsys, arguments, code, message):
     (folder.parent / "empty").mkdir()
     assert main(["evaluate", "slip", *arguments]) == code
-    told = capsys.readouterr().err
-    assert says in told
-    assert "Traceback" not in told
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
 
 
 def test_of_the_shipped_labels_only_objects_on_which_nothing_is_tuned_are_scored(recordings):
     # Names alone matter: which objects are kept of recordings that were read.
     names = sorted(read_labels(SHIPPED))
     read = [SimpleNamespace(object=name.split("__")[0]) for name in names]
-    told = SlipStudy(SlipOptions(path="folder"), BuildContext(VirtualClock(), 0))
-    kept = told._kept(read, recordings / SLIDE)
+    study = SlipStudy(SlipOptions(path="folder"), BuildContext(VirtualClock(), 0))
+    kept = study._kept(read, recordings / SLIDE)
     assert 0 < len(kept) < len(read)
     assert "baseball" in {own.object for own in kept}
     everything = SlipStudy(SlipOptions(path="folder", objects="all"), BuildContext(VirtualClock(), 0))
     assert everything._kept(read, recordings / SLIDE) == read
-    assert told._kept(read, recordings) == read, "of a folder's own labels all are scored"
+    assert study._kept(read, recordings) == read, "of a folder's own labels all are scored"
     foreign = [SimpleNamespace(object="mug")]
-    assert told._kept(foreign, recordings / SLIDE) == foreign
+    assert study._kept(foreign, recordings / SLIDE) == foreign
 
 
 def test_unknown_names_and_folders_raise_before_anything_is_read(recordings, tmp_path):
@@ -185,8 +185,8 @@ def test_unknown_names_and_folders_raise_before_anything_is_read(recordings, tmp
 def made_up(score):
     """A recording of which every frame moves, the last 40 of 240 slip, and a detector says so above 0.9."""
     intervals = [Interval(0, 199, State.STICK), Interval(200, 239, State.SLIP)]
-    watched = SimpleNamespace(name="mug", count=240, setup="whole pad", moved_px=np.ones(240))
-    return LabelledRecording("mug", intervals, watched), np.where(np.isnan(score), np.nan, score > 0.9), score
+    outputs = SimpleNamespace(name="mug", count=240, setup="whole pad", moved_px=np.ones(240))
+    return LabelledRecording("mug", intervals, outputs), np.where(np.isnan(score), np.nan, score > 0.9), score
 
 
 def test_at_the_same_false_alarms_detectors_are_compared_by_their_scores():
@@ -238,9 +238,9 @@ def test_a_detector_is_trained_on_labelled_recordings(recordings, tmp_path, monk
     (folder / "cup__turn" / "000.png").unlink()
     (folder / "cup__turn" / "000.png").write_bytes(b"no image")
     assert main(["train", "fused", "--labelled", "own", "--out", "slip.onnx", "--json", "told.json"]) == 0
-    said = capsys.readouterr()
-    assert "passed over: " in said.err
-    assert "measured" in said.out
+    shown = capsys.readouterr()
+    assert "passed over: " in shown.err
+    assert "measured" in shown.out
     card = load_model(tmp_path / "slip.onnx", "detect").card
     assert card.figures_are == "measured"
     assert card.trained_on["objects"] == ["can", "cup", "mug"]
@@ -249,7 +249,7 @@ def test_a_detector_is_trained_on_labelled_recordings(recordings, tmp_path, monk
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "says"),
+    ("arguments", "code", "message"),
     [
         ([], 2, "give --data, --labelled, or both"),
         (["--labelled", "gone"], 5, "gone: no such folder"),
@@ -258,8 +258,8 @@ def test_a_detector_is_trained_on_labelled_recordings(recordings, tmp_path, monk
         (["--labelled", "own", "--without", "mug"], 2, "leaves no object"),
     ],
 )
-def test_what_cannot_be_trained_on_is_told(folder, capsys, one_process, arguments, code, says):
+def test_unusable_training_data_is_an_error(folder, capsys, one_process, arguments, code, message):
     (folder.parent / "empty").mkdir()
     assert main(["train", "fused", "--out", "slip.onnx", *arguments]) == code
-    assert says in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not (folder.parent / "slip.onnx").exists()

@@ -24,10 +24,10 @@ def test_two_dask_workers_find_what_this_machine_finds(tmp_path, installed_host)
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, scheduler_port=0
     ) as cluster:
         for place in ([], ["--cluster", cluster.scheduler_address]):
-            told = tmp_path / f"{len(place)}.json"
-            assert main([*LIFT, "--jobs", "1", *place, "--json", str(told)]) == 0
-            runs = sorted(json.loads(told.read_text())["runs"], key=lambda run: run["speed_m_s"])
-            # What depends on the machine is not the same.
+            file = tmp_path / f"{len(place)}.json"
+            assert main([*LIFT, "--jobs", "1", *place, "--json", str(file)]) == 0
+            runs = sorted(json.loads(file.read_text())["runs"], key=lambda run: run["speed_m_s"])
+            # Figures of the machine differ.
             figures.append([{name: run[name] for name in run.keys() - {"frame_us", "cost"}} for run in runs])
     assert len(figures[0]) == 2
     assert figures[0] == figures[1]
@@ -35,17 +35,17 @@ def test_two_dask_workers_find_what_this_machine_finds(tmp_path, installed_host)
 
 def test_ray_is_joined_and_left(monkeypatch):
     """Ray itself is large, and is tried by hand: a stand-in shows what is asked of it."""
-    told = []
+    calls = []
     ray = types.ModuleType("ray")
-    ray.init = lambda **options: told.append(options["address"])
-    ray.shutdown = lambda: told.append("left")
+    ray.init = lambda **options: calls.append(options["address"])
+    ray.shutdown = lambda: calls.append("left")
     ray.remote = lambda work: types.SimpleNamespace(remote=lambda *arguments: lambda: work(*arguments))
     ray.wait = lambda waiting: (waiting[-1:], waiting[:-1])
     ray.get = lambda ready: [task() for task in ready]
     ray.__spec__ = types.SimpleNamespace(name="ray")
     monkeypatch.setitem(sys.modules, "ray", ray)
     assert list(shared_out(abs, [-1, 2, -3], 1, "ray://head:10001")) == [(-3, 3), (2, 2), (-1, 1)]
-    assert told == ["ray://head:10001", "left"]
+    assert calls == ["ray://head:10001", "left"]
 
 
 @pytest.mark.filterwarnings("ignore")

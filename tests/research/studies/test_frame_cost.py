@@ -1,4 +1,4 @@
-"""Study `frame`: every part and step is timed and drawn, the imprint as a part of its own."""
+"""Study `frame`: every part and step is timed and drawn, the imprint as a separate part."""
 
 import json
 

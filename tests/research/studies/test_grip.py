@@ -31,10 +31,10 @@ def evaluated(capsys):
 
 
 def test_belief_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_path):
-    kept, told, picture = tmp_path / "runs.jsonl", tmp_path / "grip.json", tmp_path / "grip.png"
-    code, output = evaluated("--out", str(kept), "--json", str(told), "--plot", str(picture))
+    kept, result, picture = tmp_path / "runs.jsonl", tmp_path / "grip.json", tmp_path / "grip.png"
+    code, output = evaluated("--out", str(kept), "--json", str(result), "--plot", str(picture))
     assert code == 0, output
-    runs = {run["controller"]: run for run in json.loads(told.read_text())["runs"]}
+    runs = {run["controller"]: run for run in json.loads(result.read_text())["runs"]}
     assert set(runs) == {"belief", "pd", "off"}
     assert runs["belief"]["held"]
     assert not runs["off"]["held"]
@@ -42,15 +42,15 @@ def test_belief_holds_with_less_than_pd_and_a_fixed_grip_drops(evaluated, tmp_pa
     assert runs["off"]["closings"] == 0
     assert runs["off"]["first_over_needed"] < 1 < runs["belief"]["peak_over_needed"]
     assert picture.stat().st_size > 5000
-    # What is kept is not run again; a run that was cut off is.
+    # Stored runs are not repeated; an incomplete line is run again.
     lines = kept.read_text().splitlines()
     assert len(lines) == 3
     known = [json.loads(line) for line in lines[:2]]
     known[0]["run"]["slip_mm"] = 123.0
     kept.write_text("\n".join(json.dumps(line) for line in known) + "\n" + lines[2][:40])
-    code, output = evaluated("--out", str(kept), "--json", str(told))
+    code, output = evaluated("--out", str(kept), "--json", str(result))
     assert code == 0, output
-    again = json.loads(told.read_text())["runs"]
+    again = json.loads(result.read_text())["runs"]
     assert max(run["slip_mm"] for run in again) == 123.0
     assert len(again) == 3
 

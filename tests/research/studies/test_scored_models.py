@@ -34,12 +34,12 @@ def evaluate(*arguments):
 def test_models_are_scored_on_what_they_have_not_learnt_from_beside_the_rules(folder):
     done = evaluate("data", "--model", "mine.onnx", "--json", "told.json", "--csv", "t.csv", "--plot", "p.png")
     assert done.exit_code == 0, done.output
-    told = json.loads((folder / "told.json").read_text())
-    rows = {(row["model"], row["object"]): row for row in told["rows"]}
+    result = json.loads((folder / "told.json").read_text())
+    rows = {(row["model"], row["object"]): row for row in result["rows"]}
     models = {"mine", "one-parameter rule", "majority"}
     assert set(rows) == {(model, name) for model in models for name in ("book", "duster", "all")}
     assert rows["majority", "all"]["accuracy"] < rows["mine", "all"]["accuracy"] <= 1
-    assert "simulated" in told["title"]
+    assert "simulated" in result["title"]
     assert (folder / "p.png").read_bytes()[:4] == b"\x89PNG"
     assert (folder / "t.csv").read_text().startswith("model,object,accuracy")
 
@@ -78,7 +78,7 @@ def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--object", "bok"], "did you mean 'book'"),
         (["--model", "mine.onnx", "--job", "estimate"], "is a model to detect, not to estimate"),
@@ -86,10 +86,10 @@ def test_without_other_objects_the_rule_is_fitted_out_of_fold(folder):
         (["--plot", "nowhere/p.png"], "the folder does not exist"),
     ],
 )
-def test_what_is_wrong_is_told(folder, arguments, told):
+def test_mistakes_are_named(folder, arguments, message):
     done = evaluate("data", *arguments)
     assert done.exit_code
-    assert told in done.output + str(done.exception)
+    assert message in done.output + str(done.exception)
 
 
 def test_a_dataset_of_nothing_new_is_refused(folder):

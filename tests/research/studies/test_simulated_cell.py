@@ -2,42 +2,13 @@
 
 import json
 
-import pytest
 from click.testing import CliRunner
-from lsds_research.studies.dynamics.integrators import IN_PRODUCT, SCHEMES, Setting, return_map
-from lsds_research.studies.dynamics.study import drop
 
 from lsds.cli.main import cli
 
 
-@pytest.mark.parametrize("name", IN_PRODUCT)
-@pytest.mark.parametrize("stiffness", [2.1e3, 16e3])
-def test_the_products_integrators_hold_where_others_fail(name, stiffness):
-    setting = Setting(stiffness_n_m=stiffness)
-    exact, _ = drop(return_map(1.0), setting, 1e-4)
-    for dt_ms, allowed_mm in ((0.5, 1.5), (2, 1.5), (8, 3), (40, 12)):
-        fallen, created = drop(SCHEMES[name], setting, dt_ms * 1e-3)
-        assert abs(fallen - exact) < allowed_mm * 1e-3
-        assert created <= 1e-9
-
-
-def test_lugre_never_lets_go_and_explicit_reset_makes_energy():
-    setting = Setting()
-    assert abs(drop(SCHEMES["LuGre, semi-implicit"], setting, 2e-3)[0]) < 1e-3
-    assert drop(SCHEMES["Haessig-Friedland, explicit"], setting, 40e-3)[1] > 0.01
-
-
 def run(*arguments):
     return CliRunner().invoke(cli, ["chart", *arguments], catch_exceptions=False)
-
-
-def test_chart_dynamics(tmp_path):
-    plot, table = tmp_path / "d.png", tmp_path / "d.csv"
-    done = run("dynamics", "--reference-ms", "0.1", "--plot", str(plot), "--csv", str(table))
-    assert done.exit_code == 0
-    assert "simulated" in done.output
-    assert plot.stat().st_size > 10_000
-    assert len(table.read_text().splitlines()) == 1 + 2 * len(SCHEMES)
 
 
 def test_chart_gel(tmp_path):

@@ -33,15 +33,15 @@ def recording(name, thing, seed, frames=60):
     return from_rows(name, thing, "slip", 0.04 * np.arange(frames), signals, labels)
 
 
-def test_the_untrained_estimator_s_speed_is_worked_out_from_columns_as_it_tells_it():
+def test_columns_give_the_speed_that_the_untrained_estimator_returns():
     frames = observations(12)
     estimator = HOST.build("estimator", "field", {}, CONTEXT)
-    told = [estimator.update(frame).speed_m_s for frame in frames]
+    speeds = [estimator.update(frame).speed_m_s for frame in frames]
     values = np.array([signals_of(frame)[[SIGNALS.index(name) for name in COLUMNS]] for frame in frames])
     known = np.flatnonzero(np.isfinite(values).all(axis=1))
     pairs = np.stack([values[known[:-1]], values[known[1:]]], axis=1)
-    assert speed_of(pairs, FieldOptions().gain) == pytest.approx([told[k] for k in known[1:]], rel=1e-3, abs=1e-9)
-    assert max(told[k] for k in known) > 0
+    assert speed_of(pairs, FieldOptions().gain) == pytest.approx([speeds[k] for k in known[1:]], rel=1e-3, abs=1e-9)
+    assert max(speeds[k] for k in known) > 0
 
 
 @pytest.mark.parametrize(
@@ -95,11 +95,11 @@ def test_a_learning_curve_refuses_what_it_cannot_compare(tmp_path):
     parts = [recording(thing, thing, i) for i, thing in enumerate(("can", UNSEEN[0]))]
     joined(parts, {}).save(tmp_path / "data")
     joined(parts[:1], {}).save(tmp_path / "other")
-    for options, said in (
+    for options, message in (
         ({"learners": ["logistic", "linear-window"]}, "of one job"),
         ({"also": str(tmp_path / "other")}, "no object that is not in the training data"),
     ):
-        with pytest.raises(DataError, match=said):
+        with pytest.raises(DataError, match=message):
             LearningStudy(LearningOptions(data=str(tmp_path / "data"), **options), CONTEXT).run(
                 lambda done, whole: None
             )

@@ -29,7 +29,7 @@ _LAYER = 0.1
 def make(hats: HatGrid, ratios: Sequence[float], mesh: Mesh, progress: Progress) -> CorrectionFile:
     """Compute the corrections for some Poisson ratios; `progress` is called with parts that add up to 1.
 
-    Raises LsdsError where SciPy is missing.
+    Raises LsdsError if SciPy is missing.
     """
     require()
     found = []
@@ -72,7 +72,7 @@ def _mass(intervals: int, pitch: float) -> NDArray[np.float64]:
 
 
 def provenance(hats: HatGrid, mesh: Mesh) -> dict[str, Any]:
-    """Return how a file was made: all that is needed to make it again."""
+    """Return the parameters that reproduce a file."""
     import scipy
 
     return {

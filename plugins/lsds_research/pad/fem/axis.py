@@ -45,7 +45,7 @@ def element(place: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def nodes_of(edges: NDArray[np.float64]) -> int:
-    """Return how many nodes the elements between these edges have."""
+    """Return the number of nodes of the elements between these edges."""
     return ORDER * (len(edges) - 1) + 1
 
 

@@ -1,9 +1,9 @@
 """Compliance between the same hats on the periodic layer, by the same elements: one hat interval and its waves.
 
 In a layer that repeats after N hat intervals along an axis, motions are sums of N waves that differ from one interval
-to the next by a phase only (Bloch); each is a problem on one interval. The layer is subtracted as elements see it, not
-in exact form (see `lsds_mocks.gel.field.operator`): what the elements get wrong under a load, and near it, is
-the same in the pad, and goes away. The rest is smooth, so that hats carry it well, and positive semi-definite.
+to the next by a phase only (Bloch); each is a problem on one interval. The layer is computed with the same
+elements, not in exact form (see `lsds_mocks.gel.field.operator`): the error of the elements at a load is equal in the
+pad and cancels. The difference is positive semi-definite, and smooth enough for hats.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Where a pad's elements end: two to a hat, thin ones at the walls and at the base, all lengths in thicknesses.
 
-Where a free wall meets the bonded base, stress is singular, and near Poisson's ratio 1/2 motion under pressure beside a
-wall hangs on it: with a lowest layer of a quarter thickness it is off by 1 to 4 %, with `FINE` by 0.2 %. Loads at
-the surface need thin elements less, since the layer is subtracted as the same elements see it: what they do not resolve
-there cancels. Figures are in docs/decisions/0012-the-pad-correction.md.
+Stress is singular at the edge between a free wall and the bonded base. Near Poisson's ratio 1/2 this singularity
+affects motion under pressure close to a wall: the error is 1 to 4 % with a lowest layer of a quarter thickness, and
+0.2 % with `FINE`. Loads at the surface need fewer thin elements: the layer is subtracted with the same elements, so
+errors there cancel. Figures are in docs/decisions/0012-the-pad-correction.md.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Mesh:
 FINE = Mesh((0.2, 0.45, 0.8, 1.05, 0.9, 0.42, 0.14, 0.04), (1.0, 0.35, 0.12))
 """Of shipped corrections."""
 COARSE = Mesh((0.3, 0.5, 0.2), (1.0,))
-"""Of trials: within some per cent."""
+"""Mesh of quick trials, with errors of some per cent."""
 
 
 def depth(mesh: Mesh) -> NDArray[np.float64]:

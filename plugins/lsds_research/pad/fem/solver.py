@@ -1,4 +1,4 @@
-"""A sparse direct solver for symmetric positive matrices: PARDISO where it is installed, else SciPy's SuperLU."""
+"""A sparse direct solver for symmetric positive matrices: PARDISO if installed, else SciPy's SuperLU."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def require() -> str:
-    """Return the name and version of the solver in use. Raises LsdsError where SciPy is missing."""
+    """Return the name and version of the solver in use. Raises LsdsError if SciPy is missing."""
     try:
         import scipy
     except ImportError as error:
@@ -27,7 +27,7 @@ def require() -> str:
 def _pardiso() -> Any:
     try:
         import pypardiso
-    except (ImportError, OSError):  # OSError: the package is there, MKL is not.
+    except (ImportError, OSError):  # OSError: the package is installed without MKL.
         return None
     return pypardiso
 

@@ -8,17 +8,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from lsds_research.chosen import chosen
+from lsds_research.collecting.trials import Job, Trial, trials
+from lsds_research.metrics import MOVING_M_S
+from lsds_research.studies.asked.options import AskedOptions
+from lsds_research.studies.asked.trial import AskedTrial, ask
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
 from lsds.support.processes import DIED, spread
-from lsds_research.chosen import chosen
-from lsds_research.collecting.trials import Job, Trial, trials
-from lsds_research.metrics import MOVING_M_S
-from lsds_research.studies.asked.options import AskedOptions
-from lsds_research.studies.asked.trial import AskedTrial, ask
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

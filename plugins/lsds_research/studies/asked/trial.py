@@ -8,20 +8,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from lsds_research.collecting.campaign import PRESETS
+from lsds_research.collecting.drive import run_trial
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import LsdsError
 from lsds.registry.host import PluginHost
 from lsds.session.track import UNASKED
-from lsds_research.collecting.campaign import PRESETS
-from lsds_research.collecting.drive import run_trial
 
 if TYPE_CHECKING:
+    from lsds_research.collecting.trials import Trial
     from numpy.typing import NDArray
 
     from lsds.contracts import Cycle
-    from lsds_research.collecting.trials import Trial
 
     Floats = NDArray[np.float64]
 

@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lsds.contracts.study import StudyResult, Value
-from lsds.session.pictures.figure import new_figure
 from lsds_research.studies.dynamics.integrators import (
     GRAVITY_M_S2,
     IN_PRODUCT,
@@ -20,9 +18,13 @@ from lsds_research.studies.dynamics.integrators import (
     return_map,
 )
 
+from lsds.contracts.study import StudyResult, Value
+from lsds.session.pictures.figure import new_figure
+
 if TYPE_CHECKING:
-    from lsds.contracts import BuildContext
     from lsds_research.studies.dynamics.options import DynamicsOptions
+
+    from lsds.contracts import BuildContext
 
 STIFFNESS_N_MM = (2.1, 16.0)
 HELD_N, LOST_N = 6.0, 0.8

@@ -1,1 +1,1 @@
-"""Study `faults`: what each fault does to a run, next to the same run without it."""
+"""Study `faults`: the effect of each fault on a run, compared with the same run without it."""

@@ -1,4 +1,4 @@
-"""One lift with a fault, or without any, and what came of it."""
+"""One lift with or without a fault, and its outcome."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from lsds.errors import LsdsError
 from lsds.session.run import run
 
 OPENED_M = 1e-3
-"""Fingers that hold something and are wider by this, than when the fault began and than without it, have opened."""
+"""Fingers around an object count as opened if their aperture grows by this since the fault, more than without it
+(m)."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
     """A run. An empty `fault` is the run that the others are compared with; `severity` is 0 for one without a scale.
-    `rig` is a rig file, empty for the default rig, in which each seed has a gel of its own."""
+    `rig` is a rig file, empty for the default rig, in which each seed has another gel."""
 
     controller: str
     detector: str
@@ -30,12 +31,12 @@ class Case:
 
     @property
     def key(self) -> str:
-        """Name of the run among those that are kept."""
+        """Key of the stored run."""
         return f"{self.pair} {self.fault} {self.severity} {self.moment}"
 
     @property
     def pair(self) -> str:
-        """Name of what it shares with the run without a fault."""
+        """Name of the settings in common with the run without a fault."""
         rig = f" {self.rig}" if self.rig else ""
         return f"{self.controller} {self.detector} {self.seed} {' '.join(self.settings)}{rig}"
 
@@ -48,15 +49,15 @@ class Case:
         }
         if not self.rig:
             keys["sensor.mock-gelsight-mini.gel"] = self.seed
-        told = [*override_texts(keys), *self.settings]
+        overrides = [*override_texts(keys), *self.settings]
         if not self.fault:
-            return told
+            return overrides
         fault = {"backend": self.fault, "at": self.moment, "severity": self.severity or None}
-        return [*told, *override_texts({"faults": [fault]})]
+        return [*overrides, *override_texts({"faults": [fault]})]
 
 
 def run_case(case: Case) -> dict[str, Any] | str:
-    """Run a case; return its figures, or why it could not be run."""
+    """Run a case; return its figures, or the reason of a failure."""
     try:
         session = run(case.rig or None, case.overrides())
     except LsdsError as error:
@@ -80,9 +81,9 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "slip_mm": None if summary["slip_distance_m"] is None else 1e3 * summary["slip_distance_m"],
         "peak_n": summary["peak_normal_force_n"],
         "began": onset_ns is not None,
-        # From the fault to the end of the run: nothing is commanded any more.
+        # The time from the fault to the end of the run, after which there are no commands.
         "safe_s": (truths[-1].t_ns - held[0].t_ns) * 1e-9 if held and fault is not None else None,
-        # Of fingers that hold something: their aperture when the fault begins, and the widest since.
+        # Aperture of fingers around an object when the fault begins, and the largest since.
         "onset_m": held[0].aperture_m if holds else None,
         "widest_m": max(truth.aperture_m for truth in held) if holds else None,
     }

@@ -15,7 +15,7 @@ Moment = Literal["approach", "squeeze", "take up", "lift", "slip", "hold"]
 class FaultsOptions(BaseModel):
     """Let parts of the cell fail while an object is lifted, and compare with the same run without the fault.
 
-    Every combination of fault, severity, moment and seed is a run. A fault is stopped (an error with a name), harmless
+    Every combination of fault, severity, moment and seed is a run. A fault is stopped (an expected error), harmless
     (the same outcome), or missed. Figures are simulated.
 
     \b
@@ -46,7 +46,7 @@ class FaultsOptions(BaseModel):
         description="when the fault begins: approach, squeeze, take up, lift, slip (the first alarm), hold",
         json_schema_extra={"flag": "--moment", "metavar": "NAME"},
     )
-    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with another gel")
     controllers: list[str] = Field(
         default=["belief"],
         min_length=1,
@@ -61,7 +61,7 @@ class FaultsOptions(BaseModel):
     )
     rig: str = Field(
         default="",
-        description="rig file instead of the default rig; one of drivers on the wire runs in real time, with --jobs 1",
+        description="rig file instead of the default rig; a rig of real drivers runs in real time and needs --jobs 1",
         json_schema_extra={"metavar": "FILE"},
     )
     settings: Settings = []

@@ -1,4 +1,4 @@
-"""Paired comparisons of yes and no: McNemar's exact test, and Holm's correction for many."""
+"""Paired comparisons of binary outcomes: McNemar's exact test, with Holm's correction for many tests."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 
 def mcnemar(pairs: Sequence[tuple[bool, bool]]) -> float:
-    """Return the two-sided p value that both members of pairs say yes equally often (McNemar 1947, exact)."""
+    """Return the two-sided p value of equal rates in both members of pairs (McNemar 1947, exact)."""
     first = sum(a and not b for a, b in pairs)
     differ = sum(a != b for a, b in pairs)
     tail = sum(math.comb(differ, k) for k in range(min(first, differ - first) + 1))

@@ -14,18 +14,18 @@ from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
 from lsds.registry.backends import OWN_DISTRIBUTION
 from lsds.registry.host import PluginHost
-from lsds_research.chosen import chosen, with_own_defaults
-from lsds_research.kept import run_kept
+from lsds_research.run_store import run_and_store
 from lsds_research.studies.faults.case import OPENED_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar
 from lsds_research.studies.faults.plot import plot_faults
+from lsds_research.study_backends import backend_names, with_own_defaults
 
 if TYPE_CHECKING:
     Row = dict[str, Any]
 
 SQUEEZED = 2.0
-"""Peak force over that of the run without the fault, beyond which it squeezes."""
+"""Ratio of peak force to that of the run without the fault above which a run counts as squeezed."""
 EXPLAINED = (
     "stopped: ended by an error with a name, arm at rest, grip kept; harmless: the same outcome as the run without the "
     "fault; missed: another outcome, and no error; opened: fingers that held something opened by a millimetre more "
@@ -54,10 +54,10 @@ class FaultsStudy:
         self._options, self._seed = options, context.seed
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Run the lifts. Raises DataError where none could be run, PluginError for an unknown fault or controller."""
+        """Run the lifts. Raises DataError if none could be run, PluginError for an unknown fault or controller."""
         options = self._options
         planned = _planned(options, self._seed)
-        found, failures = run_kept(run_case, planned, options.out, options.jobs, options.cluster, tick)
+        found, failures = run_and_store(run_case, planned, options.out, options.jobs, options.cluster, tick)
         rows = [*found.values()]
         alone = {row["pair"]: row for row in rows if not row["fault"]}
         judged = [_judged(row, alone[row["pair"]]) for row in rows if row["fault"] and row["pair"] in alone]
@@ -84,9 +84,9 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
     """Return the runs, those without a fault first. Raises PluginError for an unknown fault, controller, detector."""
     host = PluginHost()
     options = with_own_defaults(host, options, {"controllers": "controller", "detectors": "detector"})
-    names = chosen(host, "fault", options.faults)
-    controllers = chosen(host, "controller", options.controllers)
-    detectors = chosen(host, "detector", options.detectors)
+    names = backend_names(host, "fault", options.faults)
+    controllers = backend_names(host, "controller", options.controllers)
+    detectors = backend_names(host, "detector", options.detectors)
     scaled = {name: _is_scaled(host, name) for name in names}
     severities, moments = sorted(set(options.severities)), options.moments
     if options.quick:
@@ -106,7 +106,7 @@ def _planned(options: FaultsOptions, seed: int) -> list[Case]:
 
 
 def _is_scaled(host: PluginHost, name: str) -> bool:
-    """Tell whether a fault has severities; one of another plugin has them if its options do."""
+    """Return whether a fault has severities; that of another plugin has them if its options do."""
     from lsds_mocks.faults.catalogue import CATALOGUE
 
     own = {entry.name: bool(entry.levels) for entry in CATALOGUE}
@@ -150,7 +150,7 @@ def _summary(name: str, rows: Sequence[Row]) -> Row:
 
 
 def _compared(rows: Sequence[Row]) -> list[StudyTable]:
-    """Compare controllers, and detectors, by what each missed of the same faults."""
+    """Compare controllers, and detectors, by the missed runs of the same faults."""
     found: dict[str, tuple[int, str, float]] = {}
     for part, other in (("controller", "detector"), ("detector", "controller")):
         by: dict[str, dict[tuple[Any, ...], bool]] = {}
@@ -159,13 +159,14 @@ def _compared(rows: Sequence[Row]) -> list[StudyTable]:
             by.setdefault(row[part], {})[what] = row["verdict"] == "missed"
         for one, two in combinations(sorted(by), 2):
             pairs = [(by[one][what], by[two][what]) for what in by[one].keys() & by[two].keys()]
-            told = f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}"
-            found[f"{one}, {two}"] = (len(pairs), told, mcnemar(pairs))
+            missed = f"{sum(a for a, _ in pairs)} and {sum(b for _, b in pairs)}"
+            found[f"{one}, {two}"] = (len(pairs), missed, mcnemar(pairs))
     if not found:
         return []
     corrected = holm({name: p for name, (_, _, p) in found.items()})
     table: list[Row] = [
-        {"pair": name, "runs": runs, "missed": told, "p": corrected[name]} for name, (runs, told, _) in found.items()
+        {"pair": name, "runs": runs, "missed": missed, "p": corrected[name]}
+        for name, (runs, missed, _) in found.items()
     ]
     return [StudyTable(_COMPARED, table)]
 

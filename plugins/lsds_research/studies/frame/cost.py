@@ -1,7 +1,7 @@
 """Computing time of one frame from image to command, and speed against accuracy of the tracker.
 
 All candidates see the same frames of one simulated run, in turns, so that a noisy machine disturbs all alike; medians
-are quoted. Peers are what people reach for first: OpenCV's blob detector matched to the nearest dot, and pyramidal
+are quoted. Peers are common designs: OpenCV's blob detector matched to the nearest dot, and pyramidal
 Lucas-Kanade from frame to frame.
 """
 
@@ -46,11 +46,11 @@ if TYPE_CHECKING:
 
 TRACKERS = ("lk", "centroid", "dis")
 SCALES = (4, 8, 16)
-#: Single jumps to survive or to own up to, px: from half a pitch on.
+#: Single jumps that a tracker must follow or flag, from half a pitch on (px).
 JUMPS_PX = (18, 24, 30, 36, 41)
-#: Squeeze beyond touch that the belief is given, m.
+#: Squeeze that the belief gets (m).
 SQUEEZE_M = 1.5e-3
-#: A track this far from the truth is on another dot, px.
+#: A track this far from the truth is on another marker (px).
 WRONG_PX = 3.0
 
 
@@ -87,8 +87,8 @@ class TrackerScore:
 class FrameCost:
     """Result of `measure`. `area_change` is each depth scale's mean area difference to the finest scale.
 
-    `peers` are whole chains as they are usually put together, timed in turns with ours; empty where their libraries are
-    not installed. `peer_ratio` is the median of the quickest of them over ours, None without any.
+    `peers` are whole chains of common libraries, timed in turns with ours; empty if the libraries are not installed.
+    `peer_ratio` is the median of the fastest of them over ours, None without any.
     """
 
     total: Cost
@@ -117,7 +117,7 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
 
     Raises DataError if the default sensor does not provide the true positions of its markers.
     """
-    # As in a running engine, for all candidates alike.
+    # As in a running engine, for all candidates.
     with quiet_process():
         return _measure(seed, repeats, progress)
 
@@ -187,12 +187,12 @@ def record(config: RigConfig, host: PluginHost) -> Clip:
         rest = sensor.marker_truth().rest_px
         reference = engine.perception.reference_frame
     if reference is None or not frames:
-        raise DataError("the run made no frames to measure on")
+        raise DataError("the run produced no frames; check the config")
     return Clip(reference, rest, tuple(frames), tuple(truth))
 
 
 def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, list[int]]:
-    """The per-frame path as the loop walks it, and each of its steps."""
+    """The path of one frame through the loop, and each of its steps."""
     rig = Rig(config, host)
     perception = Perception(rig.tracker, rig.sensor.spec, config.tactile)
     perception.start([clip.reference])
@@ -212,7 +212,7 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
         observation, tracks = perception.observe(frame)
         t = lap("perception", begun)
         if observation.imprint is not None:
-            # Detector and estimator both ask for it; here it is nobody's, or the first to ask would seem to cost it.
+            # Detector and estimator share this step. It is timed separately, or the first user would seem to cost it.
             observation.imprint()
         t = lap("imprint", t)
         detection = rig.detector.update(observation)
@@ -269,7 +269,7 @@ def _time_steps(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable[[
 
 
 def _time_imprint(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable[[str, int], int]) -> None:
-    """The steps of the imprint, on frames whose views and fields are there."""
+    """The steps of the imprint, on frames with computed views and fields."""
     rig = Rig(config, host)
     spec = rig.sensor.spec
     perception = Perception(rig.tracker, spec, config.tactile)
@@ -307,7 +307,7 @@ def _candidates(config: RigConfig, host: PluginHost) -> dict[str, Any]:
 
 
 def _peer_chains(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, Callable[[], PeerChain]]:
-    """Return how to make each peer chain; none where a library that they call is not installed."""
+    """Return the factory of each peer chain; none if a library is not installed."""
     if not all(importable(name) for name in NEEDS):
         return {}
     rig = Rig(config, host)
@@ -341,7 +341,7 @@ def _time_tracker(tracker: Any, clip: Clip) -> tuple[list[int], tuple[float, flo
     at = reference.xy_px
     nearest = np.hypot(*(at[:, None, :] - clip.rest_px[None, :, :]).transpose(2, 0, 1)).argmin(axis=1)
     on_dots = np.hypot(*(at - clip.rest_px[nearest]).T) < WRONG_PX
-    # Sample points that sit on no dot (dense flow) have the motion of the dots nearby for truth.
+    # The truth of sample points between markers (dense flow) is the motion of the nearest markers.
     times, errors, kept = [], [], []
     for frame, truth in zip(clip.frames, clip.truth_px, strict=True):
         frame = _fresh(frame)
@@ -390,7 +390,7 @@ def _time_depth(clip: Clip, scale: int, threshold_m: float) -> tuple[list[int], 
 
 
 def _fresh(frame: Frame) -> Frame:
-    """The same image as a new frame, so that nothing remembers having seen it."""
+    """Return the same image as a new frame, without cached results."""
     return Frame(frame.image, frame.t_ns, frame.seq)
 
 

@@ -1,6 +1,6 @@
-"""A chain as it is usually put together: an OpenCV tracker, a scikit-learn forest, a torch LSTM, one call each a frame.
+"""A common chain for comparison: an OpenCV tracker, a scikit-learn forest and a torch LSTM, one call each per frame.
 
-Field, contact and features are ours in both chains, so the ratio of the two flatters the peers.
+Field, contact and features are ours in both chains, so the ratio of the two favours the peers.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ NEEDS = ("sklearn", "torch", "onnx")
 
 
 class PeerModels:
-    """The paper's forest and LSTM, fitted on the clip itself: their size is what matters here, not their answers."""
+    """The paper's forest and LSTM, fitted on the clip itself: only their size affects the time."""
 
     def __init__(self, host: PluginHost, frames: Sequence[Frame], perception: Perception) -> None:
         self.forest, self.forest_fit = _fitted(host, "random-forest", frames, perception)
@@ -36,7 +36,7 @@ class PeerModels:
 
 
 class PeerChain:
-    """One tracker with the models behind it. `answer` takes a frame to slip and speed."""
+    """One tracker with the models behind it. `answer` maps a frame to slip and speed."""
 
     def __init__(self, tracker: Any, models: PeerModels, spec: SensorSpec, config: RigConfig, reference: Frame) -> None:
         self._perception = Perception(tracker, spec, config.tactile)
@@ -47,7 +47,7 @@ class PeerChain:
         ]
 
     def answer(self, frame: Frame) -> list[Any]:
-        """Return the probability of slip and the speeds, None where a signal is undefined."""
+        """Return the probability of slip and the speeds, None if a signal is undefined."""
         observation, _ = self._perception.observe(frame)
         answers: list[Any] = []
         for pick, window, fitted in self._calls:

@@ -12,7 +12,7 @@ from lsds.tactile.views import ViewedFrame
 
 
 class BlobNearest:
-    """OpenCV's SimpleBlobDetector in every frame, each marker taking the nearest blob to where it was last."""
+    """OpenCV's SimpleBlobDetector in every frame, each marker takes the blob nearest to its last position."""
 
     def __init__(self) -> None:
         parameters = cv2.SimpleBlobDetector.Params()
@@ -38,7 +38,7 @@ class BlobNearest:
 
 
 class PyramidFlow:
-    """Pyramidal Lucas-Kanade from the last frame to this one, believing its status flags."""
+    """Pyramidal Lucas-Kanade from the last frame to this one, with its status flags as the only check."""
 
     def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
         """Take the reference."""

@@ -24,8 +24,8 @@ def plot_frame_cost(path: Path, cost: FrameCost) -> None:
     bars.plot([p.p99_us for p in parts], y, "|", color="tab:red", ms=9, label="99th percentile")
     bars.set_yticks(y, [p.name for p in parts], fontsize=8)
     for row, part in zip(y, parts, strict=True):
-        told = bars.text(part.p50_us, row, f" {part.p50_us:.0f}", va="center", fontsize=7)
-        told.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4})
+        label = bars.text(part.p50_us, row, f" {part.p50_us:.0f}", va="center", fontsize=7)
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4})
     bars.axvline(500, color="0.4", ls=":", lw=1)
     bars.set_xscale("log")
     bars.set_xlabel("microseconds (median), one core; light: steps of a part, orange: peers")

@@ -1,4 +1,4 @@
-"""The chart of the study `gel`: a panel a scene, error against time, and how the choosing gel did."""
+"""The chart of the study `gel`: a panel per scene with error against time, and the results of the automatic gel."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _scene(ax: Axes, scene: str, rows: list[dict[str, Value]]) -> None:
         ax.plot(x, y, style, color=colour, ms=9 if style == "*" else 6)
         if row["pitch_mm"] or style == "*":
             label = str(row["model"]).split(" ", 1)[1]
-            # Those of the choosing gel often lie upon each other.
+            # Points of the automatic gel often coincide.
             side: dict[str, Any] = (
                 {"xytext": (0, 7 if label.startswith("20") else -12), "ha": "center"}
                 if style == "*"

@@ -1,4 +1,4 @@
-"""Lead a gel model through a scene, and see where its dots go and what it takes."""
+"""Run a gel model through a scene, and record its markers, forces and time."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Trace:
 
 
 def _settled(gel: GelModel, friction: float, motion: Sequence[float]) -> Reaction:
-    # Cells may come and go; friction is of the scene, not of a cell.
+    # Cells may change during a run; friction belongs to the scene, not to a cell.
     gel.set_friction(np.full(gel.points_m.shape[1], friction))
     reaction = gel.trial(*motion)
     gel.commit()
@@ -44,7 +44,8 @@ def _forces(reaction: Reaction) -> tuple[float, float, float, float]:
 
 
 def lead(gel: GelModel, scene: Scene, xy_m: NDArray[np.float64], parts: int = 1) -> Trace:
-    """Return what a gel does in a scene, each frame's motion in `parts` steps; dots are looked at once a frame."""
+    """Return the trace of a gel in a scene, each frame's motion in `parts` steps; markers are recorded once per
+    frame."""
     answers = []
     for step in range(1, scene.presses + 1):
         gel.press(step / scene.presses * scene.indentation_m)

@@ -1,4 +1,4 @@
-"""Scenes to try gel models on: a surface, how deep it is pressed, and how it then moves, frame by frame."""
+"""Scenes for gel models: a surface, its indentation depth, and its motion frame by frame."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 Motion = tuple[float, float, float]
-"""Of one frame: dx, dy (m) and turn (rad) about the pad's centre."""
+"""Motion of one frame: dx, dy (m) and turn (rad) about the pad's centre."""
 _PAD_M = 20.16e-3
 
 
@@ -67,7 +67,7 @@ def further_scenes() -> dict[str, Scene]:
 
 
 def named_scenes(names: Sequence[str]) -> dict[str, Scene]:
-    """Return scenes by name, or all where none is named. Raises DataError for a name that none has."""
+    """Return scenes by name, by default all. Raises DataError for an unknown name."""
     known = reference_scenes() | further_scenes()
     wrong = [name for name in names if name not in known]
     if wrong:

@@ -53,7 +53,7 @@ class GelStudy:
         self.options = options
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Measure all scenes. Raises DataError where a reference cannot be read or a scene is not known."""
+        """Measure all scenes. Raises DataError for an unreadable reference or an unknown scene."""
         scenes = named_scenes(self.options.scenes)
         whole = len(scenes) + self.options.random
         tick(0, whole)
@@ -76,13 +76,13 @@ class GelStudy:
         for name, pitch, make in models(scene):
             if truth["of"] == name:
                 continue
-            make()  # compiles and fills tables, which is not a frame's cost
+            make()  # compiles and fills tables, which must not count as time of a frame
             trace, us = timed(make, scene, xy, self.options.repeats)
             rows.append(_row(scene, name, pitch, trace, us, truth))
         return rows
 
     def _truth(self, scene: Scene) -> dict[str, Any]:
-        """Return dots, forces and stuck area: from the reference, where there is one, else from the finest grid."""
+        """Return dots, forces and stuck area: from the reference if given, else from the finest grid."""
         if self.options.reference and scene.name in reference_scenes():
             path = Path(self.options.reference) / f"{scene.name}.npz"
             try:
@@ -117,7 +117,7 @@ def _field(scene: Scene, fine: int, kernel: Kernel) -> FieldGel:
 
 
 def models(scene: Scene) -> list[Model]:
-    """Return the whole ladder: name, grid (mm), and what makes a new one."""
+    """Return all models: name, grid (mm), and factory."""
     found: list[Model] = [
         ("winkler", None, lambda: WinklerGel(scene.shape, scene.material, design_m=scene.indentation_m)),
     ]

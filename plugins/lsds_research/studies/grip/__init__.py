@@ -1,1 +1,1 @@
-"""Study `grip`: how tightly controllers hold, and how far the object slips."""
+"""Study `grip`: grip of controllers, and slip of the object."""

@@ -1,4 +1,4 @@
-"""One lift of the study `grip`: what is varied, and what came of it."""
+"""One lift of the study `grip`: its settings and its outcome."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 OFF = "off"
 SETTLED_S = 0.5
-"""The steady grip is the mean of so much time at the end."""
+"""The steady grip is the mean over this time at the end of a lift."""
 AFTER_SLIP_S = 0.3
-"""A closing later than this after the last true slip is one without slip."""
+"""A closing later than this after the last true slip counts as a closing without slip."""
 SLIPS_M_S = 1e-3
 CLOSES_M = 2e-4
-"""A command that closes by less is no closing: about a tick of a Hand-E."""
+"""Minimum step of a closing, about a tick of a Hand-E."""
 CHANGES: dict[str, dict[str, Any]] = {
     "none": {},
     "pour": {
@@ -42,13 +42,13 @@ CHANGES: dict[str, dict[str, Any]] = {
     "brisk": {"task.lift_acceleration_m_s2": 2.0, "safety.max_arm_acceleration_m_s2": 2.0},
     "turn": {"cell.simulated.centre_x_mm": 10.0},
 }
-"""Options of each change of load; a shove is half of the object's weight, and what turns is gripped beside its middle,
-half-way up."""
+"""Options of each change of load. A shove is half of the object's weight; an object that turns is gripped off its
+centre, half-way up."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """A run; the controller does not know the object. `cell` describes one that is not in the catalogue."""
+    """A run; the controller does not know the object. `cell` describes an object outside the catalogue."""
 
     controller: str
     object: str
@@ -65,7 +65,7 @@ class Lift:
 
     @property
     def key(self) -> str:
-        """What tells this run from others."""
+        """Key that identifies this run."""
         return " ".join(f"{name}={value}" for name, value in asdict(self).items())
 
     def overrides(self) -> list[str]:
@@ -100,7 +100,7 @@ class Lift:
 
 
 def lift(what: Lift) -> dict[str, Any] | str:
-    """Run a lift; return its figures, or why it could not be run."""
+    """Run a lift; return its figures, or the reason of a failure."""
     closings: list[int] = []
     held_m = math.nan
 
@@ -125,7 +125,7 @@ def lift(what: Lift) -> dict[str, Any] | str:
 
 
 def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: float | None) -> dict[str, Any]:
-    """Return what came of a run, from its summary, the truth, the times (ns) of closings, and how long after the lift
+    """Return the figures of a run, from its summary, the truth, the times (ns) of closings, and how long after the lift
     (s) its load changed, if it did."""
     t_s, normal, required, slip = _columns(truths)
     lifted = np.array([not truth.supported for truth in truths])
@@ -158,7 +158,7 @@ def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: 
 
 
 def _turned_rad(truths: Sequence[CellTruth]) -> float:
-    """Return how far the object has turned in the grip at the end."""
+    """Return the final turn of the object in the grip."""
     steps = np.diff([truth.t_ns for truth in truths], prepend=truths[0].t_ns) * 1e-9
     return abs(float(np.dot(steps, [truth.slip_angular_rad_s for truth in truths])))
 

@@ -14,7 +14,7 @@ Change = Literal["none", "pour", "shove", "wet", "brisk", "turn"]
 
 
 class GripOptions(BaseModel):
-    """Lift objects that nobody described, with each controller, and compare grip, slip and drops.
+    """Lift unknown objects with each controller, and compare grip, slip and drops.
 
     Every combination of object, first squeeze, lifting speed, friction of the day, change of load and seed is one run:
     grasp by touch, lift, hold. Figures are simulated.
@@ -45,7 +45,7 @@ class GripOptions(BaseModel):
     squeezes_mm: list[float] = Field(
         default=[0.7, 1.4, 2.8],
         min_length=1,
-        description="first squeeze beyond the touch, mm",
+        description="first squeeze, mm",
         json_schema_extra={"flag": "--squeeze-mm", "metavar": "MM"},
     )
     speeds_m_s: list[float] = Field(
@@ -64,24 +64,24 @@ class GripOptions(BaseModel):
         default=["none"],
         min_length=1,
         description="change of load while the object hangs: none, pour (to twice the weight in 3 s), shove, wet (half "
-        "the friction), brisk (lift at 2 m/s^2), turn (gripped 10 mm beside its middle)",
+        "the friction), brisk (lift at 2 m/s^2), turn (gripped 10 mm off its centre)",
         json_schema_extra={"flag": "--change", "metavar": "NAME"},
     )
-    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with a gel of its own")
+    seeds: int = Field(default=1, ge=1, le=10_000, description="number of seeds, each with another gel")
     random: int = Field(
         default=0,
         ge=0,
         le=10_000,
-        description="number of objects drawn at random, instead of those of the catalogue; only those count that "
+        description="number of objects drawn at random, instead of those of the catalogue; only objects count that "
         "one of three lifts with a firm grip holds",
     )
-    draw: int = Field(default=1001, ge=0, description="which draw of random objects; 0 is the one for development")
+    draw: int = Field(default=1001, ge=0, description="number of the draw of random objects; 0 is for development")
     probe: bool = Field(default=False, description="look for the least grip before the lift (task.probe)")
     fragile: float = Field(
         default=0.0,
         ge=0,
         le=100,
-        description="objects that stand this many times the needed force (task.fragile_n); 0: any",
+        description="objects that bear this many times the needed force (task.fragile_n); 0: any force",
     )
     sensitivity: bool = Field(
         default=False,

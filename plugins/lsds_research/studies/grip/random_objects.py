@@ -1,8 +1,8 @@
-"""Random objects for the study `grip`: drawn from wide ranges, not chosen, and whether a firm grip holds them.
+"""Random objects for the study `grip`: drawn from wide ranges, and tested with a firm grip.
 
 Ranges: what a Hand-E can hold between two GelSight Minis. Thickness, mass, friction, and stiffness are log-uniform, so
 that light, slippery, and soft objects are as frequent as heavy ones. A draw serves development or evaluation, never
-both; one that was looked at for a decision is a development draw from then on.
+both; a draw whose results led to a decision becomes a development draw.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SQUEEZE_MM = (0.7, 2.8)
 SPEED_M_S = (0.02, 0.08)
 GRAVITY_M_S2 = 9.81
 FIRM_MM = (3.0, 6.0, 10.0)
-"""Squeezes of a firm grip: an object that none of them holds cannot be held."""
+"""Squeezes of a firm grip: an object that none of them holds is left out."""
 
 
 @dataclass(frozen=True, slots=True)

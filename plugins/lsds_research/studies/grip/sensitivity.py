@@ -1,4 +1,4 @@
-"""Which parameters of the grip matter: each one at 0.7 and 1.3 times its value, on the same lifts."""
+"""Sensitivity to the parameters of the grip: each at 0.7 and 1.3 times its value, on the same lifts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FACTORS = (0.7, 1.3)
 INSIDE = 1e-3
-"""A value beyond an open bound is taken this share of the parameter inside of it."""
+"""A value beyond an open bound is moved inside it by this share of the parameter."""
 COLUMNS = (
     ("parameter", "parameter", ""),
     ("value", "value", ".3g"),

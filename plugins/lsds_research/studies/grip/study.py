@@ -13,28 +13,28 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
-from lsds_research.chosen import chosen
 from lsds_research.collecting.objects import PLANS
-from lsds_research.kept import run_kept
+from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
 from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_MM, drawn
+from lsds_research.study_backends import backend_names
 
 if TYPE_CHECKING:
     Row = dict[str, Any]
 
 MET_MM = 0.05
-"""The limit of friction was met where the object slipped by more than this, in mm."""
+"""A run reached the friction limit if the object slipped by more than this (mm)."""
 GREW = 1.1
 FRICTION = 0.55
-"""Static friction of the catalogue's middle, to tell an object's weight from the force it needs."""
+"""Static friction in the middle of the catalogue, used to derive an object's weight from the force it needs."""
 EXPLAINED = (
-    "needed: least normal force a finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
+    "needed: minimum normal force per finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
     f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs "
     "whose grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that "
-    "did not slip when the load changed; needed of what turns: by its weight alone"
+    "did not slip when the load changed; needed force of objects that turn: by weight alone"
 )
 _COLUMNS = (
     ("controller", "controller", ""),
@@ -72,7 +72,7 @@ class GripStudy:
         varied = _variants(options)
         plain = [what for what in planned if what.controller != OFF]
         planned += [what for _, _, text in varied for what in sensitivity.varied(plain, text)]
-        found, failures = run_kept(lift, planned, options.out, options.jobs, options.cluster, tick)
+        found, failures = run_and_store(lift, planned, options.out, options.jobs, options.cluster, tick)
         rows = _holdable(found) if options.random else [*found.values()]
         if not rows and not failures:
             raise DataError(f"a firm grip holds none of these {options.random} objects: draw more")
@@ -101,7 +101,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
         raise DataError(f"no object {', '.join(unknown)}; there are {', '.join(PLANS)}")
     host = PluginHost()
     named = [name for name in options.controllers if name != OFF]
-    controllers = chosen(host, "controller", named) if named or not options.controllers else []
+    controllers = backend_names(host, "controller", named) if named or not options.controllers else []
     if OFF in options.controllers or not options.controllers:
         controllers = [*controllers, OFF]
     objects = options.objects[::3] if options.quick else options.objects
@@ -131,7 +131,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
 def _drawn(options: GripOptions) -> list[Lift]:
     """Return the lifts of random objects: with a firm grip, and by each controller. Raises PluginError."""
     named = [name for name in options.controllers if name != OFF]
-    controllers = chosen(PluginHost(), "controller", named)
+    controllers = backend_names(PluginHost(), "controller", named)
     objects = [drawn(options.draw, index) for index in range(options.random)]
     return [
         Lift(
@@ -160,7 +160,7 @@ def _holdable(found: Mapping[str, Row]) -> list[Row]:
 def _title(options: GripOptions, rows: Sequence[Row]) -> str:
     count = len({row["object"] for row in rows})
     if not options.random:
-        return f"grip of {count} objects that nobody described (simulated)"
+        return f"grip of {count} unknown objects (simulated)"
     use = "development" if options.draw in DEVELOPMENT else "evaluation"
     return f"grip of {count} random objects that a firm grip holds, draw {options.draw} for {use} (simulated)"
 

@@ -1,4 +1,4 @@
-"""The lifts of whole configurations, and what each configuration comes to."""
+"""The lifts of whole configurations, and the result of each configuration."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class Configuration(NamedTuple):
 
 
 def configurations(options: LoopOptions) -> list[Configuration]:
-    """Return what is compared. Raises DataError for brains that are no pair."""
+    """Return the compared configurations. Raises DataError for a malformed pair."""
     pairs = [each.partition("+") for each in options.brains]
     if wrong := ["".join(pair) for pair in pairs if not all(pair) or "+" in pair[2]]:
-        raise DataError(f"brains {', '.join(wrong)}: write DETECTOR+ESTIMATOR, such as fused+fused")
+        raise DataError(f"--brains {', '.join(wrong)}: write DETECTOR+ESTIMATOR, such as fused+fused")
     trackers = options.trackers[:1] if options.quick else options.trackers
     return [
         Configuration(who, eye, gauge, law)
@@ -83,7 +83,7 @@ def _median(rows: Sequence[Row], name: str) -> float | None:
 
 
 def mark_front(rows: Sequence[Row]) -> None:
-    """Mark the rows that no other one beats in time, slip and steady grip at once; one that drops is on no front."""
+    """Mark the Pareto front of time, slip and steady grip; a configuration that drops an object is not on it."""
     for row in rows:
         row["front"] = row["held"] == 1 and not any(_beats(other, row) for other in rows)
 

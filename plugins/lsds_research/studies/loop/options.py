@@ -8,7 +8,7 @@ from lsds.cli.threads import processes
 from lsds_research.campaign_options import Jobs, Out
 
 OBJECTS = ("pvc-pipe", "can", "battery", "book", "candle", "scissors")
-BRAINS = (
+PAIRS = (
     "threshold+field",
     "rigid-residual+field",
     "monotone+field",
@@ -21,9 +21,9 @@ BRAINS = (
 class LoopOptions(BaseModel):
     """Whole configurations: computing time of a frame against slip distance and steady grip.
 
-    A configuration is a tracker, a detector and an estimator ("brains"; some see the object's imprint, some the dots
-    only), and a controller. Each lifts every object; slip and grip are simulated, the time is this machine's. Those
-    that no other beats are on the front: cheaper, less slip and less grip at once.
+    A configuration is a tracker, a detector and an estimator (`brains`; some use the object's imprint, some the
+    markers only), and a controller. Each lifts every object. Slip and grip are simulated; the time is of this machine.
+    The front is the Pareto front of time, slip and grip.
 
     \b
     Examples:
@@ -41,7 +41,7 @@ class LoopOptions(BaseModel):
         json_schema_extra={"flag": "--tracker", "metavar": "NAME"},
     )
     brains: list[str] = Field(
-        default=[*BRAINS],
+        default=[*PAIRS],
         min_length=1,
         description="detector and estimator",
         json_schema_extra={"flag": "--brains", "metavar": "DETECTOR+ESTIMATOR"},
@@ -61,7 +61,7 @@ class LoopOptions(BaseModel):
     squeezes_mm: list[float] = Field(
         default=[0.7, 1.4],
         min_length=1,
-        description="first squeeze beyond the touch, mm",
+        description="first squeeze, mm",
         json_schema_extra={"flag": "--squeeze-mm", "metavar": "MM"},
     )
     out: Out = ""

@@ -13,7 +13,7 @@ _COLOURS = {"margin": "tab:blue", "pd": "tab:orange"}
 
 
 def plot_loop(path: Path, rows: Sequence[dict[str, Any]]) -> None:
-    """Write the chart: each configuration a point; those that no other one beats are joined and named."""
+    """Write the chart: one point per configuration; the points of the front are joined and named."""
     from matplotlib.ticker import LogLocator
 
     figure = new_figure(11.5, 5.2)

@@ -10,12 +10,12 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
-from lsds_research.chosen import chosen, with_own_defaults
-from lsds_research.kept import run_kept
+from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip.lift import lift
 from lsds_research.studies.loop.lifts import configurations, mark_front, planned, summarized
 from lsds_research.studies.loop.options import LoopOptions
 from lsds_research.studies.loop.plot import plot_loop
+from lsds_research.study_backends import backend_names, with_own_defaults
 
 if TYPE_CHECKING:
     Row = dict[str, Any]
@@ -48,7 +48,7 @@ class LoopStudy:
             _COLUMNS,
             [{**row, "front": "*" if row["front"] else ""} for row in rows],
             partial(plot_loop, rows=rows),
-            ["slip, steady: medians over the lifts that slipped; of all: over all lifts; front: no other one beats it"],
+            ["slip, steady: medians over the lifts that slipped; of all: over all lifts; front: Pareto front"],
             {"configurations": rows, "runs": runs, "failures": failures, "figures_are": "simulated"},
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],
         )
@@ -72,9 +72,9 @@ def measured(
     options = own_options(host, options)
     for each in configurations(options):
         for kind, name in each._asdict().items():
-            chosen(host, kind, [name])
+            backend_names(host, kind, [name])
     lifts = list(planned(options, seed))
-    known, failures = run_kept(lift, [what for _, what in lifts], options.out, options.jobs, "", tick)
+    known, failures = run_and_store(lift, [what for _, what in lifts], options.out, options.jobs, "", tick)
     rows = []
     for each in configurations(options):
         own = [known[what.key] for of, what in lifts if of == each and what.key in known]

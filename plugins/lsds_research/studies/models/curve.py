@@ -1,8 +1,8 @@
-"""Study `learning`: what more objects to learn from would give, measured by giving fewer.
+"""Study `learning`: scores against the number of training objects.
 
 A curve that still rises at the end means that more objects would help; a flat one needs other signals, or
-another model. Objects are drawn in an order of their own by each repeat, and scored are always the same ones, never
-seen; where a second dataset is given, that too.
+another model. Each repeat draws another order of the objects. Scores are always of the same held-out objects and, if
+given, of a second dataset.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ SCORES: dict[Job, dict[str, tuple[str, float]]] = {
         "angular_relative_error": ("angular error", 1.0),
     },
 }
-"""By job: score, its heading, and what it is multiplied by to be shown."""
+"""Key, heading and display factor of each score, by job."""
 
 
 class LearningStudy:
-    """A `Study`: scores by the number of objects to learn from."""
+    """A `Study`: scores by the number of training objects."""
 
     def __init__(self, options: LearningOptions, context: BuildContext) -> None:
         self.options, self._host = options, PluginHost()
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Fit and score. Raises DataError where there is no dataset with objects of both kinds."""
+        """Fit and score. Raises DataError without a dataset with training and held-out objects."""
         options = self.options
         seen, unseen = split_dataset(options.data)
         tests = {"unseen": unseen}
@@ -95,9 +95,9 @@ class LearningStudy:
             order = np.random.default_rng([self.options.seed, repeat]).permutation(np.unique(seen["object"]))
             own = task(seen.where(np.isin(seen["object"], order[:count])), learner)
             fitted = fit(learner, own.examples(np.arange(len(own.rows))), self.options.seed)
-            told: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
+            common: dict[str, Value] = {"model": name, "objects": count, "windows": len(own.rows), "repeat": repeat}
             yield [
-                {**told, "on": on, **_scores(test, fitted.predict(test.x), learner.job)}
+                {**common, "on": on, **_scores(test, fitted.predict(test.x), learner.job)}
                 for on, test in scored_on.items()
             ]
 
@@ -106,12 +106,12 @@ class LearningStudy:
         found = {name: Model(name, own=own).build(self._host) for name in self.options.learners}
         if len({learner.job for learner in found.values()}) > 1:
             jobs = ", ".join(f"{name} {learner.job}s" for name, learner in found.items())
-            raise DataError(f"learners of one job, please: {jobs}")
+            raise DataError(f"learners must have one job, not {jobs}")
         return found
 
 
-def _scores(test: Task, said: Any, job: Job) -> dict[str, Value]:
-    row = detection.scored(test, said) if job == "detect" else severity.scored(test, said)
+def _scores(test: Task, predicted: Any, job: Job) -> dict[str, Value]:
+    row = detection.scored(test, predicted) if job == "detect" else severity.scored(test, predicted)
     return {key: None if row[key] is None else row[key] * times for key, (_, times) in SCORES[job].items()}
 
 
@@ -120,9 +120,9 @@ def _knows_nothing(tests: dict[str, Dataset], job: Job) -> list[dict[str, Value]
     rows: list[dict[str, Value]] = []
     for on, data in tests.items():
         test = labelled(data, job)
-        said = (
+        predicted = (
             np.full(len(test.rows), float(np.mean(test.y) > 0.5)) if job == "detect" else np.zeros((len(test.rows), 8))
         )
         name = "majority" if job == "detect" else "always zero"
-        rows.append({"model": name, "objects": None, "windows": None, "on": on, **_scores(test, said, job)})
+        rows.append({"model": name, "objects": None, "windows": None, "on": on, **_scores(test, predicted, job)})
     return rows

@@ -1,7 +1,7 @@
 """Study `models`: scores of finished models on the objects of a dataset that they were not trained on.
 
-Only the one-parameter baselines are fitted, on the objects that are not scored if the
-dataset has such, else out of fold.
+Only the one-parameter baselines are fitted, on the other objects of the dataset if it
+has any, else out of fold.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ _COLUMNS: dict[Job, tuple[tuple[str, str, str, float], ...]] = {
         ("answered", "answered", ".3f", 1.0),
     ),
 }
-"""By job: a score's name, heading, format, and what it is multiplied by to be shown."""
+"""Key, heading, format and display factor of each score, by job."""
 
 
 class ModelsStudy:
@@ -70,7 +70,7 @@ class ModelsStudy:
         self.options = options
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Score. Raises DataError where there is no such dataset or no object to score on, ModelError for a model."""
+        """Score. Raises DataError without a dataset or an object to score on, ModelError for a model."""
         data = load(Path(self.options.data))
         job = self.options.job or _job_of(data)
         names = self.options.models or _SHIPPED[job]
@@ -88,7 +88,7 @@ class ModelsStudy:
             | {key: _times(row.get(key.removesuffix("_cm_s")), times) for key, _, _, times in columns}
             for row in rows
         ]
-        what = "slip told" if job == "detect" else "slip speed told"
+        what = "slip detection" if job == "detect" else "slip speed"
         known = sorted(_learnt(models) & set(test["object"].tolist()))
         where = "objects, some of the training data" if known else "held-out objects"
         title = f"Models as they are: {what} on {where}, {data.card.get('figures_are', 'unknown')}"
@@ -101,12 +101,12 @@ class ModelsStudy:
         if job == "estimate":
             score = ("mae_cm_s", "MAE, cm/s", "mae_low_cm_s", "mae_high_cm_s")
         if job == "detect":
-            answered = "share of the labelled frames in which what the model looks at is defined"
-            told = f"answered: {answered}; scores are of those, but for all frames, those taken as rest"
+            answered = "share of the labelled frames in which all inputs of the model are defined"
+            coverage = f"answered: {answered}; scores are of those; in scores of all frames, the others count as rest"
         else:
-            told = "covered: by the 90 % intervals; of all frames, and of those that move or turn"
+            coverage = "covered: by the 90 % intervals; of all frames, and of those that move or turn"
         size = f"{len(test)} frames of {len(test.starts) - 1} recordings"
-        notes = [f"{size}; low and high: 95 % interval over recordings", told]
+        notes = [f"{size}; low and high: 95 % interval over recordings", coverage]
         return StudyResult(title, heads, shown, partial(plot, rows=shown, score=score, title=title), notes)
 
     def _objects(self, data: Dataset, models: list[Artefact]) -> list[str]:
@@ -135,7 +135,7 @@ def _path(name: str, job: Job) -> Path:
 
 
 def _times(value: float | None, times: float) -> float | None:
-    """Return a score as it is shown; None for an undefined one, such as the coverage of turning where nothing turns."""
+    """Return a score in display units; None for an undefined one, such as the coverage of turning without a turn."""
     return value * times if value is not None and math.isfinite(value) else None
 
 
@@ -145,10 +145,10 @@ def _job_of(data: Dataset) -> Job:
 
 def _scores(name: str, model: Artefact, test: Dataset, job: Job) -> list[detection.Row]:
     own = task(test, model.card)
-    said, title = model.run(own.x), Path(name).stem
+    predicted, title = model.run(own.x), Path(name).stem
     if job == "detect":
-        return detection.by_object(title, own, said, model.card.threshold)
-    return severity.by_object(title, own, said, model.card.factors)
+        return detection.by_object(title, own, predicted, model.card.threshold)
+    return severity.by_object(title, own, predicted, model.card.factors)
 
 
 def _plain(others: Dataset, test: Dataset, job: Job) -> list[detection.Row]:

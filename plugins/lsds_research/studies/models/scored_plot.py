@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def plot(path: Path, rows: list[dict[str, Value]], score: tuple[str, str, str, str], title: str) -> None:
-    """Write a PNG: a line a model, a dot an object, all of them together as a bar with its interval. `score`: its key,
+    """Write a PNG: one line per model, one dot per object, a bar with its interval for all objects. `score`: its key,
     its heading, the keys of its interval's ends."""
     key, heading, *ends = score
     models = list(dict.fromkeys(str(row["model"]) for row in rows))

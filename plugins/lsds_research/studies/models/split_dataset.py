@@ -1,4 +1,4 @@
-"""The dataset that a study's `--data` names, as objects to learn from and objects never seen."""
+"""The dataset that a study's `--data` names, split into training and held-out objects."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lsds_research.splits import seen_and_unseen
 
 
 def split_dataset(folder: str) -> tuple[Dataset, Dataset]:
-    """Return both parts. Raises DataError where no folder is named, where it holds no dataset, or not both parts."""
+    """Return both parts. Raises DataError without a folder, or if it holds no dataset or lacks a part."""
     if not folder:
         raise DataError("name a dataset with --data: lsds collect makes one, or data/ of lsds reproduce")
     return seen_and_unseen(load(Path(folder)), UNSEEN, folder)

@@ -1,8 +1,8 @@
 """Studies `detectors` and `estimators`: accuracy on unseen objects against microseconds an update, in one run.
 
-Every learner is fitted on the objects to learn from, with each set of signals and length of window, and scored on the
-objects never seen. The time of an update is measured in the code of the running cell, with all models alternating on
-the same frames of a simulated run, so that a noisy machine disturbs all alike.
+Every learner is fitted on the training objects, with each set of signals and length of window, and scored on the
+held-out objects. The time of an update is measured in the code of the running cell, with all models alternating on
+the same frames of a simulated run, so that a noisy machine affects all equally.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class TradeoffStudy:
         self._job: Job = job
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Fit, score and time. Raises DataError where there is no dataset with objects of both kinds."""
+        """Fit, score and time. Raises DataError without a dataset with training and held-out objects."""
         require("numba", extra="sim", purpose="timing on the simulated cell")
         seen, other = split_dataset(self.options.data)
         todo = _planned(self._job)
@@ -100,7 +100,7 @@ class TradeoffStudy:
         title = f"{KINDS[self._job]}s on objects never seen, {origin}: {score} against time, one thread"
         notes = [
             f"score: {score}, 95 % interval over recordings; fitted on at most {self.options.most} windows",
-            "answered: share of the labelled frames in which what the model looks at is defined; the score is of those",
+            "answered: share of the labelled frames with all inputs of the model defined; the score is of those",
             "time: signals, window and model, median over the frames of one simulated run, all models in turns",
         ]
         return StudyResult(title, COLUMNS, rows, partial(plot, rows=rows, score=score, title=title), notes)
@@ -117,22 +117,22 @@ class TradeoffStudy:
         origin = str(seen.card.get("figures_are", "unknown"))
         card = Card(name, self._job, tuple(learner.signals), learner.length, origin)
         save(path, fitted.export(), card)
-        said = fitted.predict(test.x)
+        predicted = fitted.predict(test.x)
         row: dict[str, Value] = {
             "model": name,
             "signals": str(options.get("signals", "own")),
             "length": learner.length,
-            **self._score(test, said),
+            **self._score(test, predicted),
         }
         return row, path
 
-    def _score(self, test: Task, said: Any) -> dict[str, Value]:
+    def _score(self, test: Task, predicted: Any) -> dict[str, Value]:
         if self._job == "detect":
-            return _detects(test, said, detection.THRESHOLD)
-        return _estimates(test, said[:, SPEED])
+            return _detects(test, predicted, detection.THRESHOLD)
+        return _estimates(test, predicted[:, SPEED])
 
     def _untrained(self, name: str, other: Dataset) -> dict[str, Value]:
-        """Return the row of a rule that is worked out from columns of the dataset, with its own default numbers."""
+        """Return the row of a rule computed from columns of the dataset, with its default parameters."""
         if name == "field":
             from lsds_plugins.estimators.field import FieldOptions, speed_of
 
@@ -141,8 +141,8 @@ class TradeoffStudy:
             speed = dict(zip(rows.tolist(), speed_of(x, options.gain).tolist(), strict=True))
             test = labelled(other, "estimate")
             test = test.part(np.flatnonzero(np.isin(test.rows, rows)))
-            said = np.array([speed[row] for row in test.rows.tolist()])
-            return {"model": name, "signals": "untrained", "length": options.frames, **_estimates(test, said)}
+            predicted = np.array([speed[row] for row in test.rows.tolist()])
+            return {"model": name, "signals": "untrained", "length": options.frames, **_estimates(test, predicted)}
         from lsds_plugins.detectors.rigid_residual import RigidResidualOptions
         from lsds_plugins.detectors.threshold import ThresholdOptions
 
@@ -165,7 +165,7 @@ class TradeoffStudy:
         for turn in range(self.options.repeats + 1):
             for index, update in models.items():
                 for observation in frames:
-                    # As if never seen: what detector and estimator share in the loop is paid by each here.
+                    # A new frame: detector and estimator share steps in the loop, but here each is charged for them.
                     fresh = replace(observation)
                     begun = perf_ns()
                     update(fresh)
@@ -212,7 +212,7 @@ def _estimates(own: Task, speed: Any) -> dict[str, Value]:
 
 
 def _mark_front(rows: list[dict[str, Value]]) -> None:
-    """Mark what nothing beats in both: none is at least as fast and more accurate."""
+    """Mark the Pareto front: no other model is at least as fast and more accurate."""
     for row in rows:
         us, score = float(row["update_us"] or 0), float(row["score"] or 0)
         beaten = any(float(other["update_us"] or 0) <= us and float(other["score"] or 0) > score for other in rows)

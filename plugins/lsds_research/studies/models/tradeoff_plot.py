@@ -21,7 +21,7 @@ def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> No
     figure = new_figure(12, 5)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     names = list(dict.fromkeys(str(row["model"]) for row in rows))
-    # One that is far worse than to say nothing would press all others into a line.
+    # The scale ignores models that are far worse than the trivial prediction.
     least = min((_y(row) for row in rows if _y(row) > _WORST), default=0.0) - 0.02
     for row in rows:
         color = f"C{names.index(str(row['model']))}"

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class OpticsOptions(BaseModel):
-    """Measure what a simulated finger's frame costs, mechanics and image, and how right its colours are.
+    """Measure computing time of a simulated finger's frame, mechanics and image, and its colour error.
 
     \b
     Examples:

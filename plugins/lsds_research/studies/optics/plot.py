@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def draw(path: Path, rows: list[dict[str, Value]]) -> None:
-    """Write the chart as PNG: error over time, a colour a scene, a sign a tier."""
+    """Write the chart as PNG: error over time, one colour per scene, one sign per tier."""
     figure = new_figure(9, 4.8)
     left, right = figure.subplots(1, 2)
     tiers = list(dict.fromkeys(str(row["tier"]) for row in rows))
@@ -46,5 +46,5 @@ def draw(path: Path, rows: list[dict[str, Value]]) -> None:
         ax.grid(alpha=0.3)
     for index, label in enumerate(right.get_xticklabels()):
         label.set_color(f"C{index}")
-    figure.suptitle("Simulated tactile image: what colours and frames cost", fontsize=11)
+    figure.suptitle("Simulated tactile image: computing time and colour error", fontsize=11)
     figure.savefig(path, dpi=110)

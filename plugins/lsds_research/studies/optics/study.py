@@ -52,7 +52,7 @@ class OpticsStudy:
         self.options = options
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
-        """Lead a gel through each scene and render each frame by each tier. Raises DataError for an unknown scene."""
+        """Run a gel through each scene and render each frame by each tier. Raises DataError for an unknown scene."""
         scenes = named_scenes(self.options.scenes).values()
         rows: list[dict[str, Value]] = []
         for done, scene in enumerate(scenes, 1):
@@ -75,7 +75,7 @@ class OpticsStudy:
         rows: list[dict[str, Value]] = []
         for tier in TIERS:
             runs = [_frames(self._gel(scene), scene, tier) for _ in range(self.options.repeats + 1)]
-            # The first compiles and fills tables, which is not a frame's cost.
+            # The first run compiles and fills tables, which must not count as time of a frame.
             times = np.array([(mechanics, image, mechanics + image) for mechanics, image, _ in runs[1:]])
             mechanics, image, whole = times.transpose(1, 0, 2).reshape(3, -1)
             rows.append(

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from lsds_research.perceived import perceived
 
 from lsds.calibration.watched import MOVING_PX
 from lsds.errors import DataError
 from lsds.tactile.imprint.motion import carried_gel
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.imprint.residue import DotResidue
-from lsds_research.perceived import perceived
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from lsds.session.pictures.figure import new_figure
 from lsds_research.studies.realism.imprint import BANDS, MOTIONS, band_name
 from lsds_research.studies.realism.quantities import QUANTITIES, Quantity
+
+from lsds.session.pictures.figure import new_figure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

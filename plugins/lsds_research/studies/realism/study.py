@@ -10,6 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from lsds_research.studies.realism.camera import camera_row, camera_table
+from lsds_research.studies.realism.clips import draw
+from lsds_research.studies.realism.film import film, write
+from lsds_research.studies.realism.imprint import QUARTILES, Row, relief_row, relief_table
+from lsds_research.studies.realism.plot import plot
+from lsds_research.studies.realism.quantiles import QUANTILES, inside, overlap, quantiles
+from lsds_research.studies.realism.quantities import QUANTITIES, Samples, clip_samples, pooled
 
 from lsds.clock import VirtualClock
 from lsds.config import load_config
@@ -19,17 +26,11 @@ from lsds.contracts.study import StudyResult, StudyTable, Value
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
 from lsds.session.track import TrackResult, track_recording
-from lsds_research.studies.realism.camera import camera_row, camera_table
-from lsds_research.studies.realism.clips import draw
-from lsds_research.studies.realism.film import film, write
-from lsds_research.studies.realism.imprint import QUARTILES, Row, relief_row, relief_table
-from lsds_research.studies.realism.plot import plot
-from lsds_research.studies.realism.quantiles import QUANTILES, inside, overlap, quantiles
-from lsds_research.studies.realism.quantities import QUANTITIES, Samples, clip_samples, pooled
 
 if TYPE_CHECKING:
-    from lsds.config import RigConfig
     from lsds_research.studies.realism.options import RealismOptions
+
+    from lsds.config import RigConfig
 
 ENDINGS = (".avi", ".mp4", ".mov", ".mkv")
 COLUMNS = (

@@ -1,4 +1,4 @@
-"""Runs that are kept in a file, one JSON object a line: a study goes on where it ended."""
+"""A file of runs, one JSON object a line, from which an interrupted study continues."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Row = dict[str, Any]
 
 
 class Keyed(Protocol):
-    """Work whose result is kept under a name."""
+    """Work whose result is stored under a key."""
 
     @property
     def key(self) -> str:
-        """The name; it holds all that the result depends on."""
+        """The key; it contains everything that the result depends on."""
         ...
 
 
 Item = TypeVar("Item", bound=Keyed)
 
 
-def run_kept(
+def run_and_store(
     work: Callable[[Item], Row | str],
     items: Sequence[Item],
     out: str,
@@ -34,20 +34,20 @@ def run_kept(
     cluster: str,
     tick: Callable[[int, int], None],
 ) -> tuple[dict[str, Row], dict[str, str]]:
-    """Run the items that the file `out` does not hold, and keep them in it; "" keeps nothing.
+    """Run the items that the file `out` lacks, and add them to it; "" stores nothing.
 
-    Returns by key, in the order of the items, the rows, and why an item could not be run: the text that `work` returned
-    for it. Raises DataError for a file or a cluster that cannot be used.
+    Returns the rows by key, in the order of the items, and the reason for each item that failed: the text that `work`
+    returned. Raises DataError for a file or a cluster that cannot be used.
     """
     kept = Path(out) if out else None
-    known = read_kept(kept)
+    known = read_runs(kept)
     missing = [each for each in items if each.key not in known]
     failures: dict[str, str] = {}
     begun = len(items) - len(missing)
     for done, (what, result) in enumerate(shared_out(work, missing, jobs, cluster), start=begun + 1):
         if isinstance(result, dict):
             known[what.key] = result
-            keep(kept, what.key, result)
+            add_run(kept, what.key, result)
         else:
             failures[what.key] = result or DIED
         tick(done, len(items))
@@ -55,8 +55,8 @@ def run_kept(
     return rows, failures
 
 
-def read_kept(path: Path | None) -> dict[str, Row]:
-    """Return the runs that are kept already. Raises DataError for a file that is no such list."""
+def read_runs(path: Path | None) -> dict[str, Row]:
+    """Return the runs in a file. Raises DataError for a file of another format."""
     if path is None or not path.exists():
         return {}
     found: dict[str, Row] = {}
@@ -66,15 +66,15 @@ def read_kept(path: Path | None) -> dict[str, Row]:
             item = json.loads(line)
             found[item["key"]] = item["run"]
         except (json.JSONDecodeError, TypeError, KeyError) as error:
-            # A run that was cut off while it was written is the last line.
+            # An interrupted write leaves an incomplete last line.
             if number == len(lines):
                 break
-            raise DataError(f"{path}, line {number}: no run that was kept (choose another file)") from error
+            raise DataError(f"{path}, line {number}: not a stored run (choose another file)") from error
     return found
 
 
-def keep(path: Path | None, key: str, row: Row) -> None:
-    """Add a run to the file; None keeps nothing. Raises DataError where it cannot be written."""
+def add_run(path: Path | None, key: str, row: Row) -> None:
+    """Append a run to the file; None stores nothing. Raises DataError if it cannot be written."""
     if path is None:
         return
     try:

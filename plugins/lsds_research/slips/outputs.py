@@ -1,4 +1,4 @@
-"""What detectors and estimators say of a recording, frame by frame, and the signals that learners see."""
+"""Outputs of detectors and estimators for each frame of a recording, and the signals for learners."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lsds.models.signals import SIGNALS, signals_of
 from lsds.registry import PluginHost
 from lsds.tactile.reference import brightness
 from lsds.tactile.working_image import WIDTH_PX
-from lsds_research.perceived import WHOLE_PAD, perceived
+from lsds_research.recording_engine import WHOLE_PAD, recording_engine
 from lsds_research.slips.labels import VIDEO_ENDINGS, name_of
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(slots=True, eq=False)
-class Watched:
-    """One recording of `count` frames; arrays have a row for each, NaN where there is none. Lengths are px of an image
-    320 px wide.
+class Outputs:
+    """The outputs for a recording of `count` frames: one row per frame, NaN if missing. Lengths are px of an image 320
+    px wide.
 
-    `moved_px` (n,): how far the fastest tenth of the dots has moved; `slip` and `score` (n,) by detector; `slid` (n, 3)
-    by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is how many dots the reference
-    has.
+    `moved_px` (n,): motion of the fastest tenth of the markers; `slip` and `score` (n,) by detector; `slid` (n, 3)
+    by estimator: px, px and degrees since the last frame; `signals` (n, S). `markers` is the number of markers
+    in the reference.
     """
 
     name: str
@@ -51,12 +51,12 @@ class Watched:
 
     @property
     def setup(self) -> str:
-        """Which of two setups the recording is of, by the dots in view."""
+        """Setup of the recording, by the number of visible markers."""
         return "whole pad" if self.markers >= WHOLE_PAD else "zoomed pad"
 
 
 def find_recording(folder: Path, name: str) -> Path | None:
-    """Return the video or the folder of images of that name below `folder`, None where there is none."""
+    """Return the video or the folder of images of that name below `folder`, or None."""
     for path in sorted(folder.rglob(f"{glob.escape(name)}*")):
         if path.stem == name and path.suffix.lower() in VIDEO_ENDINGS and path.is_file():
             return path
@@ -65,19 +65,19 @@ def find_recording(folder: Path, name: str) -> Path | None:
     return None
 
 
-def watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Watched | str:
-    """Return what is said of a recording, or why it cannot be watched."""
+def watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Outputs | str:
+    """Return the outputs for a recording, or the reason of a failure."""
     try:
         return _watch(path, detectors, estimators)
     except LsdsError as error:
         return naming(path, error)
 
 
-def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Watched:
+def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> Outputs:
     host, context = PluginHost(), BuildContext(VirtualClock(), 0)
-    told = {name: host.build("detector", name, {}, context) for name in detectors}
+    built = {name: host.build("detector", name, {}, context) for name in detectors}
     slid = {name: host.build("estimator", name, {}, context) for name in estimators}
-    engine = perceived(path)
+    engine = recording_engine(path)
     numbers: list[int] = []
     moved: list[list[float]] = []
     rows: dict[str, list[list[float]]] = {name: [] for name in detectors}
@@ -90,9 +90,9 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
         signals.append(signals_of(observation, brightness(cycle.frame)))
         redrawn.append(cycle.frame.redrawn)
         moved.append([fastest_px(observation, engine.perception.metres_per_px)])
-        for name, detector in told.items():
-            said = detector.update(observation)
-            rows[name].append([math.nan if said.slip is None else float(said.slip), said.score])
+        for name, detector in built.items():
+            detection = detector.update(observation)
+            rows[name].append([math.nan if detection.slip is None else float(detection.slip), detection.score])
         for name, estimator in slid.items():
             estimate = estimator.update(observation)
             dt = observation.dt_s
@@ -110,17 +110,17 @@ def _watch(path: Path, detectors: Sequence[str], estimators: Sequence[str]) -> W
 
     everything = np.full((count, len(SIGNALS)), np.nan, np.float32)
     everything[where] = signals
-    anew = np.zeros(count, bool)
-    anew[where] = redrawn
-    said = {name: spread(rows[name]) for name in detectors}
-    return Watched(
+    is_redrawn = np.zeros(count, bool)
+    is_redrawn[where] = redrawn
+    detections = {name: spread(rows[name]) for name in detectors}
+    return Outputs(
         name_of(path),
         count,
         reference.count,
         np.nan_to_num(spread(moved)[:, 0]),
-        anew,
+        is_redrawn,
         everything,
-        {name: values[:, 0] for name, values in said.items()},
-        {name: values[:, 1] for name, values in said.items()},
+        {name: values[:, 0] for name, values in detections.items()},
+        {name: values[:, 1] for name, values in detections.items()},
         {name: spread(values) for name, values in estimates.items()},
     )

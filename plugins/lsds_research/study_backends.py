@@ -1,4 +1,4 @@
-"""The backends that a study asks."""
+"""The backends that a study compares."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound=BaseModel)
 
 
-def chosen(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
-    """Return the backends of a kind that were asked for; by default all but those that need a model of one's own.
+def backend_names(host: PluginHost, kind: Kind, names: Sequence[str]) -> list[str]:
+    """Return the named backends of a kind, or by default all that need no model file.
 
     Raises PluginNotFound, PluginConflict.
     """

@@ -1,4 +1,4 @@
-"""A recording as a labeller sees it: images, reliefs in coordinates fixed to the gel, and how the gel moves."""
+"""A recording prepared for labelling: images, reliefs in coordinates fixed to the gel, and motion of the gel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lsds.errors import DataError, LsdsError, naming
 from lsds.tactile.imprint.motion import carried_gel, moved_dots
 from lsds.tactile.imprint.relief import ReliefMaker
 from lsds.tactile.working_image import WorkingImage
-from lsds_research.perceived import perceived
+from lsds_research.recording_engine import recording_engine
 from lsds_research.slips.labels import name_of
 
 if TYPE_CHECKING:
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     Plane = NDArray[np.float32]
 
 MOVING_PX = 0.35
-"""A frame is worth a look where the fastest tenth of the dots has moved by more than this, px."""
+"""A frame is shown if the fastest tenth of the markers has moved by more than this (px)."""
 CHANGED = 2.0
-"""Or where the relief has changed by this factor of what is usual."""
+"""A frame is also shown if its change of relief exceeds the median by this factor."""
 _BESIDE, _APART = 3, 6
 _ARM_PX = 24.0
 
@@ -48,27 +48,27 @@ class GelStep(NamedTuple):
 UNKNOWN = GelStep(math.nan, math.nan, math.nan)
 
 
-class SeenRecording:
+class RecordingView:
     """All frames of a recording.
 
-    `images` (n, h, w, 3) RGB and `relief` (n, h', w'), zero on dots and border, at 1 / `scale` of the image. `gel` has
-    of each frame how the gel has moved since the one before, None where too few dots tell; `dots` positions and
-    motions (k, 2) of the dots, px; `moved_px` (n,) how far the fastest tenth of them has moved.
+    `images` (n, h, w, 3) RGB and `relief` (n, h', w'), zero on dots and border, at 1 / `scale` of the image. `gel` is
+    the motion of the gel since the last frame, None for too few markers; `dots` positions and motions (k, 2) of the
+    markers, px; `moved_px` (n,) the motion of the fastest tenth of them.
     """
 
     def __init__(self, path: Path, tick: Callable[[int, int], object] | None = None) -> None:
-        """Read it. Raises DataError where it cannot be read, or shows no dots at the start."""
+        """Read a recording. Raises DataError if it cannot be read or shows no markers at the start."""
         self.name = name_of(path.absolute())
         reader = open_reader(str(path))
         images = [picture.image for picture in reader.images()]
         if images:
-            # In the size in which the gel is followed, so that its motion fits what is shown.
+            # Use the size in which the gel is tracked, so that its motion fits the images.
             working = WorkingImage(Frame(images[0], 0, 0))
             images = [working.resized(image) for image in images]
         self.images = np.array(images)
         count = len(self.images)
         if count < 2:
-            raise DataError(f"{path}: {count} frames, in which nothing can be seen to move")
+            raise DataError(f"{path}: {count} frames, but no motion could be tracked")
         maker = ReliefMaker()
         found = [maker.relief(Frame(image, 0, number)) for number, image in enumerate(self.images)]
         self.scale = found[0].scale
@@ -83,7 +83,7 @@ class SeenRecording:
 
     def _follow(self, path: Path, tick: Callable[[int, int], object] | None) -> None:
         try:
-            engine = perceived(path)
+            engine = recording_engine(path)
             last: DeformationField | None = None
             for cycle in engine:
                 field, metres = cycle.observation.field, engine.perception.metres_per_px
@@ -97,7 +97,7 @@ class SeenRecording:
             raise DataError(naming(path, error)) from error
 
     def centre(self, first: int, last: int) -> tuple[float, float]:
-        """Return where the relief of those frames is, (x, y) in relief px."""
+        """Return the centre (x, y) of the relief of frames `first` to `last`, in relief px."""
         mean = cv2.GaussianBlur(np.abs(self.relief[first : last + 1]).mean(axis=0), (0, 0), 3.0)
         weight = np.maximum(mean - np.quantile(mean, 0.6), 0.0) ** 2
         total = float(weight.sum()) or 1.0
@@ -105,7 +105,7 @@ class SeenRecording:
         return float((weight * column).sum()) / total, float((weight * row).sum()) / total
 
     def gel_step(self, number: int, place: tuple[float, float]) -> GelStep:
-        """Return how the gel moves at a place (relief px) in a frame."""
+        """Return the motion of the gel at a position (relief px) in a frame."""
         gel = self.gel[number]
         if gel is None:
             return UNKNOWN
@@ -116,7 +116,7 @@ class SeenRecording:
         return GelStep(float(moved[0, 0]), float(moved[0, 1]), float(turn))
 
     def gel_fixed(self, first: int, last: int, place: tuple[float, float]) -> tuple[Plane, list[GelStep]]:
-        """Return the reliefs (k, h', w') of frames `first` to `last`, moved back as the gel has moved at `place` since
+        """Return the reliefs (k, h', w') of frames `first` to `last`, shifted by the gel's motion at `place` since
         the first of them, and the gel's steps."""
         whole, steps, shown = np.eye(3), [GelStep(0.0, 0.0, 0.0)], [self.relief[first]]
         size = (self.relief.shape[2], self.relief.shape[1])
@@ -134,7 +134,7 @@ class SeenRecording:
         return np.array(shown), steps
 
     def moving(self) -> list[tuple[int, int]]:
-        """Return the ranges of frames (first, last) that are worth a look, with some frames beside them."""
+        """Return the ranges of frames (first, last) with motion, and a margin of frames."""
         change = np.zeros(len(self))
         change[1:] = np.abs(np.diff(self.relief, axis=0)).mean(axis=(1, 2))
         worth = (self.moved_px > MOVING_PX) | (change > CHANGED * np.median(change[1:]))

@@ -1,1 +1,0 @@
-"""Integrators of dry friction."""
