@@ -23,9 +23,9 @@ def test_a_former_name_gives_the_module_of_today(name):
 
 def test_a_plugin_of_before_gets_the_same_classes():
     code = (
-        "from lsds.plugins import PluginHost, hookimpl; from lsds.plugins.host import PluginHost as Other;"
-        "from lsds.registry.host import PluginHost as Now; from lsds.plant import join;"
-        "from lsds.lifecycle import LifecycleGuard; from lsds.vision.camera import CameraModel;"
+        "from lsds.registry import PluginHost, hookimpl; from lsds.registry.host import PluginHost as Other;"
+        "from lsds.registry.host import PluginHost as Now; from lsds.contracts.plant import join;"
+        "from lsds.contracts.lifecycle import LifecycleGuard; from lsds.calibration.vision.camera import CameraModel;"
         "assert PluginHost is Other is Now; print('same')"
     )
     run = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=True)
