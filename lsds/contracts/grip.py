@@ -36,7 +36,9 @@ class GripEstimate:
     if it does: that of the arm while the object may stand on its support, else at least that of a fall.
     `required_m(risk, margin, load_n, braking)` returns the least squeeze at which `margin` times the load exceeds the
     friction limit with at most that probability, for an object that sticks at no more than `load_n`, or slides at any
-    load, which then counts `braking` times; it answers for the newest grip, not for that of `t_ns`.
+    load, which then counts `braking` times; it answers for the newest grip, not for that of `t_ns`. `rising_m` is the
+    squeeze at which a load that rises in the air keeps the share of the friction limit that the grip has carried; 0 if
+    the load does not rise.
 
     With several fingers the belief takes a frame of each at once: `complete` is true in the frame that completes a
     round, and what is believed is that of the last complete one otherwise.
@@ -56,6 +58,7 @@ class GripEstimate:
     load_n: float = math.nan
     load_n_s: float = math.nan
     greatest_n: float = math.nan
+    rising_m: float = 0.0
     stale: bool = True
     normal_n: float = math.nan
     limit_n: float = math.nan

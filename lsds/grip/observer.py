@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lsds.clock import nanoseconds
 from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import SlipEvidence
+from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
 from lsds.tactile.carried_load import LEAST_N, CarriedLoad
 from lsds.tactile.soft_finger import speed_of
@@ -31,6 +32,8 @@ FALLS_M_S = 0.04
 WALK_M_S, WALK_RAD_S = 0.14, 16.0
 """Random walk of the slip velocity, m/s and rad/s per root of a second: the change between successive frames that move,
 less the estimator's own variance, in 14 real recordings of development objects."""
+SLIPPED = 0.25
+"""With a greater probability of a slide, the grip has not carried its load."""
 GRAVITY_M_S2 = 9.81
 """Acceleration of a falling object."""
 
@@ -43,12 +46,14 @@ class GripObserver:
 
     def __init__(self, options: GripOptions, answer_s: float) -> None:
         self.belief = GripBelief(options, answer_s)
+        self._rising = RisingLoad(options.power)
         self._answer_s = answer_s
         self.reset()
 
     def reset(self) -> None:
         """Forget the object."""
         self.belief.reset()
+        self._rising.forget()
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
@@ -104,7 +109,7 @@ class GripObserver:
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
         evidence = self._evidence.take(seen.detection, estimate, (seen.t_ns - self._changed_ns) * 1e-9)
-        limit_n = limit_std_n = math.nan
+        limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
             self.belief.weigh(evidence, round_s)
         elif load_n > LEAST_N:
@@ -115,12 +120,17 @@ class GripObserver:
             stands = supported and not speed_m_s > 0
             self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm)
             limit_n, limit_std_n = self.belief.limit_n(1e3 * squeeze_m)
+            if supported or self.belief.slips > SLIPPED:
+                self._rising.forget()
+            else:
+                rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s)
         return {
             "touch_m": self._touch_m,
             "squeeze_m": squeeze_m,
             "load_n": load_n,
             "load_n_s": rate,
             "greatest_n": load.greatest_n,
+            "rising_m": rising_m,
             "stale": load.stale,
             "normal_n": load.normal_n,
             "limit_n": limit_n,

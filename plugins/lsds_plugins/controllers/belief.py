@@ -111,6 +111,8 @@ class BeliefController:
         # What moves has to be braked within the accepted slip, too: energy over weight and way.
         braking = 1 + grip.slip_m_s**2 / (2 * GRAVITY_M_S2 * options.slip_m) if math.isfinite(grip.slip_m_s) else 1.0
         wanted_m = grip.required_m(risk, options.margin, ahead_n, braking)
+        if not wanted.probes:
+            wanted_m = max(wanted_m, grip.rising_m)
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
             return self._closed(grip, wanted, wanted_m, held_m, tick_m)

@@ -1,0 +1,46 @@
+"""The squeeze that a rising load requires: beyond what a grip has carried, its friction limit is unknown."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from lsds.clock import nanoseconds, seconds
+
+WINDOW_S = 0.3
+"""Time over which the rise of the load is measured (s)."""
+NOISE = 0.03
+"""Relative noise of a load from frame to frame; a smaller rise within the window is no rise."""
+
+
+class RisingLoad:
+    """Keeps the greatest share of the friction limit that a grip has carried without slip in the air.
+
+    The friction limit grows as squeeze^power. A load that has not slipped shows that the limit is greater, and nothing
+    more. If the load rises, the grip therefore has to grow with it: the ratio of load to squeeze^power stays at most
+    what it was before the rise.
+    """
+
+    def __init__(self, power: float) -> None:
+        self._power = power
+        self._loads: deque[tuple[int, float]] = deque()
+        self._carried = 0.0
+
+    def forget(self) -> None:
+        """Start again: the object stands on something, or it has slipped."""
+        self._loads.clear()
+        self._carried = 0.0
+
+    def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float) -> float:
+        """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load does not rise."""
+        self._loads.append((t_ns, load_n))
+        while self._loads[0][0] < t_ns - nanoseconds(WINDOW_S):
+            self._loads.popleft()
+        since_ns, before_n = self._loads[0]
+        rise_n = load_n - before_n
+        rises = rise_n > NOISE * load_n
+        if not self._carried or not rises:
+            self._carried = max(self._carried, load_n / squeeze_m**self._power)
+        if not rises:
+            return 0.0
+        ahead_n = load_n + rise_n / max(seconds(t_ns - since_ns), WINDOW_S / 2) * answer_s
+        return float((ahead_n / self._carried) ** (1 / self._power))

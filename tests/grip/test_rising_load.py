@@ -1,0 +1,54 @@
+"""The squeeze grows with a load that rises beyond what the grip has carried, and with nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lsds.grip.rising_load import RisingLoad
+
+FRAME_NS = 40_000_000
+
+
+def fed(loads, squeeze_m=1e-3, power=1.25, answer_s=0.1):
+    rising = RisingLoad(power)
+    return rising, [rising.required_m(i * FRAME_NS, load, squeeze_m, answer_s) for i, load in enumerate(loads)]
+
+
+@given(load_n=st.floats(0.1, 20), power=st.floats(1, 2), seed=st.integers(0, 99))
+def test_a_steady_load_requires_nothing(load_n, power, seed):
+    noise = np.random.default_rng(seed).uniform(-0.01, 0.01, 200)
+    assert set(fed(load_n * (1 + noise), power=power)[1]) == {0.0}
+
+
+@given(load_n=st.floats(0.1, 20), power=st.floats(1, 2), growth=st.floats(1.3, 3))
+def test_a_load_that_rises_keeps_its_share_of_the_limit(load_n, power, growth):
+    ramp = load_n * np.concatenate([np.ones(25), np.linspace(1, growth, 50)])
+    _, required = fed(ramp, power=power)
+    # At the end of the ramp: the squeeze of before times growth^(1 / power), a little ahead of the load.
+    least_m = 1e-3 * growth ** (1 / power)
+    assert 0.95 * least_m <= required[-1] <= 1.15 * least_m
+    assert np.all(np.diff([m for m in required if m]) > -1e-9)
+
+
+def test_what_fingers_that_follow_have_carried_stays_the_measure():
+    rising = RisingLoad(1.0)
+    squeeze_m = 1e-3
+    for i, load_n in enumerate(np.concatenate([np.ones(25), np.linspace(1, 2, 75), 2 * np.ones(25)])):
+        squeeze_m = max(squeeze_m, rising.required_m(i * FRAME_NS, load_n, squeeze_m, 0.1))
+    assert squeeze_m == pytest.approx(2e-3, rel=0.05)
+
+
+def test_after_a_slip_nothing_is_known_to_be_carried():
+    rising, required = fed(np.concatenate([np.ones(25), np.linspace(1, 2, 25)]))
+    assert required[-1] > 1.5e-3
+    rising.forget()
+    assert rising.required_m(10**10, 2.0, 1e-3, 0.1) == 0.0
+
+
+def test_a_single_noisy_frame_is_bounded():
+    _, required = fed([1.0] * 25 + [1.3, 1.0, 1.0])
+    assert required[-2:] == [0.0, 0.0]
+    assert required[-3] < 1.6e-3
