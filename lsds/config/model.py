@@ -45,7 +45,7 @@ class BackendSection(BaseModel):
         return "backend" not in self.model_fields_set
 
     def options(self) -> dict[str, Any]:
-        """Return the options table of the chosen backend, empty if there is none."""
+        """Return the options table of the chosen backend, empty if the config has no such table."""
         bare = self.backend.rpartition(":")[2]
         return dict(self.tables.get(self.backend, self.tables.get(bare, {})))
 
@@ -178,7 +178,7 @@ class _Settings(BaseModel):
     def as_tables(self) -> dict[str, Any]:
         """Return the configuration as nested tables, with either [sensor] or [sensors].
 
-        What its files of calibration say is in the tables, so that it stands without them.
+        The tables contain the values of the calibration files, so that the dump stands without them.
         """
         tables = self.model_dump() | {"calibration": ()}
         del tables["sensor" if self.sensors else "sensors"]

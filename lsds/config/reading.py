@@ -1,4 +1,4 @@
-"""Read a TOML file; what is wrong with it is said by line."""
+"""Read a TOML file; errors state the line."""
 
 from __future__ import annotations
 

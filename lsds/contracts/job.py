@@ -29,7 +29,7 @@ class Grip:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What a job wants now. It is a state, not an event: the engine acts on changes.
+    """The present wishes of a job. They are a state, not an event: the engine acts on changes.
 
     `stage` names the stage of the job, for messages and recordings. `grip` is the wanted grip, None leaves the fingers
     as they are; a command that the gripper did not receive is sent again. `corrects` lets the controller correct slip

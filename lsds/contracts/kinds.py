@@ -53,7 +53,7 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
         "estimator": KindSpec(Estimator, "Estimates the slip velocity", default="fused"),
         "controller": KindSpec(Controller, "Computes an aperture from slip", default="belief"),
         "job": KindSpec(Job, "The task of a run: commands wanted of arm and gripper", default="lift", late=True),
-        "fault": KindSpec(Fault, "What goes wrong with a part, on purpose; [[faults]] of a config names it"),
+        "fault": KindSpec(Fault, "An injected fault of a part; [[faults]] of a config names it"),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
         "study": KindSpec(Study, "Measures speed against accuracy; lsds study runs it"),
         "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds train runs it"),

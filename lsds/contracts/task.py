@@ -61,7 +61,7 @@ class TaskOptions(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _an_aperture_that_is_told_is_meant(cls, data: Any) -> Any:
+    def _a_given_aperture_implies_its_grasp(cls, data: Any) -> Any:
         if isinstance(data, dict) and "grip_aperture_m" in data and "grasp" not in data:
             return {**data, "grasp": "aperture"}
         return data

@@ -42,7 +42,7 @@ class SensorSpec:
 class Frame:
     """One tactile image: uint8, (height, width, 3), RGB.
 
-    `redrawn` is true where a video codec has drawn the image anew, after images in which it drew only what had changed
+    `redrawn` is true where a video codec has drawn the whole image again, after images with only the changes
     (a key frame): faint detail then jumps although nothing has moved.
     """
 
@@ -254,7 +254,7 @@ class FeatureVector:
 
 @dataclass(frozen=True, slots=True)
 class ContactLoad:
-    """What the object exerts on the gel of one finger, in the sensor's plane (x right, y down in the image).
+    """The load of the object on the gel of one finger, in the sensor's plane (x right, y down in the image).
 
     `shear_n` force and `torque_nm` about the image's centre (positive from x to y), with one sigma of each. In newtons
     after calibration, else to a common factor. `normal_n` is what presses on the gel, NaN where the imprint does not
@@ -299,7 +299,7 @@ class Imprint(Protocol):
     """The motion of the object's imprint since the frame before, see `lsds.tactile.imprint`."""
 
     def __call__(self) -> Any:
-        """Return an `ImprintMotion`; None on the first frame, with too few dots to tell how the gel moves, or without
+        """Return an `ImprintMotion`; None on the first frame, with too few markers for the gel's motion, or without
         any edge in the image."""
         ...
 

@@ -1,4 +1,4 @@
-"""How far a fragile object may be squeezed: by the normal force that its imprint tells, or by the hardest object's."""
+"""Limit of the squeeze of a fragile object: by the normal force of its imprint, or by that of the hardest object."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ SAFE = 0.85
 STEEPNESS = 1.3
 """Normal force of a round object grows with this power of the squeeze."""
 MEASURED, ENOUGH = 5, 3
-"""Frames in which the imprint told the normal force whose median counts, and so many that the fingers may open for
-it."""
+"""Frames with a normal force by the imprint: those whose median counts, and those after which it may open."""
 
 
 def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float) -> float:
@@ -37,10 +36,10 @@ def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit
 
 
 class Bearing:
-    """What an object bears, over the frames of a grip: an imprint that flickers must not change it."""
+    """The squeeze that an object withstands, over the frames of a grip: a flickering imprint must not change it."""
 
     def __init__(self) -> None:
-        # Of each frame that tells: normal force over squeeze to the power of `STEEPNESS`.
+        # Of each frame with a normal force: that force over squeeze to the power of `STEEPNESS`.
         self._stiffness: deque[float] = deque(maxlen=MEASURED)
 
     def allowed_m(
@@ -51,6 +50,6 @@ class Bearing:
             return math.inf
         if math.isfinite(normal_n):
             self._stiffness.append(normal_n / squeeze_m**STEEPNESS)
-        told_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
-        allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, told_n, limit_n_m)
+        by_imprint_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
+        allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n, limit_n_m)
         return allowed_m if len(self._stiffness) >= ENOUGH else max(allowed_m, commanded_m)

@@ -1,6 +1,6 @@
 """Whether an object that is to slide falls: while the fingers move along something that stands, or turn about it.
 
-What slides at a wanted speed is not caught; what slides much faster is.
+The controller lets an object slide at the wanted speed, and stops one that slides much faster.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 SURE = 2.0
 """Standard deviations of which an estimate has to be beyond a bound."""
 FASTER, FASTER_M_S, FASTER_RAD_S = 2.0, 0.01, 1.0
-"""What slides faster than this factor of what is wanted, and this much in addition, falls."""
+"""An object falls if it slides faster than this factor times the wanted speed, plus this speed."""
 FALLS_S = 0.03
 
 

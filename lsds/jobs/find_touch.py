@@ -179,14 +179,14 @@ class TouchGrasp:
         return not self._squeezes_on(now)
 
     def _squeezes_on(self, now: Situation) -> bool:
-        """Squeeze a fragile object on, up to the first squeeze, as far as its imprint tells that it stands it."""
+        """Squeeze a fragile object on, up to the first squeeze, as far as its imprint shows that it withstands it."""
         if self._task.fragile_n is None or self.grip is None or now.gripper is None:
             return False
         loads = [finger.observation.load for finger in now.fingers]
-        told = [load.normal_n for load in loads if load is not None and math.isfinite(load.normal_n)]
-        if not told:
+        forces_n = [load.normal_n for load in loads if load is not None and math.isfinite(load.normal_n)]
+        if not forces_n:
             return False
-        normal_n = max(told)
+        normal_n = max(forces_n)
         squeeze_m = max(self.touch_m - now.gripper.aperture_m, 0.0)
         allowed_m = FIRST_SHARE * allowed_squeeze_m(self._task.fragile_n, squeeze_m, normal_n, math.nan)
         aperture_m = self.touch_m - min(allowed_m, self._task.first_squeeze_m)
@@ -236,7 +236,7 @@ class TouchGrasp:
         if state.contact is Contact.CLOSING:
             raise SafetyStop(
                 f"task: the fingers stopped at {state.aperture_m * 1e3:.1f} mm on something that the gel does not feel "
-                "(does it touch beside the pads?)"
+                "(does it touch outside of the pads?)"
             )
         if now.arrived and state.aperture_m <= self._least_m + 2 * self._gripper.resolution_m:
             where = f" to {self._least_m * 1e3:.1f} mm, as far as they may," if self._least_m > 0 else ""

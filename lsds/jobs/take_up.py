@@ -38,7 +38,7 @@ class TakeUp:
         self._see(now)
         elapsed = now.t_ns - self._start_ns
         if elapsed < nanoseconds(LEAST_S) or now.t_ns - self._slipped_ns < nanoseconds(STEADY_S):
-            # What slips while it is lifted slowly would slip faster.
+            # An object that slips during a slow lift would slip faster in a fast one.
             return False
         forces = [force for _, force in self._loads]
         spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S - 0.1)

@@ -130,8 +130,8 @@ class Bound:
 
 
 def _bound(session: Any, binding: Any) -> Callable[[], None]:
-    """Return onnxruntime's inner run method, because its wrapper takes as long as a small model; the wrapper if there
-    is none."""
+    """Return onnxruntime's inner run method, because its wrapper takes as long as a small model; else
+    the wrapper."""
     import onnxruntime
 
     try:

@@ -3,7 +3,7 @@
 There is one set of factors for frames in which the model estimates rest and one for estimated motion: most frames are
 at rest, and a single factor would be dominated by them and too narrow in slip (Mondrian conformal prediction with the
 estimate as the category). Both components of a velocity get the larger of their factors: a protocol that slides along
-one axis shows no error across it, which does not mean that there is none.
+one axis shows no error across it, which does not mean that it is zero.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ class Factors(NamedTuple):
     rest: _Four = (NORMAL_90,) * 4
     moving: _Four = (NORMAL_90,) * 4
 
-    def half_widths(self, said: NDArray[Any]) -> NDArray[np.float64]:
+    def half_widths(self, estimated: NDArray[Any]) -> NDArray[np.float64]:
         """Return (n, 4) of a model's predictions (n, 8)."""
-        chosen = np.where(_moves(said), np.array(self.moving), np.array(self.rest))
-        return np.asarray(chosen * said[:, 4:], np.float64)
+        chosen = np.where(_moves(estimated), np.array(self.moving), np.array(self.rest))
+        return np.asarray(chosen * estimated[:, 4:], np.float64)
 
 
-def conformal(true: NDArray[Any], said: NDArray[Any], level: float = 0.9) -> Factors:
-    """Return the factors with which a fraction `level` of the intervals hold, from predictions `said` (n, 8) and
+def conformal(true: NDArray[Any], estimated: NDArray[Any], level: float = 0.9) -> Factors:
+    """Return the factors with which a fraction `level` of the intervals hold, from predictions `estimated` (n, 8) and
     held-out truths (n, 4): quantiles of |error| over standard deviation (split conformal, a normalised score)."""
-    ratio = np.abs(said[:, :4] - true) / np.maximum(said[:, 4:], 1e-9)
-    moves = _moves(said)
+    ratio = np.abs(estimated[:, :4] - true) / np.maximum(estimated[:, 4:], 1e-9)
+    moves = _moves(estimated)
     return Factors(*(_quantiles(ratio, which, level) for which in (~moves, moves)))
 
 
-def _moves(said: NDArray[Any]) -> NDArray[np.bool_]:
-    slides, turns = said[:, SPEED] > MOVES_M_S, np.abs(said[:, RATE]) > TURNS_RAD_S
+def _moves(estimated: NDArray[Any]) -> NDArray[np.bool_]:
+    slides, turns = estimated[:, SPEED] > MOVES_M_S, np.abs(estimated[:, RATE]) > TURNS_RAD_S
     return np.stack([slides, slides, turns, slides], axis=1)
 
 

@@ -43,10 +43,13 @@ IMPRINT: dict[str, tuple[str, str]] = {
     "imprint_drift": ("1", "what its motions in the last four frames have in common, in standard deviations"),
     "imprint_slip": ("m", "translation of the imprint against the gel since the last frame"),
     "imprint_rim": ("m", "its turn, at the edges' radius of gyration"),
-    "imprint_mismatch": ("1", "1 - correlation with the last frame's imprint, where it was followed to"),
+    "imprint_mismatch": ("1", "1 - correlation with the last frame's imprint, at the place to which it was followed"),
     "imprint_regained": ("1", "how much better it matches there than where it would be if it had stuck"),
     "imprint_lost": ("1", "share of its edges that went out of view"),
-    "imprint_gain": ("1", "natural logarithm of the factor by which it became stronger where it was followed to"),
+    "imprint_gain": (
+        "1",
+        "natural logarithm of the factor by which it became stronger, at its present place",
+    ),
     "imprint_growth": ("1", "the same of all edges, wherever they are"),
     "imprint_residual": ("1", "what is left of the imprint's relief, relative to the relief"),
     "gel_step": ("m", "how far the gel has moved under the imprint since the last frame"),
@@ -127,7 +130,7 @@ in steps; `imprint-and-field`: and rates of the field; `imprint-field-and-lost`:
 `timed-field-and-imprint`: rates of both, with direction; and the control."""
 
 _LEAST_MARKERS = 6
-#: An imprint's change is told to this factor, its strength to this curvature.
+#: Resolution of an imprint's change (factor), and of its strength (curvature).
 _FAINT, _FAINTEST = 0.01, 1e-4
 
 

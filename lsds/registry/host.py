@@ -60,7 +60,7 @@ class PluginHost:
     """All installed plugins of the entry-point group `lsds`.
 
     Manifests are imported on first use, backends when they are built. A plugin that fails to import, or whose hook
-    returns an invalid value, is listed in `failures` and does not affect others. What a plugin prints while it is
+    returns an invalid value, is listed in `failures` and does not affect others. Output of a plugin while it is
     imported is kept from stdout and listed in `notes`; what it prints while a backend is built goes to stderr.
 
     `entry_points` replaces what is installed (for tests and embedding); `block` names distributions or plugins that

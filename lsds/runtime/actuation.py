@@ -125,7 +125,7 @@ class Actuation:
         try:
             sent = self._calls.make(self._commands[0], gripper.command, command)
         except CommandExpired as error:
-            # Leave the grip unchanged; the next frame gives a new command. Not for ever: the arm relies on the grip.
+            # Leave the grip unchanged; the next frame gives a new command. Only for a time: the arm relies on the grip.
             now = self._clock.now()
             self._expiring_ns = now if self._expiring_ns is None else self._expiring_ns
             if now - self._expiring_ns > self._stale_ns:

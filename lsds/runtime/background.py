@@ -12,7 +12,7 @@ _LOOK_S = 0.01
 
 
 class Runs(Protocol):
-    """What can run in the background, such as an engine."""
+    """An object that can run in the background, such as an engine."""
 
     @property
     def stage(self) -> str:
@@ -52,7 +52,7 @@ class Background:
             raise self._error
 
     def add_note_to(self, error: BaseException) -> None:
-        """Note at a program's error that the run had ended by an error of its own, which may well be its cause."""
+        """Note at a program's error that the run had ended with an error, which may be its cause."""
         if self._error is not None and self._error is not error:
             error.add_note(f"the engine had ended before: {type(self._error).__name__}: {self._error}")
 

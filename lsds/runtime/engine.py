@@ -34,7 +34,7 @@ from lsds.runtime.scheduler import Phase, Scheduler
 from lsds.runtime.stop_report import stop_report
 from lsds.safety.device_calls import SETTLE_S
 from lsds.safety.guard import Guard
-from lsds.safety.validation import sound_aperture
+from lsds.safety.validation import validated_aperture
 from lsds.safety.watchdog import Watchdog
 from lsds.tactile.perception import Perception
 
@@ -59,7 +59,7 @@ class Engine:
         engine = Engine(rig)              # the job that the config names
         engine.run()                      # to its end, or
         for cycle in engine: ...          # step by step; the body runs in the loop's own time, or
-        with engine.background(): ...     # next to a program of one's own (real time only)
+        with engine.background(): ...     # next to another program (real time only)
 
     However it ends, `stop` of arm and gripper is called, and the grip is kept. `stop_report`, also a note of the error
     that ended the run, states what is known of them. Raises SafetyStop, DeviceError, DataError, PluginError.
@@ -89,7 +89,7 @@ class Engine:
         self._controls = config.controller.enabled and rig.gripper is not None
         self._may_open = bool(getattr(rig.controller, "may_open", False))
         if self._controls and math.isfinite(self._fragile_n) and not getattr(rig.controller, "limits_force", False):
-            problem = f"{self._controller_name} does not heed it: what is fragile would be crushed"
+            problem = f"{self._controller_name} does not support task.fragile_n: a fragile object would be crushed"
             raise ConfigError(
                 "the rig", [ConfigIssue("task.fragile_n", problem, 'choose controller.backend = "belief"')]
             )
@@ -126,27 +126,27 @@ class Engine:
 
     @property
     def job(self) -> Job:
-        """What the run is for."""
+        """The job of the run."""
         return self._job
 
     @property
     def stage(self) -> str:
-        """Where the job is."""
+        """The present stage of the job."""
         return self._wanted.stage
 
     @property
     def done(self) -> bool:
-        """Whether the job has said that it is done."""
+        """Whether the job is done."""
         return self._wanted.done
 
     @property
     def released(self) -> bool:
-        """Whether the job has let go: the last grip that it wanted was an opening."""
+        """Whether the job has released the object: its last wanted grip was an opening."""
         return self._act.opened
 
     @property
     def pose_problem(self) -> str:
-        """Why no poses come from the pose source, "" while they come."""
+        """The reason why the pose source delivers no poses, "" while it does."""
         return self._states.pose_problem
 
     @property
@@ -198,9 +198,9 @@ class Engine:
 
     @contextmanager
     def background(self) -> Iterator[Background]:
-        """Run in a thread of its own while the body runs; leaving the body ends the run, and raises what ended it.
+        """Run in a separate thread while the body runs; leaving the body ends the run, and raises its error.
 
-        Real time only: raises ConfigError under the virtual clock, which stands still where nobody steps it.
+        Real time only: raises ConfigError under the virtual clock, which only advances when it is stepped.
         """
         if self._rig.virtual:
             issue = ConfigIssue(
@@ -302,7 +302,7 @@ class Engine:
         """Ask the controller for an aperture and send it; return what was sent, None for nothing."""
         wanted = replace(self._asked, probes=self._wanted.probes, slide=self._wanted.slide)
         aperture = self._make(self._update, self._rig.controller.update, grip, wanted)
-        aperture = sound_aperture(self._controller_name, aperture)
+        aperture = validated_aperture(self._controller_name, aperture)
         self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
         if aperture is None:
             return None
@@ -323,7 +323,7 @@ class Engine:
         return seen.dt_s if len(self.lines) == 1 or last is None else (seen.t_ns - last) * 1e-9
 
     def _known(self, seen: tuple[FingerCycle, ...]) -> tuple[FingerCycle, ...]:
-        """What each finger saw last, where that is not too old to count."""
+        """Return the newest cycle of each finger that is not too old to count."""
         if len(self.lines) == 1:
             return seen
         latest = max(finger.observation.t_ns for finger in seen)
@@ -380,10 +380,10 @@ class Engine:
             return
         sent = self._act.grip(wanted.grip, self._states.gripper, now_ns)
         if wanted.corrects:
-            # What is corrected is held: a last opening was only a part of the grasp.
+            # A corrected grip holds an object: an earlier opening was a part of the grasp.
             self._act.opened = False
         if begins or sent:
-            # What a controller remembers is of a grip that is no more.
+            # The controller's memory belongs to the grip before.
             self._grip.reset()
             self._make(self._update._replace(name="reset"), self._rig.controller.reset)
             self._controlled_ns = None
@@ -493,9 +493,9 @@ class Engine:
                     try:
                         yield
                     except CallHangs:
-                        raise  # It says more than the watchdog could.
+                        raise  # It is more specific than the watchdog's error.
                     except LsdsError as error:
-                        # What fails in a cell that the watchdog has stopped fails because of that.
+                        # If the watchdog has stopped the cell, that is the cause of this error.
                         watchdog.check(error)
                         raise
                     watchdog.check()
@@ -519,7 +519,7 @@ class Engine:
                 failure = None
 
     def _doing(self) -> str:
-        """What the loop is in the middle of."""
+        """Return the call in progress, "" between calls."""
         call = self._calls.at
         return "" if call is None else f"{call.name}() of {call.who}"
 

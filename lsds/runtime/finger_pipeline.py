@@ -15,7 +15,7 @@ from lsds.clock import nanoseconds
 from lsds.contracts import FingerCycle
 from lsds.errors import DataError, LsdsError, StaleData, raised_by
 from lsds.runtime.imprint_step import ImprintStep
-from lsds.safety.validation import sound_detection, sound_estimate
+from lsds.safety.validation import validated_detection, validated_estimate
 from lsds.tactile.gate import FrameGate, check_image
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, brightness
@@ -88,7 +88,7 @@ class FingerLine:
     def take(self, frame: Frame, now_ns: int, *, depends: bool) -> FingerCycle | None:
         """Take a new frame along the line; return what it shows, None where it cannot be used or is the reference.
 
-        `depends` tells the gate whether an object or a moving arm depends on what is seen. Raises SafetyStop where
+        `depends`: an object or a moving arm depends on the frame, which makes the gate stricter. Raises SafetyStop if
         nothing usable came for too long, PluginError, and DataError for an unusable reference.
         """
         if not self.gate.admit(frame, now_ns, depends=depends):
@@ -102,12 +102,16 @@ class FingerLine:
                 return None
             try:
                 observation, tracks = make(tracking, self.perception.observe, frame)
-                if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._take_anew(frame):
+                if not self._live and (self._was_dim(frame) or self._has_leapt(tracks)) and self._retake(frame):
                     return None
                 at_work = detector
-                detection = sound_detection(detector, make(detecting, finger.detector.update, observation), frame.seq)
+                detection = validated_detection(
+                    detector, make(detecting, finger.detector.update, observation), frame.seq
+                )
                 at_work = estimator
-                estimate = sound_estimate(estimator, make(estimating, finger.estimator.update, observation), frame.seq)
+                estimate = validated_estimate(
+                    estimator, make(estimating, finger.estimator.update, observation), frame.seq
+                )
             except DataError as error:
                 self.gate.refuse(str(error), now_ns, frame.seq)
                 return None
@@ -119,18 +123,18 @@ class FingerLine:
         return self.newest
 
     def _has_leapt(self, tracks: MarkerTracks) -> bool:
-        """Tell whether most dots have been lost for so long that the reference is not of this gel any more."""
+        """Return whether most markers have been lost for so many frames that the reference is of another gel."""
         self._lost = self._lost + 1 if np.count_nonzero(tracks.valid) < LEAST_FOLLOWED * len(tracks.valid) else 0
         return self._lost > PATIENCE
 
     def _was_dim(self, frame: Frame) -> bool:
-        """Tell whether the reference was taken while the camera had not settled, now that it shows more light."""
+        """Return whether the reference was taken while the camera had not settled, now that it shows more light."""
         reference = self.perception.reference_frame
         if reference is None or frame.t_ns - reference.t_ns > nanoseconds(SETTLING_S):
             return False
         return brightness(frame) > BRIGHTER * brightness(reference)
 
-    def _take_anew(self, frame: Frame) -> bool:
+    def _retake(self, frame: Frame) -> bool:
         """Take a frame as the reference, whatever touches it; return whether it shows a grid of dots."""
         self._lost = 0
         try:

@@ -26,28 +26,30 @@ def fused_detection(fingers: Sequence[FingerCycle]) -> Detection:
     """
     if len(fingers) == 1:
         return fingers[0].detection
-    said = [finger.detection for finger in fingers]
-    slips = [detection for detection in said if detection.slip]
-    holds = [detection for detection in said if detection.slip is False]
+    detections = [finger.detection for finger in fingers]
+    slips = [detection for detection in detections if detection.slip]
+    holds = [detection for detection in detections if detection.slip is False]
     if slips:
         return max(slips, key=lambda detection: detection.confidence)
     # "No slip" is only as reliable as the least confident finger.
-    return min(holds, key=lambda detection: detection.confidence) if holds else said[0]
+    return min(holds, key=lambda detection: detection.confidence) if holds else detections[0]
 
 
 def fused_estimate(fingers: Sequence[FingerCycle]) -> SlipEstimate:
     """Return the mean of all fingers that do not abstain, weighted by its inverse variance (independent errors)."""
     if len(fingers) == 1 and not fingers[0].opposite:
         return fingers[0].estimate
-    told = [(-1.0 if finger.opposite else 1.0, finger.estimate) for finger in fingers if not finger.estimate.abstained]
-    if not told:
+    estimates = [
+        (-1.0 if finger.opposite else 1.0, finger.estimate) for finger in fingers if not finger.estimate.abstained
+    ]
+    if not estimates:
         return fingers[0].estimate
-    if len(told) == 1 and told[0][0] > 0:
-        return told[0][1]
-    x, x_std = _weighted([(sign * e.velocity_m_s[0], e.velocity_std_m_s[0]) for sign, e in told])
-    y, y_std = _weighted([(e.velocity_m_s[1], e.velocity_std_m_s[1]) for _, e in told])
-    turn, turn_std = _weighted([(sign * e.angular_rad_s, e.angular_std_rad_s) for sign, e in told])
-    speed, speed_std = _weighted([(e.speed_m_s, e.speed_std_m_s) for _, e in told])
+    if len(estimates) == 1 and estimates[0][0] > 0:
+        return estimates[0][1]
+    x, x_std = _weighted([(sign * e.velocity_m_s[0], e.velocity_std_m_s[0]) for sign, e in estimates])
+    y, y_std = _weighted([(e.velocity_m_s[1], e.velocity_std_m_s[1]) for _, e in estimates])
+    turn, turn_std = _weighted([(sign * e.angular_rad_s, e.angular_std_rad_s) for sign, e in estimates])
+    speed, speed_std = _weighted([(e.speed_m_s, e.speed_std_m_s) for _, e in estimates])
     return SlipEstimate((x, y), (x_std, y_std), turn, turn_std, speed, speed_std)
 
 

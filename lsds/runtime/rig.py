@@ -1,4 +1,4 @@
-"""A rig: all devices and brains of a cell, built from one configuration, brought up and down together."""
+"""A rig: all devices and algorithms of a cell, built from one configuration, brought up and down together."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lsds.config.model import BackendSection, FaultSection, RigConfig
 
 HURRIED_STOP_S, HURRIED_CLOSE_S = 0.3, 1.0
-"""How long stopping and closing all devices may take after an interrupt: somebody waits for the end."""
+"""Time limit for stopping and closing all devices after an interrupt, for which a person waits (s)."""
 HUNG_S = 0.3
 """How long a device that has hung once may take for another call."""
 
@@ -35,7 +35,7 @@ HUNG_S = 0.3
 def build_cell(config: RigConfig, clock: Clock) -> Any:
     """Return the cell that a configuration names, without any device. Raises ConfigError where it names none."""
     if not config.cell.chosen:
-        raise ConfigError("rig", [ConfigIssue("cell.backend", "there is none", 'write backend = "wire"')])
+        raise ConfigError("rig", [ConfigIssue("cell.backend", "no cell is configured", 'write backend = "wire"')])
     from lsds.config.own import with_own_backends
 
     host = PluginHost()
@@ -168,7 +168,7 @@ class Rig:
     def connect(self) -> None:
         """Make every device readable, trying all of them.
 
-        Where one or more fail, the others are closed again and one BringUpError tells of all. Closes everything also
+        If any of them fails, the others are closed again and one BringUpError lists all. Closes everything also
         where an interrupt comes in the middle.
         """
         if self.cell is not None:
@@ -187,20 +187,20 @@ class Rig:
     def stop(self) -> tuple[str, ...]:
         """End all motion now, from any thread and state. Never raises; returns what went wrong, empty for nothing.
 
-        A keyboard interrupt in the middle is raised after every device was told.
+        A keyboard interrupt meanwhile is raised after every device was stopped.
 
         Under the wall clock every device is stopped in its own thread, and `STOP_S` bounds the whole call: a device
         that hangs keeps no other moving. Under the virtual clock it runs one after another and so stays deterministic.
         """
         problems: list[str] = []
-        told: list[Callable[[], None]]
+        stops: list[Callable[[], None]]
         if self.virtual:
-            told = [partial(self._call, _who(kind, name), "stop", device.stop) for kind, name, device in self._devices]
+            stops = [partial(self._call, _who(kind, name), "stop", device.stop) for kind, name, device in self._devices]
         else:
-            told = [device.stop for _, _, device in self._devices]
+            stops = [device.stop for _, _, device in self._devices]
         calls = [
             _guarded(call, f"{kind} {name}", problems)
-            for call, (kind, name, _) in zip(told, self._devices, strict=True)
+            for call, (kind, name, _) in zip(stops, self._devices, strict=True)
         ]
         if self.virtual:
             try:
@@ -232,7 +232,7 @@ class Rig:
         return self.deadlines.of(who, name)
 
     def hurry(self) -> None:
-        """Bound what is left to do (stopping, closing) to about a second: somebody has interrupted the run."""
+        """Bound what is left to do (stopping, closing) to about a second: the run was interrupted by a person."""
         self._hurried = True
         if self._closed and self._close_by_ns is None:
             self._close_by_ns = WallClock().now() + nanoseconds(HURRIED_CLOSE_S)
@@ -272,7 +272,7 @@ class Rig:
             self.close()
             return
         self._note(error)
-        # What went wrong first is what the reader needs; trouble while closing is a note to it.
+        # The first error is the cause; errors while closing become notes to it.
         for failure in self._close_quietly():
             error.add_note(f"and while closing: {type(failure).__name__}: {failure}")
 

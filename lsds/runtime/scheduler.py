@@ -221,4 +221,4 @@ class Scheduler:
 
 
 def _nothing(now_ns: int) -> None:
-    """What a task does that was let go of."""
+    """The callback of a cancelled task."""

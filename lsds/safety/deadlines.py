@@ -6,18 +6,18 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.safety.device_calls import Call
 
-#: Real time that a call may take on the virtual clock, where nothing waits for hardware and a busy machine is no fault.
+#: Time limit of a call under the virtual clock (s of real time): a busy machine is no fault.
 VIRTUAL_S = 60.0
-#: Starting a cell may mean starting every mock in a process of its own.
+#: Time limit for connecting a cell, which may start every mock in a separate process (s).
 CELL_S = 60.0
-#: And ending it, ending them all: so many times the time of one device.
+#: Time limit for closing a cell, in units of that of one device: it may end every mock.
 CELL_CLOSINGS = 5
-#: How long `stop` of all devices together may take under the wall clock.
+#: Time limit of `stop` of all devices together under the wall clock (s).
 STOP_S = 1.0
 
 
 class DeadlineOptions(BaseModel):
-    """Options of the `[deadlines]` table, in seconds of real time. What passes them ends the run and is named."""
+    """Options of the `[deadlines]` table, in seconds of real time. The error for a call that hangs names it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -35,10 +35,10 @@ class Deadlines:
     """The deadlines of a rig's calls, as marks for `Calls`."""
 
     def __init__(self, options: DeadlineOptions, *, virtual: bool) -> None:
-        told = options.model_fields_set
+        given = options.model_fields_set
         self._connect_s, self._arm_s, self._close_s = options.connect_s, options.arm_s, options.close_s
-        self._call_s = VIRTUAL_S if virtual and "call_s" not in told else options.call_s
-        self._cell_s = options.connect_s if "connect_s" in told else max(CELL_S, options.connect_s)
+        self._call_s = VIRTUAL_S if virtual and "call_s" not in given else options.call_s
+        self._cell_s = options.connect_s if "connect_s" in given else max(CELL_S, options.connect_s)
 
     def of(self, who: str, name: str) -> Call:
         """Return the mark of one call, for example of "gripper 'hand-e'" and "connect"."""

@@ -23,9 +23,9 @@ T = TypeVar("T")
 
 #: Interval of looking at a call in progress, s; also what an interrupt may have to wait for on Windows.
 LOOK_S = 0.05
-#: How long the cell's thread may take to come to rest after an interrupt, s.
+#: Time that the cell's thread gets to finish after an interrupt (s).
 SETTLE_S = 0.3
-#: What the cell's thread is called, and one that was left behind.
+#: Names of the cell's thread, and of a thread that was left behind.
 NAME, LEFT = "lsds-cell", "lsds-left-behind"
 
 
@@ -49,7 +49,7 @@ class Calls:
         self.count = 0
 
     def make(self, call: Call, function: Callable[..., T], *arguments: object) -> T:
-        """Call a function with its deadline marked; whoever waits for this thread raises CallHangs where it passes."""
+        """Call a function with its deadline marked; the waiting thread raises CallHangs if the deadline passes."""
         before, self.at = self.at, call
         self.count += 1
         try:
@@ -81,7 +81,7 @@ class _Task:
 
 
 class CellThread:
-    """Runs functions one after another in one thread, for whoever waits. `calls` is where they mark their calls.
+    """Runs functions one after another in one thread, while the caller waits. Functions mark their calls in `calls`.
 
     A function that asks for another one has it run at once, in the same thread.
     """
@@ -90,15 +90,15 @@ class CellThread:
         self.calls = Calls()
         self._tasks: SimpleQueue[_Task | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
-        # The thread knows this object's mark only, so that a rig that nobody closes can be let go, and ends it then.
+        # The thread refers to this mark only, so that an unclosed rig can be collected, which ends the thread.
         self._mark = object()
         self._busy: _Task | None = None
 
     def run(self, function: Callable[[], T], *, leave: Callable[[], object] = lambda: None) -> T:
         """Run a function in the cell's thread and return its result, or raise its error.
 
-        Raises CallHangs where a marked call passes its deadline. `leave` is called where the wait ends before the
-        function does, to ask it to end; after an interrupt it gets `SETTLE_S` for that.
+        Raises CallHangs if a marked call passes its deadline. If the wait ends before the function does, `leave` is
+        called to ask the function to end; after an interrupt it gets `SETTLE_S` for that.
         """
         if self._inside:
             return function()
@@ -162,18 +162,18 @@ def _work(mark: object, tasks: SimpleQueue[_Task | None]) -> None:
         except BaseException as error:
             task.error = error
         task.done.set()
-        del task  # What it holds, a whole run, must not wait for the next one.
+        del task  # A task refers to a whole run, which must not stay in memory until the next task.
 
 
 def _attend(task: _Task, calls: Calls) -> None:
-    """Wait for a task's end. Raises CallHangs where a call passes its deadline."""
+    """Wait for a task's end. Raises CallHangs if a call passes its deadline."""
     if task.done.wait(LOOK_S):
         return
     clock = WallClock()
     count, waited_s, looked_ns = -1, 0.0, clock.now()
     while not task.done.wait(LOOK_S):
         now_ns = clock.now()
-        # Where this process was stopped, or not scheduled, neither was the call: that time does not count.
+        # If this process was stopped, or not scheduled, so was the call: that time does not count.
         passed_s, looked_ns = min(seconds(now_ns - looked_ns), 2 * LOOK_S), now_ns
         call = calls.at
         if call is None or calls.count != count:

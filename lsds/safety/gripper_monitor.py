@@ -1,4 +1,4 @@
-"""Watches the fingers of a gripper: they must not open by themselves, and must follow when they are told to close."""
+"""Monitor of a gripper's fingers: they must not open without a command, and must follow a command to close."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ if TYPE_CHECKING:
     from lsds.contracts import GripperState
 
 UNDER_WAY_S = 0.5
-"""A command that was sent so long ago at most may still be under way,"""
+"""Time after which a command cannot be under way any more (s)."""
 UNHEARD_S = 2.0
-"""and one so long ago, where the gripper still tells it as its target: what was sent since may be lost."""
+"""The same, if the gripper still reports the command as its target: later commands may be lost (s)."""
 TICKS, LEAST_M = 3, 8e-4
-"""Fingers that are wider than they may be by so many ticks, and by that, have opened."""
+"""Fingers have opened if their aperture exceeds the bound by this many ticks, and by at least this length (m)."""
 REPEAT_S = 0.4
-"""A correction that the gripper does not tell as its target after so long is sent again,"""
-PATIENCE_S, PATIENCE_UNHEARD_S = 0.4, 1.0
-"""and fingers that rest on nothing for so long, wider than they were told, do not follow. A gripper that does not tell
-the target may not have heard: the second one, too, gets the time that a gripper of 0.2 s takes."""
+"""Time after which a correction that the gripper does not report as its target is sent again (s)."""
+PATIENCE_S = 0.4
+"""Time for which fingers may rest on nothing, wider than commanded, before they count as not following (s)."""
+PATIENCE_UNHEARD_S = 1.0
+"""The same for a gripper that does not report the target: a retry gets the time of a gripper with 0.2 s latency (s)."""
 
 
 class FingersWatch:
-    """Compares what the gripper tells with what it was sent, since the first command."""
+    """Compares the reported states of the gripper with the commands sent to it, since the first command."""
 
     def __init__(self, resolution_m: float) -> None:
         self._near_m = max(TICKS * resolution_m, LEAST_M)
@@ -42,14 +43,14 @@ class FingersWatch:
     def sent(self, asked_m: float, taken_m: float, now_ns: int, *, corrects: bool) -> None:
         """Take the aperture that was asked for and the one that the gripper took.
 
-        `corrects`: it is a correction, on which an object relies; a grasp has its own patience, and is said again.
-        Raises DeviceFault where it took one that is wider, and opens, by more than its resolution explains.
+        `corrects`: the command is a correction, on which an object relies; a grasp has retries and limits of its job.
+        Raises DeviceFault if the gripper took a wider aperture, which opens it by more than its resolution explains.
         """
-        # One that cannot close as far as it is told takes less, and opens nothing by that.
+        # A gripper that cannot close that far takes a wider aperture than commanded, but does not open by that.
         if taken_m > max(asked_m, self._bound_m) + 1.01 * self._tick_m:
             raise DeviceFault(
                 "gripper",
-                f"told {1e3 * asked_m:.2f} mm it took {1e3 * taken_m:.2f} mm, wider than its resolution explains",
+                f"took {1e3 * taken_m:.2f} mm for {1e3 * asked_m:.2f} mm, wider by more than its resolution",
                 remedy="give its true resolution in its spec",
             )
         self._corrects, self._asked_m = corrects, asked_m
@@ -57,31 +58,31 @@ class FingersWatch:
         self._sent.append((now_ns, taken_m))
 
     def check(self, state: GripperState, now_ns: int) -> None:
-        """Take the gripper's newest state. Raises SafetyStop where the fingers opened, or do not close."""
+        """Take the gripper's newest state. Raises SafetyStop if the fingers opened, or do not close."""
         if not self._sent:
             return
-        # The last one that is older than what may be under way is where the fingers come from.
+        # The newest command that cannot be under way any more is where the fingers come from.
         while len(self._sent) > 1 and self._is_over(self._sent[1][0], self._sent[0][1], state, now_ns):
             self._sent.popleft()
         aperture_m = state.aperture_m
         self._bound_m = max(self._bound_m, *(sent for _, sent in self._sent))
         if aperture_m > self._bound_m + self._near_m:
             raise SafetyStop(
-                f"gripper: its fingers opened from {1e3 * self._bound_m:.2f} to {1e3 * aperture_m:.2f} mm, and "
-                "nothing told them to (check its power, its fingers and its position sensor)"
+                f"gripper: its fingers opened from {1e3 * self._bound_m:.2f} to {1e3 * aperture_m:.2f} mm; "
+                "no command asked for it (check its power, its fingers and its position sensor)"
             )
         self._bound_m = min(self._bound_m, aperture_m)
         self._require_following(state, now_ns)
 
     def lost(self, state: GripperState, now_ns: int) -> bool:
-        """Return whether the last correction is to be sent again: the gripper does not tell it as its target."""
+        """Return whether to send the last correction again: the gripper does not report it as its target."""
         return self._corrects and not self._heard(state) and now_ns - self._taken_ns > nanoseconds(REPEAT_S)
 
     def _heard(self, state: GripperState) -> bool:
         return abs(state.target_m - self._taken_m) <= 1.01 * self._tick_m
 
     def _is_over(self, next_ns: int, aperture_m: float, state: GripperState, now_ns: int) -> bool:
-        """Return whether fingers cannot be on the way to an aperture any more, after which another one was sent."""
+        """Return whether fingers cannot be on the way to an aperture any more; `next_ns`: the next command."""
         is_target = abs(state.target_m - aperture_m) <= 1.01 * self._tick_m
         return now_ns - next_ns > nanoseconds(UNHEARD_S if is_target else UNDER_WAY_S)
 
@@ -95,6 +96,6 @@ class FingersWatch:
         patience_s = PATIENCE_S if self._heard(state) else PATIENCE_UNHEARD_S
         if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(patience_s):
             raise SafetyStop(
-                f"gripper: told to close to {1e3 * wanted_m:.2f} mm it rests at {1e3 * state.aperture_m:.2f} mm, on "
-                f"nothing, for {seconds(now_ns - self._idle_ns):.1f} s (is it stuck?)"
+                f"gripper: commanded to {1e3 * wanted_m:.2f} mm, it rests at {1e3 * state.aperture_m:.2f} mm without "
+                f"contact for {seconds(now_ns - self._idle_ns):.1f} s (is it stuck?)"
             )

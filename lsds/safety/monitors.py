@@ -26,11 +26,11 @@ class Freshness:
     """The time since the last usable sample of a source, on the rig's clock; its time stamps are checked.
 
     `limit_ns` is the longest time without a usable sample, `allowance_ns` an extra time at the start; `remedy` is shown
-    if the source gave no reason. It is asked many times within the limit; where it was not, the loop itself was late,
-    and the error says so: what came meanwhile nobody has looked at.
+    if the source gave no reason. The loop asks many times within the limit; if it did not, the loop itself was late,
+    and the error states that: samples may have come meanwhile.
     """
 
-    #: So long a share of the limit without being asked is the loop's own lateness.
+    #: A longer time without being asked, as a share of the limit, counts as lateness of the loop.
     AWAY_SHARE = 0.25
 
     def __init__(self, source: str, start_ns: int, limit_ns: int, *, allowance_ns: int = 0, remedy: str = "") -> None:

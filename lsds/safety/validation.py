@@ -1,5 +1,7 @@
-"""What a brain answers is looked at where it enters: a wrong type or a NaN is an error that names the brain, not a
-wrong grip. A microsecond a frame."""
+"""Validate the values that algorithms return: a wrong type or a NaN raises an error that names the plugin.
+
+Validation takes about a microsecond per frame.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +14,25 @@ from lsds.contracts import Detection, MarkerTracks, SlipEstimate
 from lsds.errors import PluginError
 
 
-def sound_tracks(who: str, tracks: object, count: int, seq: int) -> MarkerTracks:
-    """Return a tracker's answer. Raises PluginError where it is none, or not of the reference's `count` markers."""
+def validated_tracks(who: str, tracks: object, count: int, seq: int) -> MarkerTracks:
+    """Return the validated tracks. Raises PluginError for another type, or another number of markers than `count`."""
     if not isinstance(tracks, MarkerTracks):
         raise _wrong(who, tracks, "MarkerTracks", seq)
     shapes = tuple(np.shape(part) for part in (tracks.xy_px, tracks.valid, tracks.flags))
     if shapes != ((count, 2), (count,), (count,)):
-        told = ", ".join(map(str, shapes))
+        got = ", ".join(map(str, shapes))
         raise PluginError(
-            f"{who}, frame {seq}: update() returned xy_px, valid, flags of {told} for {count} markers "
+            f"{who}, frame {seq}: update() returned xy_px, valid, flags of {got} for {count} markers "
             "(one row for each marker of the reference, in its order)"
         )
-    # A sum is NaN where any number is; infinite positions are as bad.
+    # The sum is NaN or infinite if any position is.
     if not math.isfinite(float(np.sum(tracks.xy_px, where=tracks.valid[:, None]))):
-        raise PluginError(f"{who}, frame {seq}: a marker that is valid has no position (flag it as lost)")
+        raise PluginError(f"{who}, frame {seq}: a valid marker has no finite position (flag it as lost)")
     return tracks
 
 
-def sound_detection(who: str, detection: object, seq: int) -> Detection:
-    """Return a detector's answer. Raises PluginError where it is none, or a decision without a score."""
+def validated_detection(who: str, detection: object, seq: int) -> Detection:
+    """Return the validated detection. Raises PluginError for another type, or for a decision whose score is NaN."""
     if not isinstance(detection, Detection):
         raise _wrong(who, detection, "Detection", seq)
     if detection.slip is None:
@@ -38,24 +40,24 @@ def sound_detection(who: str, detection: object, seq: int) -> Detection:
     if not isinstance(detection.slip, bool | np.bool_):
         raise PluginError(f"{who}, frame {seq}: slip is {detection.slip!r}, not True, False or None")
     if math.isnan(detection.score):
-        raise PluginError(f"{who}, frame {seq}: it decides by a score of NaN (abstain: slip=None)")
+        raise PluginError(f"{who}, frame {seq}: the score of a decision is NaN (abstain: slip=None)")
     return detection
 
 
-def sound_estimate(who: str, estimate: object, seq: int) -> SlipEstimate:
-    """Return an estimator's answer. Raises PluginError where it is none, or has a speed that is NaN or infinite."""
+def validated_estimate(who: str, estimate: object, seq: int) -> SlipEstimate:
+    """Return the validated estimate. Raises PluginError for another type, or for a speed that is not finite."""
     if not isinstance(estimate, SlipEstimate):
         raise _wrong(who, estimate, "SlipEstimate", seq)
     if estimate.abstained:
         return estimate
     x, y = estimate.velocity_m_s
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(estimate.speed_m_s)):
-        raise PluginError(f"{who}, frame {seq}: it tells a speed that is NaN or infinite (abstain: return ABSTAINED)")
+        raise PluginError(f"{who}, frame {seq}: the slip speed is NaN or infinite (abstain: return ABSTAINED)")
     return estimate
 
 
-def sound_aperture(who: str, aperture_m: object) -> float | None:
-    """Return a controller's answer. Raises PluginError where it is neither a finite number nor None."""
+def validated_aperture(who: str, aperture_m: object) -> float | None:
+    """Return the validated aperture (m), or None. Raises PluginError for anything else, and for NaN or infinity."""
     if aperture_m is None:
         return None
     if not isinstance(aperture_m, Real) or isinstance(aperture_m, bool):

@@ -16,7 +16,7 @@ from lsds.errors import SafetyStop
 class Watchdog:
     """Calls `stop` once if the loop has not called `feed()` for longer than `timeout_s`.
 
-    `now` is a monotonic source in nanoseconds; `doing` tells what the loop is in the middle of, "" if unknown. `start`
+    `now` is a monotonic source in nanoseconds; `doing` returns the call in progress, "" if unknown. `start`
     runs the check in its own thread; the loop calls `feed()` and `check()`, which raises SafetyStop after the watchdog
     has fired. Not used with the virtual clock, where a single thread cannot stall in simulated time.
     """

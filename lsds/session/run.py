@@ -23,10 +23,10 @@ from lsds.session.truth_log import TruthLog
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """A finished run. `fault` is what ended it early (an error, or Ctrl-C), None if it ran to the end; `stages` tells
+    """A finished run. `fault` is the error or Ctrl-C that ended it early, None if it ran to the end; `stages` holds
     when each stage began.
 
-    What went wrong while closing, after a run that had no fault, is its `fault`, too (an ExceptionGroup); the summary
+    Errors while closing, after a run without a fault, become its `fault` (an ExceptionGroup); the summary
     is of the run, and has none then.
     """
 
@@ -59,7 +59,7 @@ def run(
     observe: Callable[[Cycle], object] | None = None,
     finished: Callable[[Session], object] | None = None,
 ) -> Session:
-    """Load, connect, arm, run the job, close. What ends the run early becomes `fault`; an error before it is raised.
+    """Load, connect, arm, run the job, close. An error during the run becomes `fault`; an earlier one is raised.
 
     `config` is a configuration or its file, None for the simulated cell; `overrides` change a file's keys
     ("task.lift_s=1"). `job` replaces that of the config; `observe` is called with every cycle. Whatever
@@ -95,7 +95,7 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
     engine = Engine(rig, job)
     # The summary is made from the record. Recording takes microseconds, so it runs inline and drops nothing.
     engine.observers.add("record", record.observe)
-    # What somebody else does with a cycle (a live view, say) is done in the caller's own thread.
+    # Other observers of a cycle (a live view, say) run in the caller's thread.
     watching: Observers[Cycle] = Observers(threaded=False)
     if observe is not None:
         watching.add("observe", observe)

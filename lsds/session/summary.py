@@ -232,14 +232,14 @@ def _detection(acting: Sequence[Sample], begun_ns: int | None, slip: Slip | None
     """
     counts = {"true_positive": 0, "false_positive": 0, "true_negative": 0, "false_negative": 0, "abstained": 0}
     for sample in acting:
-        said = sample.slip
+        decided = sample.slip
         if math.isnan(sample.true_speed_m_s):
             continue
         slips = sample.true_speed_m_s > AT_REST_M_S
-        if said is None:
+        if decided is None:
             counts["abstained"] += 1
         else:
-            counts[f"{'true' if said == slips else 'false'}_{'positive' if said else 'negative'}"] += 1
+            counts[f"{'true' if decided == slips else 'false'}_{'positive' if decided else 'negative'}"] += 1
     if begun_ns is None or slip is None or slip.onset_s is None:
         return {**counts, "onset_delay_s": None, "early_alarms": sum(s.slip is True for s in acting)}
     onset_ns = begun_ns + nanoseconds(slip.onset_s)
@@ -256,11 +256,11 @@ def _called_slip(samples: Sequence[Sample], truths: Sequence[CellTruth]) -> dict
     since = samples[begun:]
     if not since:
         return None
-    said = [sample.slip for sample in since if sample.slip is not None]
+    decided = [sample.slip for sample in since if sample.slip is not None]
     distances = [truth.slip_distance_m for truth in truths if truth.t_ns >= since[0].t_ns]
     return {
-        "slip": sum(said),
-        "answered": len(said),
+        "slip": sum(decided),
+        "answered": len(decided),
         "lifted": any(sample.rising for sample in since),
         "slipped_m": distances[-1] - distances[0] if distances else None,
     }

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 UNASKED = ("detector.backend=lsds:threshold", "estimator.backend=lsds:field")
-"""Overrides of an engine whose own detector and estimator nobody listens to: the cheapest."""
+"""Overrides of an engine whose own detector and estimator are not used: the cheapest ones."""
 
 
 @dataclass(slots=True)
@@ -190,8 +190,8 @@ def track_recording(
             claimed = getattr(rig.sensor, "frame_count", 0)
         result.metres_per_px = line.perception.metres_per_px
         if progress is not None:
-            told = progress
-            engine.on_recorded = lambda frame: told(frame.seq + 1, claimed)
+            reported = progress
+            engine.on_recorded = lambda frame: reported(frame.seq + 1, claimed)
         start_ns = 0
         try:
             for cycle in engine:

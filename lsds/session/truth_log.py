@@ -34,7 +34,7 @@ class TruthLog:
         return truth
 
     def at(self, t_ns: int) -> CellTruth | None:
-        """Return the sample nearest to a time, None where there is none within one and a half samples."""
+        """Return the sample nearest to a time, None if no sample lies within one and a half intervals."""
         nearest: CellTruth | None = None
         for truth in reversed(self._recent):
             if nearest is not None and abs(truth.t_ns - t_ns) > abs(nearest.t_ns - t_ns):

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Observation
-from lsds.safety.validation import sound_tracks
+from lsds.safety.validation import validated_tracks
 from lsds.tactile.contact_load import load_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
@@ -97,7 +97,7 @@ class Perception:
         check_image(frame, self._spec)
         frame = self._viewer.view(self._working.frame(frame))
         count = len(self._field.position_m)
-        tracks = sound_tracks(self._tracker_name, self._tracker.update(frame), count, frame.seq)
+        tracks = validated_tracks(self._tracker_name, self._tracker.update(frame), count, frame.seq)
         field = self._field.build(tracks)
         contact = self._depth.measure(frame)
         features = self._features.extract(field, contact)

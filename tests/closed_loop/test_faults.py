@@ -41,9 +41,9 @@ def with_fault(name, moment="take up", **keys):
 @pytest.mark.parametrize(
     ("name", "keys", "message"),
     [
-        ("gripper-stuck", {}, "told to close to .* it rests at"),
-        ("gripper-offset", {"severity": 4}, "its fingers opened from .* nothing told them to"),
-        ("gripper-coarse", {"severity": 5, "moment": "lift"}, "wider than its resolution explains"),
+        ("gripper-stuck", {}, "commanded to .* it rests at"),
+        ("gripper-offset", {"severity": 4}, "its fingers opened from .* no command asked for it"),
+        ("gripper-coarse", {"severity": 5, "moment": "lift"}, "wider by more than its resolution"),
         ("detector-none", {}, r"detector 'fused', frame \d+: update\(\) returned NoneType, not Detection"),
         ("tracker-nan", {}, r"tracker 'lk', frame \d+: a marker that is valid has no position"),
         ("controller-wrong", {}, r"controller 'belief': update\(\) returned str"),

@@ -148,5 +148,5 @@ def test_the_fault_of_its_page_ends_a_run_as_the_page_says(backend):
     harmless, worst = sessions
     assert (harmless.fault, harmless.summary["outcome"]) == (None, "held")
     assert worst.summary["outcome"] == "fault"
-    assert re.search("gripper.*nothing told them to", worst.summary["fault"])
+    assert re.search("gripper.*no command asked for it", worst.summary["fault"])
     assert not worst.truths[-1].dropped

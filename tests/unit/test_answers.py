@@ -10,7 +10,7 @@ import pytest
 
 from lsds.contracts import ABSTAINED, Detection, MarkerTracks, SlipEstimate
 from lsds.errors import PluginError
-from lsds.safety.validation import sound_aperture, sound_detection, sound_estimate, sound_tracks
+from lsds.safety.validation import validated_aperture, validated_detection, validated_estimate, validated_tracks
 
 TRACKS = MarkerTracks(0, 7, np.zeros((3, 2)), np.array([True, True, False]), np.zeros(3, np.uint8))
 ESTIMATE = SlipEstimate((0.0, 0.01), (0.001, 0.001), 0.0, 0.1, 0.01, 0.001)
@@ -18,33 +18,33 @@ ESTIMATE = SlipEstimate((0.0, 0.01), (0.001, 0.001), 0.0, 0.1, 0.01, 0.001)
 
 def test_sound_answers_pass():
     lost = replace(TRACKS, xy_px=np.array([[0.0, 1.0], [2.0, 3.0], [math.nan, math.nan]]))
-    assert sound_tracks("tracker 'x'", lost, 3, 7) is lost
+    assert validated_tracks("tracker 'x'", lost, 3, 7) is lost
     for slip in (True, None, np.bool_(False)):
-        assert sound_detection("detector 'x'", Detection(slip, 0.4, 0.5, 1.0), 7).slip == slip
-    assert sound_detection("x", Detection(None, math.nan, math.nan, 0.0), 7).slip is None
-    assert sound_estimate("estimator 'x'", ESTIMATE, 7) is ESTIMATE
-    assert sound_estimate("estimator 'x'", ABSTAINED, 7) is ABSTAINED
-    assert sound_aperture("x", None) is None
-    assert sound_aperture("x", np.float32(0.5)) == 0.5
+        assert validated_detection("detector 'x'", Detection(slip, 0.4, 0.5, 1.0), 7).slip == slip
+    assert validated_detection("x", Detection(None, math.nan, math.nan, 0.0), 7).slip is None
+    assert validated_estimate("estimator 'x'", ESTIMATE, 7) is ESTIMATE
+    assert validated_estimate("estimator 'x'", ABSTAINED, 7) is ABSTAINED
+    assert validated_aperture("x", None) is None
+    assert validated_aperture("x", np.float32(0.5)) == 0.5
 
 
 @pytest.mark.parametrize(
     ("look", "answer", "message"),
     [
-        (sound_tracks, None, r"frame 7: update\(\) returned NoneType, not MarkerTracks"),
-        (sound_tracks, replace(TRACKS, xy_px=np.zeros((2, 2))), r"\(2, 2\), \(3,\), \(3,\) for 3 markers"),
-        (sound_tracks, replace(TRACKS, xy_px=np.full((3, 2), math.inf)), "has no position"),
-        (sound_tracks, replace(TRACKS, xy_px=np.full((3, 2), math.nan)), "has no position"),
-        (sound_detection, True, "returned bool, not Detection"),
-        (sound_detection, Detection("yes", 1.0, 0.5, 1.0), "slip is 'yes'"),
-        (sound_detection, Detection(True, math.nan, 0.5, 1.0), "a score of NaN"),
-        (sound_estimate, [0.0, 0.1], "returned list, not SlipEstimate"),
-        (sound_estimate, replace(ESTIMATE, speed_m_s=math.nan), "NaN or infinite"),
-        (sound_estimate, replace(ESTIMATE, velocity_m_s=(math.inf, 0.0)), "NaN or infinite"),
+        (validated_tracks, None, r"frame 7: update\(\) returned NoneType, not MarkerTracks"),
+        (validated_tracks, replace(TRACKS, xy_px=np.zeros((2, 2))), r"\(2, 2\), \(3,\), \(3,\) for 3 markers"),
+        (validated_tracks, replace(TRACKS, xy_px=np.full((3, 2), math.inf)), "has no position"),
+        (validated_tracks, replace(TRACKS, xy_px=np.full((3, 2), math.nan)), "has no position"),
+        (validated_detection, True, "returned bool, not Detection"),
+        (validated_detection, Detection("yes", 1.0, 0.5, 1.0), "slip is 'yes'"),
+        (validated_detection, Detection(True, math.nan, 0.5, 1.0), "a score of NaN"),
+        (validated_estimate, [0.0, 0.1], "returned list, not SlipEstimate"),
+        (validated_estimate, replace(ESTIMATE, speed_m_s=math.nan), "NaN or infinite"),
+        (validated_estimate, replace(ESTIMATE, velocity_m_s=(math.inf, 0.0)), "NaN or infinite"),
     ],
 )
 def test_a_wrong_answer_is_an_error_that_names_the_brain_and_the_frame(look, answer, message):
-    given = ("part 'x'", answer, 3, 7) if look is sound_tracks else ("part 'x'", answer, 7)
+    given = ("part 'x'", answer, 3, 7) if look is validated_tracks else ("part 'x'", answer, 7)
     with pytest.raises(PluginError, match=message) as raised:
         look(*given)
     assert "part 'x', frame 7" in str(raised.value)
@@ -53,4 +53,4 @@ def test_a_wrong_answer_is_an_error_that_names_the_brain_and_the_frame(look, ans
 @pytest.mark.parametrize("answer", ["closer", True, math.nan, -math.inf, [0.02]])
 def test_a_controller_answers_a_number_or_none(answer):
     with pytest.raises(PluginError, match="controller 'x'"):
-        sound_aperture("controller 'x'", answer)
+        validated_aperture("controller 'x'", answer)

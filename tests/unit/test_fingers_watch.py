@@ -28,7 +28,7 @@ def test_fingers_that_open_with_no_command_stop_the_cell():
     told(watch, 20.0, 0)
     for t, mm in enumerate((40, 35, 30, 25, 22, 22, 22)):
         watch.check(state(100 * t, mm, target_mm=20, moving=mm > 22, contact=Contact.CLOSING), 100 * t * MS)
-    with pytest.raises(SafetyStop, match=r"opened from 22\.00 to 23\.00 mm, and nothing told them to"):
+    with pytest.raises(SafetyStop, match=r"opened from 22\.00 to 23\.00 mm; no command asked for it"):
         watch.check(state(700, 23.0), 700 * MS)
 
 
@@ -53,7 +53,7 @@ def test_fingers_that_do_not_follow_stop_the_cell_though_commands_go_on(hears, p
             told(watch, 19 - t * 2e-3, t)
             watch.check(state(t, 20.0, target_mm=19 - t * 2e-3 if hears else None), t * MS)
 
-    with pytest.raises(SafetyStop, match=rf"told to close to 1\d\.\d\d mm it rests at 20\.00 mm.*{patience} s"):
+    with pytest.raises(SafetyStop, match=rf"commanded to 1\d\.\d\d mm, it rests at 20\.00 mm.*{patience} s"):
         go_on()
 
 
@@ -112,7 +112,7 @@ def test_a_gripper_that_takes_a_wider_aperture_than_it_was_told_is_at_fault():
     watch.check(state(0, 19.9), 0)
     watch.sent(0.020, 0.0201, 0, corrects=True)
     watch.sent(0.020, 0.018, 0, corrects=True)
-    with pytest.raises(DeviceFault, match=r"told 20\.00 mm it took 20\.50 mm"):
+    with pytest.raises(DeviceFault, match=r"took 20\.50 mm for 20\.00 mm"):
         watch.sent(0.020, 0.0205, 0, corrects=True)
 
 
