@@ -60,12 +60,14 @@ class BuildContext:
 
     `seed` is the seed of the run; derive streams from it with `rng_seed`, so that adding a device does not change the
     noise of another. `shared` returns one object per key for the whole rig. Device mocks share the rig's plant, see
-    `lsds.contracts.plant.join`. `default_cell` builds the cell that they join if the rig names none.
+    `lsds.contracts.plant.join`. `default_cell` builds the cell that they join if the rig names none, `wired_cell` the
+    cell on the wire whose plant serves at an address, see `lsds.contracts.plant.attach`.
     """
 
     clock: Clock
     seed: int = 0
     default_cell: Callable[[BuildContext], Any] | None = None
+    wired_cell: Callable[[BuildContext, str], Any] | None = None
     _shared: dict[str, Any] = field(default_factory=dict)
 
     def shared(self, key: str, make: Callable[[], T]) -> T:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts.backend import BuildContext
+    from lsds.contracts.plant_links import PlantLinks
 
 
 class Moment(NamedTuple):
@@ -203,3 +204,18 @@ def join(context: BuildContext) -> Plant:
     problem = f"{type(cell).__name__} has no plant in this process" if cell is not None else "there is no cell"
     remedy = 'choose one that device mocks can join: [cell] backend = "simulated"'
     raise ConfigError("rig", [ConfigIssue("cell.backend", f"a device joins the simulated cell, and {problem}", remedy)])
+
+
+def attach(context: BuildContext, address: str) -> PlantLinks:
+    """Return the links to a plant in another process, for a wire mock. Call it in `start`, not in the factory.
+
+    `address` is the socket at which `lsds mock plant` or a rig with `[cell] backend = "wire"` serves its plant; a rig
+    passes it to its mocks as the option `cell`. Raises ConfigError if no installed plugin offers a cell on the wire.
+    """
+    from lsds.contracts.plant_links import PlantLinks
+
+    cell = context.wired_cell(context, address) if context.wired_cell is not None else None
+    if isinstance(cell, PlantLinks):
+        return cell
+    problem = "no installed plugin offers a cell on the wire"
+    raise ConfigError("mock", [ConfigIssue("cell", problem, "install lsds with its mocks, or leave the option out")])

@@ -180,6 +180,8 @@ class PluginHost:
         options = self._options(backend, raw_options or {})
         if context.default_cell is None:
             context.default_cell = self._default_cell
+        if context.wired_cell is None:
+            context.wired_cell = self._wired_cell
         factory = self.imported(backend)
         try:
             with diverted():
@@ -213,6 +215,13 @@ class PluginHost:
 
     def _default_cell(self, context: BuildContext) -> Any:
         return self.build("cell", self.own("cell", KINDS["cell"].default), {}, context)
+
+    def _wired_cell(self, context: BuildContext, address: str) -> Any:
+        """Return the cell on the wire whose plant serves at an address; None without such a backend."""
+        names = [
+            backend.spec.name for backend in self.backends if backend.spec.kind == "cell" and backend.spec.over_wire
+        ]
+        return self.build("cell", names[0], {"socket": address, "start": False}, context) if names else None
 
     def _options(self, backend: Backend, raw: Mapping[str, Any]) -> BaseModel | None:
         from lsds.registry.options import validated

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import re
 import socket
 import stat
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -20,7 +23,9 @@ from lsds_mocks.mock_process import MockProcess
 
 from lsds.clock import WallClock
 from lsds.contracts import BuildContext
-from lsds.errors import ConnectFailed, DeviceError
+from lsds.contracts.plant import attach
+from lsds.errors import ConfigError, ConnectFailed, DeviceError
+from lsds.registry import PluginHost
 from tests.wire.waiting import until
 
 CLOCK = WallClock()
@@ -51,6 +56,43 @@ def test_fingers_close_on_the_pipe_and_the_gel_is_pressed_and_all_is_put_back(ad
     finally:
         for link in (fingers, gel, truth):
             link.close()
+
+
+def test_the_wire_mock_of_the_guide_moves_the_fingers_of_the_plant(address, tmp_path, monkeypatch):
+    page = Path(__file__).parents[2] / "docs" / "plugins" / "wire_mock.md"
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "acme_wire_mock.py").write_text("\n\n".join(blocks), encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    host = PluginHost()
+    host.register(importlib.import_module("acme_wire_mock"), distribution="acme", name="acme")
+    mock = host.build("wire_mock", "acme-2f", {"cell": address}, BuildContext(CLOCK))
+    served = mock.start()["tcp"].rpartition(":")
+    stop = threading.Event()
+    thread = threading.Thread(target=mock.serve, args=(stop,))
+    thread.start()
+    own = RemoteFingers(address)
+    try:
+        with socket.create_connection((served[0], int(served[2])), 2.0) as client:
+            client.sendall(b"MOVE 23.6\n")
+            assert client.recv(100) == b"OK\n"
+            assert until(lambda: abs(own.fingers().aperture_m - 0.0236) < 1e-6)
+            assert own.fingers().normal_n > 1
+            client.sendall(b"STATE\n")
+            assert client.recv(100) == b"23.60 23.60\n"
+    finally:
+        stop.set()
+        thread.join(5.0)
+        mock.close()
+        own.close()
+
+
+def test_what_cannot_be_attached_to_is_an_error_that_names_it(tmp_path):
+    with pytest.raises(ConfigError, match="no installed plugin offers a cell on the wire"):
+        attach(BuildContext(CLOCK), "nowhere.sock")
+    context = BuildContext(CLOCK)
+    PluginHost().build("tracker", "dis", {}, context)
+    with pytest.raises(ConnectFailed, match=r"nowhere\.sock"):
+        attach(context, str(tmp_path / "nowhere.sock")).finger_link()
 
 
 def test_the_pipe_follows_the_arm_that_holds_it(address):

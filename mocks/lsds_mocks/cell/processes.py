@@ -14,7 +14,7 @@ from lsds.registry.host import PluginHost
 from lsds.registry.options import validated
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.link.private_socket import make_private, runtime_folder
-from lsds_mocks.link.remote import NoPlant, RemoteTruth
+from lsds_mocks.link.remote import NoPlant, RemoteArm, RemoteFingers, RemoteScene, RemoteTruth
 from lsds_mocks.mock_process import MockProcess
 
 if TYPE_CHECKING:
@@ -97,6 +97,18 @@ class ProcessCell:
             self.close()
             raise
         return {process.name: process.addresses for process in self._processes}
+
+    def finger_link(self) -> RemoteFingers:
+        """Return a link to the fingers of the plant. Raises ConnectFailed if no plant serves at the socket."""
+        return RemoteFingers(self.socket)
+
+    def arm_link(self) -> RemoteArm:
+        """Return a link to the load of the arm. Raises ConnectFailed as `finger_link` does."""
+        return RemoteArm(self.socket)
+
+    def scene_link(self) -> RemoteScene:
+        """Return a link to the scene. Raises ConnectFailed as `finger_link` does."""
+        return RemoteScene(self.socket)
 
     @property
     def broken(self) -> str:

@@ -15,9 +15,9 @@ from lsds.calibration.vision.rotation import pose_of
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.contracts import PoseSample
 from lsds.contracts.lifecycle import LifecycleGuard, MotionlessLife
+from lsds.contracts.plant_links import Scene
 from lsds.errors import StaleData
 from lsds_mocks.cell.build import shared_cell
-from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
 
 if TYPE_CHECKING:

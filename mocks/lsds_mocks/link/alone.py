@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lsds.clock import seconds
-from lsds_mocks.link.protocols import Fingers
+from lsds.contracts.plant_links import FingerState
 from lsds_mocks.plant.axis import FingerDrive
 
 if TYPE_CHECKING:
@@ -61,11 +61,11 @@ class LoneFingers:
         self._drive.target_m = self._drive.aperture_m
         self._drive.moving = self._drive.stalled = False
 
-    def fingers(self) -> Fingers:
+    def fingers(self) -> FingerState:
         """Return the state at the clock's present."""
         self._advance()
         drive = self._drive
-        return Fingers(
+        return FingerState(
             self._now_ns,
             drive.aperture_m,
             drive.target_m,

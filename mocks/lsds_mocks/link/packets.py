@@ -8,8 +8,8 @@ from enum import IntEnum
 import numpy as np
 
 from lsds.contracts import CellTruth
+from lsds.contracts.plant_links import FingerState, Load, Scene
 from lsds_mocks.gel.state import GelState
-from lsds_mocks.link.protocols import Fingers, Load, Scene
 
 
 class Kind(IntEnum):
@@ -54,14 +54,14 @@ _NO_GEL = -1
 """Number of points in an answer without a gel state; without contact the number is 0."""
 
 
-def pack_fingers(f: Fingers) -> bytes:
+def pack_fingers(f: FingerState) -> bytes:
     """Return the packet."""
     return _FINGERS.pack(Kind.FINGERS, f.t_ns, f.aperture_m, f.target_m, f.moving, f.stalled, f.normal_n)
 
 
-def unpack_fingers(data: bytes) -> Fingers:
+def unpack_fingers(data: bytes) -> FingerState:
     """Return what a packet holds."""
-    return Fingers(*_FINGERS.unpack(data)[1:])
+    return FingerState(*_FINGERS.unpack(data)[1:])
 
 
 def pack_load(load: Load) -> bytes:

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lsds.contracts.plant_links import FingerState, Load, Scene
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds_mocks.cell.build import make_cell
 from lsds_mocks.cell.options import CellOptions
@@ -32,7 +33,6 @@ from lsds_mocks.link.packets import (
     pack_truth,
 )
 from lsds_mocks.link.private_socket import owner_only, same_user
-from lsds_mocks.link.protocols import Fingers, Load, Scene
 from lsds_mocks.plant.followed import FollowedAxis
 from lsds_mocks.plant.plant import FINGERS
 
@@ -262,7 +262,7 @@ class PlantMock:
         if client.want is Want.FINGERS:
             drive = plant.fingers
             state = (drive.aperture_m, drive.target_m, drive.moving, drive.stalled, plant.normal_n)
-            client.send(pack_fingers(Fingers(cell.t_ns, *state)))
+            client.send(pack_fingers(FingerState(cell.t_ns, *state)))
         elif client.want is Want.LOAD:
             client.send(pack_load(Load(cell.t_ns, FINGERS * abs(plant.tangential_n))))
         elif client.want is Want.TRUTH:

@@ -1,74 +1,11 @@
-"""The interfaces between wire mocks and the plant. Times are the rig's monotonic nanoseconds."""
+"""The interface between a tactile camera mock and its gel. Times are the rig's monotonic nanoseconds."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from lsds_mocks.gel.protocol import GelModel
 from lsds_mocks.gel.state import GelState
-
-
-class Fingers(NamedTuple):
-    """The gripper's mechanics at one instant. Forces are per finger."""
-
-    t_ns: int
-    aperture_m: float
-    target_m: float
-    moving: bool
-    stalled: bool
-    normal_n: float
-
-
-class FingerLink(Protocol):
-    """The link of a gripper mock to its fingers."""
-
-    def drive(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
-        """Move to an aperture at a finger speed with a force limit; takes effect at once. Never blocks."""
-        ...
-
-    def hold(self) -> None:
-        """Stay at the present aperture."""
-        ...
-
-    def fingers(self) -> Fingers:
-        """Return the newest state. Never blocks."""
-        ...
-
-    def close(self) -> None:
-        """Give the link back."""
-        ...
-
-
-class Load(NamedTuple):
-    """Load on the arm's flange at one instant: downward force of a held object (N)."""
-
-    t_ns: int
-    pull_n: float
-
-
-class ArmLink(Protocol):
-    """The link of an arm mock to its load."""
-
-    def follow(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
-        """Send the TCP's height in the base frame and its vertical velocity. Never blocks."""
-        ...
-
-    def load(self) -> Load:
-        """Return the newest load. Never blocks."""
-        ...
-
-    def close(self) -> None:
-        """Close the link; the carrier comes to rest."""
-        ...
-
-
-class Scene(NamedTuple):
-    """Positions in the cell at one instant, for a camera: heights above the table, and the slip of the object in the
-    fingers (m, down is positive)."""
-
-    t_ns: int
-    arm_m: float
-    object_m: float
 
 
 class GelLink(Protocol):
@@ -81,18 +18,6 @@ class GelLink(Protocol):
 
     def at(self, t_ns: int) -> GelState | None:
         """Return the gel's state at a past instant; None if it is not available yet or any more."""
-        ...
-
-    def close(self) -> None:
-        """Give the link back."""
-        ...
-
-
-class SceneLink(Protocol):
-    """The link of a ground-truth camera mock to the scene."""
-
-    def scene(self, t_ns: int) -> Scene | None:
-        """Return the scene at a past instant; None if it is not available yet or any more."""
         ...
 
     def close(self) -> None:

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from lsds.clock import seconds
 from lsds.contracts import CellTruth
+from lsds.contracts.plant_links import FingerState, Load, Scene
 from lsds.errors import ConnectFailed, StaleData
 from lsds_mocks.link.packets import (
     ASK,
@@ -25,7 +26,6 @@ from lsds_mocks.link.packets import (
     unpack_truth,
 )
 from lsds_mocks.link.private_socket import same_user
-from lsds_mocks.link.protocols import Fingers, Load, Scene
 
 T = TypeVar("T")
 
@@ -115,7 +115,7 @@ class RemoteFingers:
         """Stay."""
         self._plant.send(bytes([Kind.HOLD]))
 
-    def fingers(self) -> Fingers:
+    def fingers(self) -> FingerState:
         """Return the newest state."""
         packet = self._plant.newest()
         if packet is not None:

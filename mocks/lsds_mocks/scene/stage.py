@@ -16,7 +16,7 @@ from lsds_mocks.scene.painter import Layer, Painter
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds_mocks.link.protocols import Scene
+    from lsds.contracts.plant_links import Scene
 
 DICTIONARY = "4X4_50"
 MARKERS: dict[str, tuple[int, float]] = {"gripper": (0, 36.0), "object": (1, 36.0)}

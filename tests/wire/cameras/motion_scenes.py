@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.stage import DICTIONARY, MARKERS, VIEWPOINT, Stage
 from lsds_research.collecting.pose_velocity import PoseVelocity
 
 from lsds.calibration.vision.fiducials import FiducialFinder, Marker
+from lsds.contracts.plant_links import Scene
 
 RATE_HZ = 60.0
 EXPOSURE_S = 0.004

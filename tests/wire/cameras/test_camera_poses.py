@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsds_mocks.cell.build import build_cell
 from lsds_mocks.cell.options import CellOptions
-from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.cards import marker_card
 from lsds_mocks.scene.lens import camera_model
 from lsds_mocks.scene.painter import Painter
@@ -22,6 +21,7 @@ from lsds.calibration.vision.fiducials import FiducialFinder, Marker
 from lsds.calibration.vision.rotation import angle_between, quaternion_of, rotation_of
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
+from lsds.contracts.plant_links import Scene
 from lsds.errors import ConfigError, ConnectFailed
 
 STAGE = Stage(640, 480, [1])

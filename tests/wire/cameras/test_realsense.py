@@ -7,12 +7,12 @@ import contextlib
 import numpy as np
 import pytest
 from camera_rig import HOST, markers, outcomes
-from lsds_mocks.link.protocols import Scene
 from lsds_mocks.scene.stage import Stage
 from lsds_mocks.wire.cameras.realsense import record
 
 from lsds.clock import WallClock
 from lsds.contracts import BuildContext
+from lsds.contracts.plant_links import Scene
 from lsds.errors import ConnectFailed
 
 try:

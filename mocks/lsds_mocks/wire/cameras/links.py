@@ -13,7 +13,8 @@ from lsds_mocks.wire.cameras.script import RestingGel, ScriptedCell
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
-    from lsds_mocks.link.protocols import GelLink, SceneLink
+    from lsds.contracts.plant_links import SceneLink
+    from lsds_mocks.link.protocols import GelLink
     from lsds_mocks.wire.cameras.options import Happening
 
 APERTURE_MM = {"slide": 23.6, "hold": 21.5}

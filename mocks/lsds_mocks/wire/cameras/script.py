@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S
 from lsds.contracts import BuildContext
+from lsds.contracts.plant_links import Scene
 from lsds_mocks.cell.build import build_plant
 from lsds_mocks.cell.cell import SimulatedCell
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.gel.state import GelState, blend
-from lsds_mocks.link.protocols import Scene
 
 if TYPE_CHECKING:
     from lsds.clock import Clock

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import BuildContext
-    from lsds_mocks.link.protocols import SceneLink
+    from lsds.contracts.plant_links import SceneLink
     from lsds_mocks.wire.cameras.options import TruthCameraOptions
 
 NAME = "truth-camera"

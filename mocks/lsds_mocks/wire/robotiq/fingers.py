@@ -10,7 +10,7 @@ from lsds_mocks.link.remote import RemoteFingers
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
-    from lsds_mocks.link.protocols import FingerLink
+    from lsds.contracts.plant_links import FingerLink
     from lsds_mocks.wire.robotiq.options import RobotiqOptions
 
 

@@ -16,7 +16,7 @@ from lsds_mocks.wire.robotiq.health import NEEDS_RESET, REFRESH_NS, Health
 from lsds_mocks.wire.robotiq.layout import ACT, ARD, ATR, GTO, Activation, Detection, Trouble
 
 if TYPE_CHECKING:
-    from lsds_mocks.link.protocols import FingerLink, Fingers
+    from lsds.contracts.plant_links import FingerLink, FingerState
     from lsds_mocks.wire.robotiq.options import RobotiqOptions
 
 _NEAR_M = 1e-6
@@ -50,7 +50,7 @@ class RegisterMachine:
         self._command = bytearray(layout.BYTES)
         self._health = Health()
         self._activation = Activation.RESET
-        self._phase: Callable[[Fingers, int], None] | None = None
+        self._phase: Callable[[FingerState, int], None] | None = None
         self._began_ns = now_ns
         self._want_m: float | None = None
         self._cool = True
@@ -192,14 +192,14 @@ class RegisterMachine:
     def _activation_speed(self) -> float:
         return 2 * self._stroke_m * NS_PER_S / self._activation_ns
 
-    def _closing(self, fingers: Fingers, now_ns: int) -> None:
+    def _closing(self, fingers: FingerState, now_ns: int) -> None:
         if _stuck_towards(fingers, 0.0):
             self._latch(Trouble.ACTIVATION)
         elif now_ns - self._began_ns >= self._activation_ns // 2 and _rests_at(fingers, 0.0):
             self._phase = self._opening
             self._link.drive(self._stroke_m, self._activation_speed, self._force_n[0])
 
-    def _opening(self, fingers: Fingers, now_ns: int) -> None:
+    def _opening(self, fingers: FingerState, now_ns: int) -> None:
         if _stuck_towards(fingers, self._stroke_m):
             self._latch(Trouble.ACTIVATION)
         elif now_ns - self._began_ns >= self._activation_ns and _rests_at(fingers, self._stroke_m):
@@ -218,7 +218,7 @@ class RegisterMachine:
         target = self._stroke_m if self._command[layout.ACTION] & ARD else 0.0
         self._link.drive(target, self._speed_m_s[0], self._force_n[0])
 
-        def releasing(fingers: Fingers, _now_ns: int) -> None:
+        def releasing(fingers: FingerState, _now_ns: int) -> None:
             if _stuck_towards(fingers, target) or _rests_at(fingers, target):
                 self._phase = None
                 self._health.latched = Trouble.RELEASED
@@ -245,7 +245,7 @@ class RegisterMachine:
             min(round((_MOVING_COUNTS + _COUNTS_PER_N * fingers.normal_n) if fingers.moving else 0), 255),
         )
 
-    def _detection(self, fingers: Fingers) -> Detection:
+    def _detection(self, fingers: FingerState) -> Detection:
         if self._want_m is None or self._under_way or abs(fingers.target_m - self._want_m) > _NEAR_M:
             return Detection.MOVING
         if fingers.stalled:
@@ -253,10 +253,10 @@ class RegisterMachine:
         return Detection.MOVING if fingers.moving else Detection.ARRIVED
 
 
-def _stuck_towards(fingers: Fingers, aperture_m: float) -> bool:
+def _stuck_towards(fingers: FingerState, aperture_m: float) -> bool:
     """Return whether an object blocks this motion; a plant in another process may still report the previous motion."""
     return abs(fingers.target_m - aperture_m) <= _NEAR_M and fingers.stalled
 
 
-def _rests_at(fingers: Fingers, aperture_m: float) -> bool:
+def _rests_at(fingers: FingerState, aperture_m: float) -> bool:
     return abs(fingers.target_m - aperture_m) <= _NEAR_M and not fingers.moving and not fingers.stalled

@@ -22,7 +22,7 @@ from lsds_mocks.wire.robotiq.urcap import UrcapSession
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
-    from lsds_mocks.link.protocols import FingerLink
+    from lsds.contracts.plant_links import FingerLink
 
 MOCK = "robotiq mock"
 SERIAL = ("pty", "tcp")

@@ -9,7 +9,7 @@ from lsds.clock import nanoseconds
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
-    from lsds_mocks.link.protocols import ArmLink
+    from lsds.contracts.plant_links import ArmLink
 
 FLOOR_N_M, FLOOR_N_S_M = 20_000.0, 50.0
 """Stiffness and damping of the floor."""
