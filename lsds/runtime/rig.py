@@ -20,6 +20,7 @@ from lsds.errors import CallHangs, ConfigError, ConfigIssue
 from lsds.registry.backends import Backend, did_you_mean
 from lsds.registry.host import PluginHost
 from lsds.runtime.bring_up_report import Result, bring_up_error
+from lsds.runtime.cell_members import CellMembers
 from lsds.safety.deadlines import STOP_S, Deadlines
 from lsds.safety.device_calls import LOOK_S, Call, CellThread
 
@@ -94,7 +95,8 @@ class Rig:
         sensors = {name: self.host.find("sensor", section.backend) for name, section in config.fingers.items()}
         devices = [chosen[kind] for kind in DEVICE_KINDS if kind in chosen and kind != "sensor"]
         devices = [*sensors.values(), *devices]
-        _require_one_cell(chosen.get("cell"), devices, self.host)
+        cell_members = CellMembers(chosen.get("cell"), devices)
+        cell_members.require_compatible(self.host)
         self.virtual = _is_virtual(config, devices)
         self.thread = CellThread()
         self.deadlines = Deadlines(config.deadlines, virtual=self.virtual)
@@ -103,14 +105,14 @@ class Rig:
         self._close_by_ns: int | None = None
         self.clock: Clock = clock or (VirtualClock() if self.virtual else WallClock())
         self.context = BuildContext(self.clock, config.seed)
-        if not any(b.spec.over_wire for b in chosen.values()) and not any(b.spec.in_cell for b in devices):
+        if not cell_members.need_cell:
             chosen.pop("cell", None)
         self.backends: dict[Kind, Backend] = chosen
         self.stages = shared_stages(self.context)
         self.faults: tuple[tuple[FaultSection, Fault], ...] = tuple(
             (section, self._made("fault", section)) for section in config.faults
         )
-        self._sensed_in_cell = any(backend.spec.in_cell for backend in sensors.values())
+        self._cell_is_sensed = cell_members.are_sensed
         for kind in CONFIG_KINDS:
             if kind == "sensor":
                 self.fingers = tuple(self._finger(at, name) for at, name in enumerate(config.fingers))
@@ -152,8 +154,7 @@ class Rig:
     @property
     def own_cell(self) -> Cell | None:
         """The cell that the sensors live in; None for a recording or a real sensor, whatever is simulated with it."""
-        over_wire = "cell" in self.backends and self.backends["cell"].spec.over_wire
-        return self.cell if self._sensed_in_cell or over_wire else None
+        return self.cell if self._cell_is_sensed else None
 
     @property
     def is_recording(self) -> bool:
@@ -371,36 +372,6 @@ class Rig:
             raise interrupt
         if failures:
             raise ExceptionGroup(f"{doing}: {len(failures)} of {len(self._devices)} devices failed", failures)
-
-
-def _require_one_cell(cell: Backend | None, devices: Sequence[Backend], host: PluginHost) -> None:
-    """Refuse a cell that is reached over the wire together with devices that live in one of this process."""
-    inside = [device.spec.name for device in devices if device.spec.in_cell]
-    if cell is not None and cell.spec.over_wire and inside:
-        problem = f"'{cell.spec.name}' is reached over the wire, but {', '.join(inside)} would live in another cell"
-        raise ConfigError("rig", [ConfigIssue("cell.backend", problem, "choose drivers for these devices")])
-    _require_felt(devices, host)
-
-
-def _require_felt(devices: Sequence[Backend], host: PluginHost) -> None:
-    """Refuse a gripper or an arm outside the simulated cell that a sensor is in: the sensor would never feel it."""
-    sensor = next((device.spec for device in devices if device.spec.kind == "sensor" and device.spec.in_cell), None)
-    if sensor is None:
-        return
-    issues = []
-    for spec in (device.spec for device in devices):
-        if spec.kind in ("gripper", "arm") and not spec.in_cell:
-            joined = [other.spec.name for other in host.backends if other.spec.kind == spec.kind and other.spec.in_cell]
-            own = "', '".join(joined) or KINDS[spec.kind].default
-            inside = _who("sensor", sensor.name)
-            problem = f"{_who(spec.kind, spec.name)} is not part of the simulated cell that {inside} is in"
-            remedy = (
-                f"choose '{own}', or a sensor outside the cell; "
-                "a mock joins with lsds.contracts.plant.join and in_cell=True"
-            )
-            issues.append(ConfigIssue(f"{spec.kind}.backend", problem, remedy))
-    if issues:
-        raise ConfigError("rig", issues)
 
 
 def _require_effect(rig: Rig) -> None:
