@@ -46,14 +46,14 @@ class GripObserver:
 
     def __init__(self, options: GripOptions, answer_s: float) -> None:
         self.belief = GripBelief(options, answer_s)
-        self._rising = RisingLoad(options.power)
+        self._power = options.power
         self._answer_s = answer_s
         self.reset()
 
     def reset(self) -> None:
         """Forget the object."""
         self.belief.reset()
-        self._rising.forget()
+        self._rising = RisingLoad(self._power)
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
@@ -123,7 +123,7 @@ class GripObserver:
             if supported or self.belief.slips > SLIPPED:
                 self._rising.forget()
             else:
-                rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s)
+                rising_m = self._rising.required_m(seen.t_ns, load_n, squeeze_m, self._answer_s, speed_m_s)
         return {
             "touch_m": self._touch_m,
             "squeeze_m": squeeze_m,

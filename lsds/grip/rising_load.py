@@ -24,23 +24,30 @@ class RisingLoad:
         self._power = power
         self._loads: deque[tuple[int, float]] = deque()
         self._carried = 0.0
+        self._arm_m_s, self._accelerated_ns = 0.0, -nanoseconds(1.0)
 
     def forget(self) -> None:
         """Start again: the object stands on something, or it has slipped."""
         self._loads.clear()
         self._carried = 0.0
 
-    def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float) -> float:
-        """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load does not rise."""
+    def required_m(self, t_ns: int, load_n: float, squeeze_m: float, answer_s: float, arm_m_s: float = 0.0) -> float:
+        """Return the squeeze (m) for the load at the time of the fingers' answer; 0 if the load does not rise.
+
+        `arm_m_s` is the speed of the arm: a rise while it changes is the arm's acceleration, which soon ends.
+        """
+        if arm_m_s != self._arm_m_s:
+            self._arm_m_s, self._accelerated_ns = arm_m_s, t_ns
         self._loads.append((t_ns, load_n))
         while self._loads[0][0] < t_ns - nanoseconds(WINDOW_S):
             self._loads.popleft()
         since_ns, before_n = self._loads[0]
         rise_n = load_n - before_n
+        settled = t_ns - self._accelerated_ns > nanoseconds(WINDOW_S + answer_s)
         rises = rise_n > NOISE * load_n
         if not self._carried or not rises:
             self._carried = max(self._carried, load_n / squeeze_m**self._power)
-        if not rises:
+        if not rises or not settled:
             return 0.0
         ahead_n = load_n + rise_n / max(seconds(t_ns - since_ns), WINDOW_S / 2) * answer_s
         return float((ahead_n / self._carried) ** (1 / self._power))
