@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lsds.contracts import BackendSpec
 from lsds.registry import hookimpl
+from lsds_research.stability.names import MAPS, study_name
 
 _LEARNERS = (
     ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest with the paper's settings"),
@@ -156,6 +157,18 @@ _STUDIES = (
     ),
 )
 
+_MAPS = tuple(
+    (
+        study_name(name),
+        f"stability.maps.{each.module}:study",
+        "stability.options:StabilityOptions",
+        each.requires,
+        each.extra,
+        f"map: {each.summary}",
+    )
+    for name, each in MAPS.items()
+)
+
 _COMMANDS = (
     ("collect", ("pyarrow",), "data", "Record a dataset by a protocol of the paper."),
     (
@@ -194,7 +207,7 @@ def lsds_backends() -> list[BackendSpec]:
             requires=requires,
             extra=extra,
         )
-        for name, factory, options, requires, extra, summary in _STUDIES
+        for name, factory, options, requires, extra, summary in (*_STUDIES, *_MAPS)
     ]
     learners = [
         BackendSpec(

@@ -1,0 +1,1 @@
+"""The maps, one a file; each is a study of its own."""

@@ -1,0 +1,38 @@
+"""Lifts: static over kinetic friction against the tick of the gripper."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from lsds_research.stability.grid import Axis, StabilityMap
+from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, GRIP_LIMIT, lifted, peak
+from lsds_research.stability.study import StabilityStudy
+
+STATIC = 0.55
+OPEN_TICK, STROKE_MM = 3, 50.0
+
+
+def measure(method: str, ratio: float, tick_mm: float, seed: int) -> float:
+    """Return the greatest normal force over the needed one, in a hold of 10 s."""
+    settings = {
+        "task.hold_s": 10.0,
+        "cell.simulated.static_friction": STATIC,
+        "cell.simulated.kinetic_friction": round(STATIC / ratio, 4),
+        "gripper.mock-hand-e.closed_tick": OPEN_TICK + round(STROKE_MM / tick_mm),
+    }
+    return peak(lifted(method, seed, settings))
+
+
+MAP = StabilityMap(
+    "friction-ticks",
+    "Hold of the pipe for 10 s: grip over the needed one by friction ratio and tick",
+    Axis("static over kinetic friction", "", (1.0, 1.2, 1.5, 2.0, 2.5), (1.0, 1.5, 2.0), (1.2, 2.0)),
+    Axis("tick", "mm", (0.2, 0.4, 0.6, 0.8, 1.0), (0.2, 0.6), (0.2,)),
+    CONTROLLERS,
+    (FIXED,),
+    "peak over needed",
+    "",
+    GRIP_LIMIT,
+    measure,
+)
+study = partial(StabilityStudy, MAP)

@@ -1,0 +1,67 @@
+"""A lift of the simulated cell at a point of a map, for each controller and for a fixed grip."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lsds.config.overrides import override_texts
+from lsds.errors import DataError
+from lsds_research.collecting.objects import PLANS
+from lsds_research.studies.grip.lift import OFF, Lift, lift
+
+CONTROLLERS = ("belief", "pd")
+FIXED = "fixed grip"
+"""The naive method: the first squeeze, without a controller."""
+FIRM = "firm grip"
+"""A fixed grip of 6 mm: it shows which points are physically possible."""
+FIRM_MM = 6.0
+SLIP_LIMIT_MM = 12.0
+"""Accepted slip of a lift: that of 95 % of the random objects (mm)."""
+GRIP_LIMIT = 3.0
+"""Accepted greatest normal force, in units of the needed one."""
+
+
+def lifted(
+    method: str,
+    seed: int,
+    settings: dict[str, Any],
+    *,
+    squeeze_mm: float = 1.1,
+    name: str = "pvc-pipe",
+    cell: dict[str, Any] | None = None,
+    speed_m_s: float = 0.038,
+) -> dict[str, Any]:
+    """Run a lift; return its figures. Raises DataError if the run could not be made.
+
+    `settings` are keys of the config, `cell` keys of an object that is not in the catalogue.
+    """
+    backend = OFF if method in (FIXED, FIRM) else method
+    squeeze_mm = FIRM_MM if method == FIRM else squeeze_mm
+    weight_n = round(2 * 0.55 * PLANS[name].needed_n, 3)
+    what = Lift(
+        backend,
+        name,
+        squeeze_mm,
+        speed_m_s,
+        1.0,
+        "none",
+        seed,
+        weight_n,
+        settings=tuple(override_texts(settings)),
+        cell=tuple(override_texts(cell or {})),
+    )
+    found = lift(what)
+    if isinstance(found, str):
+        raise DataError(found)
+    return found
+
+
+def slip_mm(found: dict[str, Any]) -> float:
+    """Return the slip of a lift (mm); infinity if the object was not held."""
+    return float(found["slip_mm"]) if found["held"] else math.inf
+
+
+def peak(found: dict[str, Any]) -> float:
+    """Return the greatest normal force over the needed one; infinity if the object was not held."""
+    return float(found["peak_over_needed"]) if found["held"] else math.inf
