@@ -1,1 +1,1 @@
-"""What is learnt on a cell of one's own, and written to a file that its config names."""
+"""Calibration of the user's own cell, written to files that its config names."""

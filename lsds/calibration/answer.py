@@ -1,4 +1,4 @@
-"""How soon the fingers answer: the age of frames, and the time from a command until the gripper moves."""
+"""Delay of the fingers: the age of frames, and the time from a command until the gripper moves."""
 
 from __future__ import annotations
 
@@ -14,15 +14,18 @@ if TYPE_CHECKING:
     from lsds.contracts import Cycle, Job, Setting, Situation, Wanted
 
 MOVES_M = 1e-4
-"""Fingers that were at rest have begun to move when they are so far from where they were, or a tick."""
+"""Minimum displacement of fingers that have begun to move, m; a coarser gripper's is its resolution."""
 LATE_S = 1.0
-"""A gripper that has not moved after so long did not have to."""
+"""Time after which a gripper that has not moved is not timed, s: the command needed no motion."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Medians over a run (s): age of a frame when it is evaluated, and the gripper's time until it moves; NaN where
-    the gripper never moved on its own. `interval_s` is that of the slowest finger's frames."""
+    """Medians over a run (s).
+
+    `frame_s` is the age of a frame when it is evaluated. `gripper_s` is the gripper's time until it moves, NaN if it
+    never moved from rest. `interval_s` is the frame interval of the slowest finger.
+    """
 
     interval_s: float
     frame_s: float
@@ -30,12 +33,12 @@ class Answer:
 
     @property
     def whole_s(self) -> float:
-        """Time from a change at the object to the fingers' answer: until it is in a frame at the latest, and so on."""
+        """Maximum time from a change at the object to the fingers' motion, with one frame interval of waiting."""
         return self.interval_s + self.frame_s + self.gripper_s
 
 
 class AnswerTimer:
-    """A `Job` around another one, which times the gripper; give it every cycle, too."""
+    """A `Job` that wraps another one and times the gripper; pass it every cycle, too."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
@@ -51,7 +54,7 @@ class AnswerTimer:
         self._job.begin(setting)
 
     def step(self, now: Situation) -> Wanted:
-        """Return what the job wants, and note when the gripper moves for it."""
+        """Return the job's commands, and record the time until the gripper moves."""
         wanted, state = self._job.step(now), now.gripper
         if self._sent is not None and state is not None:
             sent_ns, from_m = self._sent
@@ -67,10 +70,10 @@ class AnswerTimer:
         return wanted
 
     def take(self, cycle: Cycle) -> None:
-        """Note the age of a cycle's frame."""
+        """Record the age of a cycle's frame."""
         self._ages_s.append(seconds(cycle.t_ns - cycle.frame.t_ns))
 
     def answer(self, interval_s: float) -> Answer:
-        """Return what was found."""
+        """Return the medians."""
         frame_s = median(self._ages_s) if self._ages_s else math.nan
         return Answer(interval_s, frame_s, median(self._gripper_s) if self._gripper_s else math.nan)

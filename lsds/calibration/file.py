@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 _HEAD = """\
 # Written by `lsds calibrate slip`. Name it in the config: calibration = ["this file"]
 # Thresholds with at most {moving:g} false alarms per 100 moving and {still:g} per 100 still frames (one at least),
-# found on {frames} frames of this gel and camera in which nothing slips.
+# found on {frames} frames of this gel and camera without slip.
 
 """
 
 
-_WHY = "did the object slip where it was not meant to? Else allow more false alarms, or use another"
+_WHY = "did the object slip by mistake? If not, allow more false alarms, or use another detector"
 
 
 class Contents(NamedTuple):
-    """What is written: options by kind and backend, empty for none, the file's text, and why something is left out."""
+    """Content of the file: options by kind and backend (empty for none), its text, and reasons for omissions."""
 
     tables: Tables
     text: str
@@ -39,7 +39,7 @@ class Contents(NamedTuple):
 
 
 def as_toml(result: SlipCalibration) -> Contents:
-    """Return what is to be written."""
+    """Return the content of the file."""
     host, problems = PluginHost(), list[str]()
     tables: Tables = {"detector": {}, "estimator": {}}
     refused = False
@@ -55,8 +55,8 @@ def as_toml(result: SlipCalibration) -> Contents:
             tables["detector"][each.name] = options
     if result.noise is not None and result.noise.gel_share >= SHARES[-1]:
         problems.append(
-            f"the imprint errs by {SHARES[-1]:.0%} of the dots' motion or more: nothing is written for estimators "
-            "(did the object slip where it was not meant to?)"
+            f"the imprint's error is {SHARES[-1]:.0%} of the markers' motion or more: nothing is written for "
+            "estimators (did the object slip by mistake?)"
         )
     elif result.noise is not None and (tables["detector"] or not refused):
         noise = {"gel_share": round(result.noise.gel_share, 3), "still_um": round(result.noise.still_m * 1e6, 1)}
@@ -69,7 +69,7 @@ def as_toml(result: SlipCalibration) -> Contents:
 
 
 def noise_in(config: RigConfig) -> ImprintNoise | None:
-    """Return the noise that the config's estimator reckons with, None where it has no such options."""
+    """Return the noise that the config's estimator assumes, None if it has no such options."""
     host, section = PluginHost(), config.section("estimator")
     model = host.options_model(host.find("estimator", section.backend))
     options = {} if model is None else model.model_validate(section.options()).model_dump()
@@ -79,9 +79,9 @@ def noise_in(config: RigConfig) -> ImprintNoise | None:
 
 
 def outweighed(tables: Tables, config: RigConfig) -> list[str]:
-    """Return a warning for each option that the config sets itself, so that the file's does not count."""
+    """Return a warning for each option that the config sets itself, and so overrides the file's."""
     return [
-        f"the config sets {kind}.{own}.{key} itself, which counts more: take it out"
+        f"the config sets {kind}.{own}.{key} itself, which overrides the file: remove it from the config"
         for kind, backends in tables.items()
         for name, options in backends.items()
         for own in dict.fromkeys((name, name.rpartition(":")[2]))
@@ -105,7 +105,7 @@ def _options(host: PluginHost, kind: Kind, name: str) -> set[str]:
 
 
 def _problem(host: PluginHost, each: CalibratedDetector, options: dict[str, Any]) -> str | None:
-    """Return why a detector cannot have these options, None where it can."""
+    """Return the reason why a detector cannot have these options, None if it can."""
     needs = f"detector '{each.name}' would need a threshold of {options['threshold']:g}"
     model = host.options_model(host.find("detector", each.name))
     try:
@@ -113,12 +113,12 @@ def _problem(host: PluginHost, each: CalibratedDetector, options: dict[str, Any]
             model.model_validate(options)
     except ValidationError:
         return (
-            f"{needs}, which it cannot have: it calls slip with certainty where nothing slips; nothing is written for "
-            f"it ({_WHY})"
+            f"{needs}, which it does not accept: it reports slip with certainty in frames without slip; nothing is "
+            f"written for it ({_WHY})"
         )
     if each.is_blind:
         return (
-            f"{needs}, at which it finds {each.after.found:.0%} of the sliding frames, before {each.before.found:.0%}: "
+            f"{needs}, at which it finds {each.after.found:.0%} of the sliding frames, before {each.before.found:.0%}; "
             f"nothing is written for it ({_WHY})"
         )
     return None

@@ -1,4 +1,4 @@
-"""Calibration of friction: move the fingers along what stands; compare the load before and while it slides."""
+"""Calibration of friction: move the fingers along a fixed object; compare the load before and during the slide."""
 
 from __future__ import annotations
 
@@ -20,11 +20,13 @@ if TYPE_CHECKING:
     from lsds.config import RigConfig
 
 LEAST_FRAMES = 20
-"""Least number of frames of the slide."""
-BEFORE, SLIDING = "settle", "slide"
-"""Stages of the job `slide` in which nothing pulls, and in which the fingers move along the object."""
+"""Minimum number of frames of the slide."""
+BEFORE = "settle"
+"""Stage of the job `slide` without tangential load."""
+SLIDING = "slide"
+"""Stage of the job `slide` in which the fingers move along the object."""
 GIVEN_WAY = 0.98
-"""A load above this share of the greatest at the end of the slide may still rise: nothing has slid."""
+"""Maximum load at the end of the slide as a share of the maximum load; above it the object has not slid."""
 _HEAD = """\
 # Written by `lsds calibrate grip --slide`. Name it in the config: calibration = ["this file"]
 # The load was {static_n:.3g} N a finger when the object gave way, and {kinetic_n:.3g} N while it slid; {frames} frames.
@@ -34,7 +36,7 @@ _HEAD = """\
 
 @dataclass(frozen=True, slots=True)
 class FrictionCalibration:
-    """Load a finger (N) at which the object gave way, while it slid, and their ratio, static over kinetic friction."""
+    """Load per finger (N) at the start of slip and during it, and their ratio: static over kinetic friction."""
 
     static_n: float
     kinetic_n: float
@@ -55,9 +57,9 @@ class FrictionCalibration:
 
 
 def slid_friction(config: RigConfig, say: Callable[[str], object]) -> FrictionCalibration:
-    """Run the rig's job `slide` and return what the load shows.
+    """Run the rig's job `slide` and return friction from the load.
 
-    Raises ConfigError without gripper and arm, DataError where nothing slid, and what ends a run.
+    Raises ConfigError without gripper and arm, DataError if the object did not slide, and any error that ends a run.
     """
     load, loads = CarriedLoad(), list[float]()
     with Rig(config.model_copy(update={"job": own_section("slide")})) as rig:
@@ -75,7 +77,7 @@ def slid_friction(config: RigConfig, say: Callable[[str], object]) -> FrictionCa
 
 
 def _compared(loads: list[float]) -> FrictionCalibration:
-    """Return the greatest load and that of the second half. Raises DataError where nothing slid."""
+    """Return the maximum load and the median of the second half. Raises DataError if the object did not slide."""
     if len(loads) < LEAST_FRAMES:
         raise DataError(
             f"only {len(loads)} frames of the slide showed a load (raise job.slide.slide_s; does the object touch the "

@@ -1,4 +1,4 @@
-"""Calibration of load: lift an object of known weight, and set what the dots show against it."""
+"""Calibration of load: lift an object of known weight, and compare the markers' displacement with it."""
 
 from __future__ import annotations
 
@@ -21,15 +21,18 @@ if TYPE_CHECKING:
     from lsds.config import RigConfig
     from lsds.contracts import ContactLoad, Cycle
 
-BEFORE, CARRIED = "settle", "hold"
-"""Stages of the job `lift` in which nothing pulls, and in which the object hangs still."""
+BEFORE = "settle"
+"""Stage of the job `lift` without tangential load."""
+CARRIED = "hold"
+"""Stage of the job `lift` in which the object hangs still."""
 FINGERS = 2
+"""Number of fingers that carry the weight, with or without sensors."""
 LEAST_FRAMES = 10
-"""Fewer frames of a stage tell nothing."""
+"""Minimum number of frames of a stage."""
 STEADY = 0.1
-"""A load that scatters by a greater share while the object hangs still is none to calibrate on."""
+"""Maximum relative standard deviation of the load while the object hangs still."""
 LEAST_RATIO = 5.0
-"""The load has to be so many times the scatter of the gel at rest."""
+"""Minimum ratio of the load to the scatter of the gel at rest."""
 _HEAD = """\
 # Written by `lsds calibrate grip`. Name it in the config: calibration = ["this file"]
 # {weight:.3g} N hung in the grip; {frames} frames; from object to object it differs by some 12 %.
@@ -39,11 +42,11 @@ _HEAD = """\
 
 @dataclass(frozen=True, slots=True)
 class GripCalibration:
-    """What was found: the gel's shear stiffness (kPa/mm) as it was and as it is, and what it rests on.
+    """Shear stiffness of the gel (kPa/mm) before and after the calibration, with the measurements behind it.
 
     `shares` is the share of the weight that each finger with a sensor carried, by the new stiffness. `noise` is the
-    load's relative standard deviation while the object hung, `answer_s` the time until the fingers answer, NaN if the
-    gripper never moved alone.
+    load's relative standard deviation while the object hung. `answer_s` is the delay of the fingers, NaN if the gripper
+    never moved from rest.
     """
 
     weight_n: float
@@ -63,17 +66,17 @@ class GripCalibration:
         """Return the text of the file that a config names."""
         grip = {} if math.isnan(self.answer_s) else {"answer_s": round(self.answer_s, 3)}
         if self.noise > GripOptions().noise:
-            # A smaller one of a single object is no measure of how loads differ from object to object.
+            # A smaller scatter of one object does not show how loads differ between objects.
             grip["noise"] = round(self.noise, 3)
         found = {"tactile": {"shear_kpa_mm": round(self.shear_kpa_mm, 3)}, **({"grip": grip} if grip else {})}
         return _HEAD.format(weight=self.weight_n, frames=self.frames) + dumps(found)
 
 
 def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str], object]) -> GripCalibration:
-    """Run the rig's job `lift` and return what the load shows.
+    """Run the rig's job `lift` and return the calibration from the load.
 
-    `weight_n` is the weight of the object; a simulated cell knows its own. Raises ConfigError, DataError where the run
-    tells nothing, and what ends a run.
+    `weight_n` is the weight of the object; a simulated cell knows its own. Raises ConfigError, DataError if the run
+    shows too little, and any error that ends a run.
     """
     lifting = own_section("lift")
     loads: dict[str, dict[str, list[ContactLoad]]] = {BEFORE: {}, CARRIED: {}}
@@ -89,7 +92,7 @@ def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str]
             if rig.own_cell is not None and cycle.stage == CARRIED:
                 true_n.append(FINGERS * rig.own_cell.truth().tangential_force_n)
         if rig.own_cell is not None and rig.own_cell.truth().dropped:
-            raise DataError("the object dropped: nothing can be learnt from that (raise task.first_squeeze_m)")
+            raise DataError("the object dropped, so the load is unknown (raise task.first_squeeze_m)")
     if weight_n is None:
         weight_n = fmean(true_n) if true_n else math.nan
     interval_s = max(1 / finger.sensor.spec.rate_hz for finger in rig.fingers)
@@ -98,12 +101,12 @@ def lifted_weight(config: RigConfig, weight_n: float | None, say: Callable[[str]
 
 
 def _require_what_lifts(rig: Rig, weight_n: float | None) -> None:
-    """Raise ConfigError where nothing can be lifted, or where nobody knows what is."""
+    """Raise ConfigError if the rig cannot lift, or if the weight is unknown."""
     if rig.gripper is None or rig.arm is None:
         issue = ConfigIssue("gripper.backend, arm.backend", "a weight has to be lifted", "choose both")
         raise ConfigError("the rig", [issue])
     if weight_n is None and rig.own_cell is None:
-        issue = ConfigIssue("--mass-g", "what is lifted has to be known", "weigh the object, and tell its mass")
+        issue = ConfigIssue("--mass-g", "the mass of the object is missing", "weigh the object and give its mass")
         raise ConfigError("the command", [issue])
 
 
@@ -122,7 +125,7 @@ def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, b
             f"fewer than {LEAST_FRAMES} frames showed the load before the lift or while the object hung (raise "
             "task.settle_s and task.hold_s; is the reference of the gel without contact?)"
         )
-    # Two fingers carry the weight; one that has no sensor carries half of it.
+    # Two fingers carry the weight; a finger without a sensor carries half of it.
     carried_n = weight_n * min(len(fingers), FINGERS) / FINGERS
     forces = {name: _forces(loads[BEFORE][name], loads[CARRIED][name]) for name in fingers}
     count = min(map(len, forces.values()))
@@ -143,7 +146,7 @@ def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, b
 
 
 def _forces(before: list[ContactLoad], carried: list[ContactLoad]) -> list[float]:
-    """Return the force (N) in each frame of the second, since the last half of the first, which has settled."""
+    """Return the force (N) in each carried frame, relative to the settled second half of the frames before."""
     settled = before[len(before) // 2 :]
     x, y = (fmean(load.shear_n[axis] for load in settled) for axis in (0, 1))
     return [math.hypot(load.shear_n[0] - x, load.shear_n[1] - y) for load in carried]

@@ -1,4 +1,4 @@
-"""Calibrate detectors and estimators of slip on recordings of one's own gel and camera."""
+"""Calibrates slip detectors and estimators on recordings of the user's gel and camera."""
 
 from __future__ import annotations
 
@@ -21,19 +21,25 @@ if TYPE_CHECKING:
     Mask = NDArray[np.bool_]
     Scores = tuple[Floats, Floats]
 
-LEAST_MOVING, LEAST_STILL = 40, 50
-"""With fewer frames of either kind, nothing can be said of false alarms."""
-ENOUGH_MOVING, ENOUGH_STILL = 100, 1000
-"""With fewer frames of either kind a threshold is only raised: that few alarms were seen may be chance."""
+LEAST_MOVING = 40
+"""Minimum number of moving frames without slip for a calibration."""
+LEAST_STILL = 50
+"""Minimum number of still frames for a calibration."""
+ENOUGH_MOVING = 100
+"""Minimum number of moving frames to lower a threshold; in fewer, few alarms may be chance."""
+ENOUGH_STILL = 1000
+"""Minimum number of still frames to lower a threshold."""
 LEAST_KEPT = 0.1
-"""A threshold at which less than so much is left of the sliding frames that were found is of no use."""
+"""Minimum share of the sliding frames found before that a useful threshold still finds."""
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What a detector says at a threshold: false alarms per 100 moving and per 100 still frames where nothing slips;
-    of the frames that move while something slides, the share called slip; of the slides, how many were noticed at all.
-    NaN without such frames."""
+class DetectionRates:
+    """Performance of a detector at a threshold; NaN without frames of a kind.
+
+    `per_100_moving` and `per_100_still` are false alarms per 100 frames without slip. `found` is the share of the
+    moving frames of slides that the detector calls slip. `noticed` is the number of slides with an alarm in any frame.
+    """
 
     threshold: float
     per_100_moving: float
@@ -44,30 +50,35 @@ class Told:
 
 @dataclass(frozen=True, slots=True)
 class CalibratedDetector:
-    """A detector before and after; `left_out` are its false alarms on each recording of changing load at the threshold
-    that all others give, per 100 moving and per 100 still frames: what to expect on another object. NaN where there is
-    only one. `answered` counts the moving and the still frames without slip in which it did not abstain. `share` of the
-    budget is what the threshold keeps to on the recordings themselves, so that those left out keep to all of it."""
+    """A detector before and after calibration.
+
+    `left_out` are the false alarms to expect on another object, per 100 moving and per 100 still frames: those on each
+    recording of changing load, at the threshold from all others. They are NaN with only one recording. `answered`
+    counts the moving and the still frames without slip in which the detector did not abstain. `share` is the part of
+    the budget that the threshold keeps to on the recordings themselves, so that those left out keep to all of it.
+    """
 
     name: str
-    before: Told
-    after: Told
+    before: DetectionRates
+    after: DetectionRates
     left_out: tuple[float, float]
     answered: tuple[int, int]
     lowers: bool
-    """Whether enough frames were answered to lower the threshold, too."""
+    """Whether there were enough answers to lower the threshold, too."""
     share: float = 1.0
 
     @property
     def is_blind(self) -> bool:
-        """Whether the threshold within the budget loses the slides that were found before."""
+        """Whether the threshold within the budget misses the slides that were found before."""
         return self.after.found < LEAST_KEPT * self.before.found
 
 
 @dataclass(frozen=True, slots=True)
 class SlipCalibration:
-    """What was learnt: each detector's threshold, and how far imprint and gel err (None where the imprint was seen too
-    rarely). `moving` and `still` frames show no slip, `slides` may."""
+    """Threshold of each detector, and the noise of imprint and gel (None if the imprint is known in too few frames).
+
+    `moving` and `still` are numbers of frames without slip; `slides` is the number of recordings with slip.
+    """
 
     detectors: tuple[CalibratedDetector, ...]
     noise: ImprintNoise | None
@@ -80,17 +91,17 @@ class SlipCalibration:
 
     @property
     def transfers(self) -> bool:
-        """Whether enough objects were recorded to expect anything of another one."""
+        """Whether enough objects were recorded to predict false alarms on another one."""
         return self.loads >= LEAST_OBJECTS
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for JSON."""
-        told = None if self.noise is None else self.noise._asdict()
-        return asdict(self) | {"noise": told}
+        noise = None if self.noise is None else self.noise._asdict()
+        return asdict(self) | {"noise": noise}
 
 
 def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None) -> SlipCalibration:
-    """Calibrate every detector that has watched the phases. Raises DataError where they show too little."""
+    """Calibrate every detector that has watched the phases. Raises DataError if they show too little."""
     budget = budget or Budget()
     quiet = [each for each in phases if each.phase != "slide" and len(each) > FIRST_FRAMES]
     slides = [each for each in phases if each.phase == "slide" and len(each) > FIRST_FRAMES]
@@ -114,8 +125,8 @@ def _require(moving: int, still: int) -> None:
 
 
 def _masks(each: WatchedPhase) -> tuple[Mask, Mask]:
-    """Return which frames of a recording without slip move, and which are still."""
-    # A still one that moves was bumped into; it is not what is asked about.
+    """Return the masks of the moving and of the still frames of a recording without slip."""
+    # Motion in a still recording is an accidental bump and counts as neither.
     moving = each.moving & (each.phase == "load")
     return each.counts & moving, each.counts & ~each.moving
 
@@ -139,11 +150,11 @@ def _calibrated(
 
     loads = [_scores(name, [each]) for each in quiet if each.phase == "load"]
     after, share, left_out = transferable(loads, budget, find)
-    said = [(each, each.score(name)) for each in slides]
+    slid = [(each, each.score(name)) for each in slides]
     return CalibratedDetector(
         name,
-        _told(before, scores, said),
-        _told(after, scores, said),
+        _rates(before, scores, slid),
+        _rates(after, scores, slid),
         left_out,
         _answered(scores),
         _enough(scores),
@@ -157,23 +168,23 @@ def _answered(scores: Scores) -> tuple[int, int]:
 
 
 def _enough(scores: Scores) -> bool:
-    """Tell whether so many frames were answered that few alarms are no chance: abstaining raises none."""
+    """Return whether there are enough answers for few alarms to be significant; an abstention raises no alarm."""
     moving, still = _answered(scores)
     return moving >= ENOUGH_MOVING and still >= ENOUGH_STILL
 
 
 def _threshold(scores: Scores, budget: Budget, before: float) -> float:
-    """Return a detector's threshold: only raised where too few frames were answered to lower it."""
+    """Return a detector's threshold; it is not lowered if there are too few answers."""
     found = threshold(*scores, budget)
     return max(before, found) if found <= 0 or not _enough(scores) else found
 
 
-def _told(least: float, scores: Scores, slides: Sequence[tuple[WatchedPhase, Floats]]) -> Told:
+def _rates(least: float, scores: Scores, slides: Sequence[tuple[WatchedPhase, Floats]]) -> DetectionRates:
     alarms = [exceeds(score, least) & each.counts for each, score in slides]
     moved = [each.moving & each.counts for each, _ in slides]
     hits = [alarm[mask] for alarm, mask in zip(alarms, moved, strict=True)]
     found = float(np.concatenate(hits).mean()) if any(map(len, hits)) else math.nan
-    return Told(least, *_per_100(scores, least), found, sum(bool(alarm.any()) for alarm in alarms))
+    return DetectionRates(least, *_per_100(scores, least), found, sum(bool(alarm.any()) for alarm in alarms))
 
 
 def _per_100(scores: Scores, least: float) -> tuple[float, float]:

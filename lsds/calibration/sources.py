@@ -1,4 +1,4 @@
-"""Where frames to calibrate on come from: recordings, a rig that moves by itself, or a sensor and a person's hand."""
+"""Sources of calibration frames: recordings, a rig that moves by itself, or a sensor and a person's hand."""
 
 from __future__ import annotations
 
@@ -24,9 +24,11 @@ if TYPE_CHECKING:
 _LOADED = ("take up", "lift", "shake", "lower")
 """Stages of the job `shake` in which the load changes."""
 SHAKE: dict[str, object] = {"closer_mm": 2.5, "still_s": 8.0, "shakes": 20}
-"""Options of the job `shake` here, where the config has none: some 150 moving frames and 1200 still ones."""
-SLIPPED_M, SLID_M = 1e-4, 1e-3
-"""In a firm grip the object may slip so far by the truth; in the usual one it has to slide so far to show a slide."""
+"""Default options of the job `shake` here: they give some 150 moving and 1200 still frames."""
+SLIPPED_M = 1e-4
+"""Maximum true slip of the object in the firm grip, m."""
+SLID_M = 1e-3
+"""Minimum true slip of the object in the usual grip that counts as a slide, m."""
 
 
 def built(config: RigConfig, names: Sequence[str]) -> dict[str, Detector]:
@@ -38,7 +40,7 @@ def built(config: RigConfig, names: Sequence[str]) -> dict[str, Detector]:
 
 
 def require_recordings(names: Sequence[str]) -> None:
-    """Raise DataError that tells all recordings which are not there: files, folders, patterns."""
+    """Raise DataError that names all missing recordings: files, folders, patterns."""
     paths = {name: Path(name).expanduser() for name in names}
     missing = [name for name, path in paths.items() if not path.exists() and not any(path.parent.glob(path.name))]
     if missing:
@@ -46,7 +48,7 @@ def require_recordings(names: Sequence[str]) -> None:
 
 
 def is_real(config: RigConfig) -> bool:
-    """Tell whether the first sensor is a real one, neither simulated nor a recording."""
+    """Return whether the first sensor is real, neither simulated nor a recording."""
     return not Rig(only_watching(config)).virtual
 
 
@@ -54,28 +56,28 @@ def watched_recording(
     source: str, phase: Phase, config: Path | None, overrides: Sequence[str], detectors: Mapping[str, Detector]
 ) -> WatchedPhase:
     """Watch a recording: a video, a folder of images, or a pattern. Raises DataError that names it."""
-    told = WatchedPhase(source, phase)
+    watched = WatchedPhase(source, phase)
     for detector in detectors.values():
         detector.reset()
     try:
         engine = engine_of(source, config, (*overrides, *UNASKED, "calibration=[]"))
         for cycle in engine:
-            told.take(cycle, detectors, engine.perception.metres_per_px)
+            watched.take(cycle, detectors, engine.perception.metres_per_px)
     except LsdsError as error:
         raise DataError(naming(source, error)) from error
-    if not len(told):
+    if not len(watched):
         raise DataError(f"{source}: no usable frame after the reference")
-    return told
+    return watched
 
 
 def watched_rig(
     config: RigConfig, firm_mm: float | None, detectors: Mapping[str, Detector], say: Callable[[str], object]
 ) -> list[WatchedPhase]:
-    """Let a simulated rig move by itself: shake a firmly held object, then lift another as its config grips it.
+    """Run a simulated rig: shake a firmly held object, then lift another with the grip of the config.
 
-    It shakes by the config's `[job.shake]` and grips `firm_mm` closer, where that is given. The controller is off. A
-    real rig is refused: between the two runs its gripper would have to open, and nobody would have put the object back.
-    Raises ConfigError, DataError where the object slips while it is shaken, and what ends a run.
+    The config's `[job.shake]` sets the motion; the rig grips `firm_mm` closer, if given. The controller is off. A real
+    rig is refused: its gripper would open between the two runs, and the object would not be put back.
+    Raises ConfigError, DataError if the object slips while it is shaken, and any error that ends a run.
     """
     rig = Rig(config)
     if not rig.virtual or rig.own_cell is None:
@@ -90,13 +92,13 @@ def watched_rig(
     say(f"gripping {closer}, holding still, lifting, shaking, setting down")
     if _moved(config, own_section("shake", options), by_stage, detectors, most_m=SLIPPED_M) > SLIPPED_M:
         raise DataError(
-            f"gripped {closer}, the object slipped or was not held at all: nothing can be learnt from that, and no "
-            "file is written (grip more firmly: a larger --firm-mm, or job.shake.closer_mm in the config)"
+            f"gripped {closer}, the object slipped or was not held at all, so no file is written (grip more firmly: a "
+            "larger --firm-mm, or job.shake.closer_mm in the config)"
         )
     say("gripping as the config does, and lifting: it should slide")
     slides = dict.fromkeys(("take up", "lift", "hold"), slide)
     if _moved(config, own_section("lift"), slides, detectors) < SLID_M:
-        say("nothing slid, so what is found is not known: choose a smaller task.first_squeeze_m")
+        say("the object did not slide, so the detected share of slip is unknown: choose a smaller task.first_squeeze_m")
         return [still, load]
     return [still, load, slide]
 
@@ -108,8 +110,10 @@ def _moved(
     detectors: Mapping[str, Detector],
     most_m: float = math.inf,
 ) -> float:
-    """Run a job, watch its stages, and return how far the object truly slipped in them (m), infinity where it is not in
-    the grip; beyond `most_m` it ends."""
+    """Run a job, watch its stages, and return the true slip of the object in them, m.
+
+    It is infinite if the object is not in the grip. The run ends at a slip of more than `most_m`.
+    """
     slipped_m, begun_m = 0.0, None
     sections = {"job": job}
     open_loop = {"controller": config.section("controller").model_copy(update={"enabled": False})}
@@ -132,7 +136,7 @@ def _moved(
 
 
 class Part(NamedTuple):
-    """A part of what a person does: what is asked for, for how long, and what it shows (None: a pause)."""
+    """A part of a manual calibration: the request to the person, its duration, and its phase (None: a pause)."""
 
     ask: str
     duration_s: float
@@ -140,7 +144,7 @@ class Part(NamedTuple):
 
 
 def by_hand(seconds: float) -> tuple[Part, ...]:
-    """Return what a person is asked to do, about `seconds` for each phase, once the untouched gel was seen."""
+    """Return the parts after the untouched gel has been recorded, with about `seconds` for each phase."""
     return (
         Part("put the object into the grip and close it firmly", 15.0, None),
         Part("hold it still", seconds, "still"),
@@ -154,8 +158,8 @@ def by_hand(seconds: float) -> tuple[Part, ...]:
 def watched_hand(
     config: RigConfig, parts: Sequence[Part], detectors: Mapping[str, Detector], say: Callable[[str], object]
 ) -> list[WatchedPhase]:
-    """Watch the sensor while a person moves the object; no device moves. Raises what ends the run."""
-    told = {part.phase: WatchedPhase(part.ask, part.phase) for part in parts if part.phase is not None}
+    """Watch the sensor while a person moves the object; no device moves. Raises any error that ends the run."""
+    watched = {part.phase: WatchedPhase(part.ask, part.phase) for part in parts if part.phase is not None}
     for detector in detectors.values():
         detector.reset()
     with Rig(only_watching(config)) as rig:
@@ -173,5 +177,5 @@ def watched_hand(
                 ends_ns = cycle.t_ns + nanoseconds(left[0].duration_s)
             phase = left[0].phase
             if phase is not None and cycle.leads:
-                told[phase].take(cycle, detectors, engine.perception.metres_per_px)
-    return [each for each in told.values() if len(each)]
+                watched[phase].take(cycle, detectors, engine.perception.metres_per_px)
+    return [each for each in watched.values() if len(each)]

@@ -1,4 +1,4 @@
-"""The lowest threshold at which a detector calls slip no more often than allowed, where nothing slips."""
+"""The lowest threshold at which a detector's false alarms stay within a budget."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 LEAST_OBJECTS = 3
-"""With fewer objects nothing is known of the false alarms on another one."""
+"""Minimum number of objects to predict the false alarms on another one."""
 TIGHTER = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.1)
 """Shares of the budget that are tried."""
 
@@ -33,11 +33,10 @@ class Budget:
 def threshold(moving: Floats, still: Floats, budget: Budget) -> float:
     """Return the lowest score that no more frames exceed than the budget allows; -inf without any frame.
 
-    Of the moving frames it allows so many per 100, rounded down; of the still ones rounded up, as a thousand frames at
-    rest, which one glimpse may spoil, are half a minute. A frame whose score is NaN, where the detector abstains,
-    raises no alarm.
+    The allowed number of moving frames is rounded down. That of still frames is rounded up: half a minute at rest is a
+    thousand frames, and one disturbance would exceed the budget. A NaN score (an abstention) raises no alarm.
     """
-    # Before rounding to whole frames: 5 % of 40 frames is 2, whatever floats make of it.
+    # Round off floating-point errors first: 5 % of 40 frames is exactly 2.
     most_moving = math.floor(round(len(moving) * budget.moving / 100, 9))
     most_still = math.ceil(round(len(still) * budget.still / 100, 9))
     return max(_exceeded(moving, most_moving), _exceeded(still, most_still))
@@ -46,13 +45,13 @@ def threshold(moving: Floats, still: Floats, budget: Budget) -> float:
 def transferable(
     groups: Sequence[tuple[Floats, Floats]], budget: Budget, find: Callable[..., float] = threshold
 ) -> tuple[float, float, tuple[float, float]]:
-    """Return a threshold that other objects keep to as well, and how it was found.
+    """Return a threshold that holds for other objects too, its share of the budget, and the false alarms left out.
 
-    `groups` are the scores of the moving and the still frames of each object. A threshold that fits some objects is
-    exceeded more often on others (on real recordings twice as often). So it keeps to a share of the budget on the
-    objects themselves, the largest one of `TIGHTER` at which objects left out in turn keep to all of it. Returned are
-    the threshold, that share, and the false alarms of the objects left out, per 100 moving and per 100 still frames;
-    NaN with one object only. With fewer than `LEAST_OBJECTS` the share is 1: nothing can be learnt of others.
+    `groups` are the scores of the moving and the still frames of each object. Other objects exceed a fitted threshold
+    more often (on real recordings twice as often). The threshold therefore uses a share of the budget: the largest of
+    `TIGHTER` at which the objects, left out in turn, stay within the whole budget. With fewer than `LEAST_OBJECTS` the
+    share is 1. The false alarms are those of the objects left out, per 100 moving and per 100 still frames, or NaN with
+    one object.
     """
     everything = _joined(groups)
     left_out = _left_out(groups, budget, find)
@@ -89,11 +88,11 @@ def _joined(groups: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
 
 
 def _exceeded(scores: Floats, most: int) -> float:
-    """Return the lowest score that at most so many exceed."""
+    """Return the lowest score that at most `most` scores exceed."""
     ordered = np.sort(np.nan_to_num(scores, nan=-math.inf))
     return float(ordered[-1 - most]) if most < len(ordered) else -math.inf
 
 
 def exceeds(scores: Floats, least: float) -> Mask:
-    """Return where a score exceeds the threshold."""
+    """Return the mask of the scores that exceed the threshold."""
     return np.asarray(np.nan_to_num(scores, nan=-math.inf) > least)

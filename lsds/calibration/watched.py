@@ -1,4 +1,4 @@
-"""What a cell's detectors say of a recording in which it is known whether something slips."""
+"""Answers of a cell's detectors on a recording whose slip is known."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     Mask = NDArray[np.bool_]
 
 Phase = Literal["still", "load", "slide"]
-"""Nothing moves; the load changes and nothing slips; the object slides, at least in a part of it."""
+"""Kind of recording: "still" is at rest, "load" has changing load without slip, "slide" has slip at least in part."""
 MOVING_PX = 0.5
-"""A frame moves where the fastest tenth of the dots has moved by more than this since the last one, px of an image 320
-px wide."""
+"""Minimum motion of the fastest tenth of the markers since the last frame in a moving frame, px of an image 320 px
+wide."""
 FIRST_FRAMES = 9
-"""Frames at the start of a recording that do not count: they may show an earlier contact."""
+"""Number of frames at the start of a recording that are ignored: they may show an earlier contact."""
 
 
 def fastest(moved: Floats) -> float:
-    """Return how far the fastest tenth of dots that moved by (n, 2) has moved at least, 0 without dots."""
+    """Return the minimum motion of the fastest tenth of markers, from motions (n, 2); 0 without markers."""
     return float(np.quantile(np.hypot(moved[:, 0], moved[:, 1]), 0.9)) if len(moved) else 0.0
 
 
 def fastest_px(observation: Observation, metres_per_px: float) -> float:
-    """Return how far the fastest tenth of the dots has moved since the last frame, px of an image 320 px wide."""
+    """Return the minimum motion of the fastest tenth of the markers since the last frame, px of a 320 px wide image."""
     shown = observation.field
     known = np.isfinite(shown.velocity_m_s[:, 0])
     metres = metres_per_px * shown.reference.image_size[0] / WIDTH_PX
@@ -47,8 +47,8 @@ def fastest_px(observation: Observation, metres_per_px: float) -> float:
 class WatchedPhase:
     """One recording, or one part of a live one: a row for each frame.
 
-    `moved_px` how far the dots have moved, `scores` and `thresholds` by detector, NaN where it abstains; `motions` of
-    the imprint, None where it is not known.
+    `moved_px` is the markers' motion. `scores` and `thresholds` are by detector; a score is NaN if it abstains.
+    `motions` are those of the imprint, None if unknown.
     """
 
     name: str
@@ -59,28 +59,30 @@ class WatchedPhase:
     motions: list[ImprintMotion | None] = field(default_factory=list)
 
     def take(self, cycle: Cycle, detectors: Mapping[str, Detector], metres_per_px: float) -> None:
-        """Take a frame: ask every detector. Raises PluginError for one without a score."""
+        """Take a frame: update every detector. Raises PluginError for an answer without a score."""
         observation = cycle.observation
         self.moved_px.append(fastest_px(observation, metres_per_px))
         self.motions.append(None if observation.imprint is None else observation.imprint())
         for name, detector in detectors.items():
-            said = detector.update(observation)
-            if said.slip is not None and not np.isfinite(said.score):
-                raise PluginError(f"detector '{name}': says slip or no slip without a score, so it has no threshold")
-            self.scores.setdefault(name, []).append(said.score if said.slip is not None else np.nan)
-            self.thresholds[name] = said.threshold
+            detection = detector.update(observation)
+            if detection.slip is not None and not np.isfinite(detection.score):
+                raise PluginError(
+                    f"detector '{name}': it decides without a score, so its threshold cannot be calibrated"
+                )
+            self.scores.setdefault(name, []).append(detection.score if detection.slip is not None else np.nan)
+            self.thresholds[name] = detection.threshold
 
     def __len__(self) -> int:
         return len(self.moved_px)
 
     @property
     def counts(self) -> Mask:
-        """Which frames count (n,): all but the first few."""
+        """Mask (n,) of the frames that count: all but the first few."""
         return np.arange(len(self)) >= FIRST_FRAMES
 
     @property
     def moving(self) -> Mask:
-        """Which frames move (n,)."""
+        """Mask (n,) of the frames that move."""
         return np.array(self.moved_px) > MOVING_PX
 
     def score(self, detector: str) -> Floats:

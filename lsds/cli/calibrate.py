@@ -1,4 +1,4 @@
-"""`lsds calibrate`: calibrate cameras, the detection of slip and the load on a cell of one's own."""
+"""`lsds calibrate`: calibrate cameras, slip detection and the load on the user's own cell."""
 
 from __future__ import annotations
 

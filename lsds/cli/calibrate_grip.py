@@ -1,4 +1,4 @@
-"""`lsds calibrate grip`: newtons of one's own gel, from a known weight."""
+"""`lsds calibrate grip`: shear stiffness of the user's gel from a known weight, and its friction."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STANDARD_GRAVITY = 9.80665
     "--slide",
     "slides",
     is_flag=True,
-    help="Calibrate friction instead: the fingers move along an object that stands or is clamped.",
+    help="Calibrate friction instead: the fingers move along an object that stands firmly or is clamped.",
 )
 @json_option
 def grip(
@@ -48,14 +48,17 @@ def grip(
     slides: bool,
     json_file: str | None,
 ) -> None:
-    """Calibrate the load: how many newtons the dots' displacement is on your own gel.
+    """Calibrate the load in newtons: the shear stiffness of your own gel.
 
-    The rig lifts an object of known mass, as `lsds run` does, and holds it: the arm moves. What the dots show then is
-    set against its weight. Two fingers with sensors share the weight; with one sensor the other finger carries half.
-    Holding without slip needs no calibration: it is for loads and limits in newtons. The same lift shows how soon the
-    fingers answer, and how the load scatters. With --slide the fingers move along an object that stands, as in the job
-    `slide`: the load at which it gives way, over that while it slides, is static over kinetic friction. Files are named
-    by the config: calibration = ["grip.toml", "friction.toml"].
+    The arm moves: the rig lifts an object of known mass, as `lsds run` does, and holds it. The command compares the
+    markers' displacement with the weight. Two fingers with sensors share the weight; with one sensor, the other finger
+    carries half. Loads and limits in newtons need this calibration; holding without slip does not. The same lift
+    measures the delay of the fingers and the scatter of the load.
+
+    With --slide the fingers move along a fixed object, as in the job `slide`. The ratio of static to kinetic friction
+    is the load at which the object starts to slide divided by the load while it slides.
+
+    The config names the files: calibration = ["grip.toml", "friction.toml"].
 
     \b
     Examples:
@@ -77,12 +80,12 @@ def grip(
     def say(text: str) -> None:
         click.echo(text, err=True)
 
-    # What an earlier calibration found is not where this one begins.
+    # An earlier calibration must not change the start of this one.
     loaded = load_config(config, overrides, without=("calibration",))
     result: FrictionCalibration | GripCalibration
     if slides:
         if mass_g is not None:
-            raise click.UsageError("--slide needs no --mass-g: only a ratio of loads counts")
+            raise click.UsageError("--slide needs no --mass-g: it measures a ratio of loads")
         result = slid_friction(loaded, say)
     else:
         result = lifted_weight(loaded, None if mass_g is None else mass_g * 1e-3 * STANDARD_GRAVITY, say)

@@ -1,4 +1,4 @@
-"""`lsds calibrate slip`: thresholds and noise of one's own gel and camera."""
+"""`lsds calibrate slip`: thresholds and noise of the user's gel and camera."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 _ALWAYS = "imprint"
-"""Calibrated beside the rig's own detector: it is untrained, so its threshold is all that it can learn."""
+"""Detector that is calibrated in addition to the rig's own one: it is untrained, so it learns only its threshold."""
 
 
 def _recordings(flag: str, shows: str) -> Callable[[F], F]:
@@ -84,14 +84,14 @@ def slip(
 ) -> None:
     """Calibrate the detection of slip on your own gel and camera.
 
-    It watches an object that rests, that is wriggled without slipping, and that slides. From the first two it learns
-    the threshold of each detector, and how far the gel goes another way than its dots; the third tells what is found.
-    It prints false alarms and slips found, before and after, and writes a file that the config names:
-    calibration = ["slip.toml"].
+    The command watches an object that rests, that is wriggled without slip, and that slides. The first two determine
+    the threshold of each detector, and the error of the gel's motion between its markers. The third measures how much
+    slip is detected. The command prints false alarms and detected slips before and after, and writes a file that the
+    config names: calibration = ["slip.toml"].
 
-    On your cell use --by-hand: only the sensor is used, and you move the object as you are asked to; that takes two
-    minutes. Or give recordings. Without either, a simulated rig moves by itself: it lifts and shakes an object in a
-    firm grip, and lifts another in the usual one. A real rig is never moved.
+    On your cell use --by-hand: it uses only the sensor and asks you to move the object, for two minutes. Or give
+    recordings. Without either, a simulated rig moves by itself: it lifts and shakes an object in a firm grip, and lifts
+    another in the usual grip. A real rig never moves.
 
     \b
     Examples:
@@ -117,7 +117,7 @@ def slip(
     from lsds.support.files import write_whole
 
     require_recordings([name for _, name in recordings])
-    # What an earlier calibration found is not where this one begins.
+    # An earlier calibration must not change the start of this one.
     chosen = load_config(config, overrides, without=("calibration",))
     always = PluginHost().own("detector", _ALWAYS)
     named = list(dict.fromkeys(detectors or (chosen.section("detector").backend, always)))
@@ -131,7 +131,7 @@ def slip(
     if json_file != "-":
         print_result(result, contents.tables, noise)
     if recordings and not slide:
-        click.echo("what is still found at these thresholds is not known: add --slide RECORDING", err=True)
+        click.echo("it is unknown how much slip these thresholds detect: add --slide RECORDING", err=True)
     if not contents.tables:
         raise DataError(f"nothing could be calibrated, and no file is written: {'; '.join(contents.problems)}")
     problems = [*contents.problems, *outweighed(contents.tables, chosen)]
@@ -146,7 +146,7 @@ def slip(
 
 
 def _check_flags(recorded: set[Phase], *, by_hand: bool, seconds: float | None, firm_mm: float | None) -> None:
-    """Raise click.UsageError for flags that do not go together, and for a recording that is missing beside others."""
+    """Raise click.UsageError for flags that exclude each other, and for recordings without one of changing load."""
     if by_hand and recorded:
         raise click.UsageError("--by-hand watches the sensor: leave the recordings out, or leave it out")
     if seconds is not None and not by_hand:
@@ -155,9 +155,7 @@ def _check_flags(recorded: set[Phase], *, by_hand: bool, seconds: float | None, 
         raise click.UsageError("--firm-mm is for a simulated rig that moves by itself: leave it out")
     if recorded and "load" not in recorded:
         rests = "" if "still" in recorded else "--still RECORDING and "
-        raise click.UsageError(
-            f"thresholds are learnt where the load changes and nothing slips: add {rests}--load RECORDING"
-        )
+        raise click.UsageError(f"thresholds are learnt from changing load without slip: add {rests}--load RECORDING")
 
 
 def _recorded(
@@ -168,12 +166,12 @@ def _recorded(
 ) -> list[WatchedPhase]:
     from lsds.calibration.sources import watched_recording
 
-    told = []
+    watched = []
     with Progress("watching the recordings") as progress:
         for done, (phase, name) in enumerate(recordings):
             progress.to(done, len(recordings))
-            told.append(watched_recording(name, phase, config, overrides, detectors))
-    return told
+            watched.append(watched_recording(name, phase, config, overrides, detectors))
+    return watched
 
 
 def _live(
@@ -195,7 +193,7 @@ def _live(
 
 
 def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise | None) -> None:
-    """Print what was found, and advice for the detectors that are `written`; `noise` is that of the config."""
+    """Print the result, and advice for the detectors that are `written`; `noise` is that of the config."""
     from lsds.calibration.slip import ENOUGH_MOVING, ENOUGH_STILL
     from lsds.calibration.thresholds import LEAST_OBJECTS
 
@@ -209,8 +207,8 @@ def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise |
     )
     if not result.transfers:
         click.echo(
-            f"recordings of changing load: {result.loads}; with fewer than {LEAST_OBJECTS}, one an object, nothing "
-            "is known of the false alarms on another object"
+            f"recordings of changing load: {result.loads}; with fewer than {LEAST_OBJECTS}, each of another object, "
+            "the false alarms on a new object are unknown"
         )
     for each in kept:
         if result.transfers and each.left_out[0] > result.budget.moving:
@@ -221,7 +219,7 @@ def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise |
             )
     if result.noise is not None:
         before = "" if noise is None else f" (before: {_doubt(noise)})"
-        click.echo(f"the gel under the object is in doubt by {_doubt(result.noise)}{before}")
+        click.echo(f"uncertainty of the gel's motion under the object: {_doubt(result.noise)}{before}")
     for each in kept:
         if not each.lowers:
             moving, still = each.answered
@@ -231,24 +229,24 @@ def print_result(result: SlipCalibration, written: Tables, noise: ImprintNoise |
                 err=True,
             )
     if any(each.after.noticed < each.before.noticed for each in kept):
-        click.echo("slides are missed now that were noticed before: allow more false alarms, or record more", err=True)
+        click.echo("fewer slides are detected than before: allow more false alarms, or record more", err=True)
 
 
 def _doubt(noise: ImprintNoise) -> str:
-    return f"{noise.gel_share:.0%} of the dots' motion, and {noise.still_m * 1e6:.1f} um"
+    return f"{noise.gel_share:.0%} of the markers' motion, and {noise.still_m * 1e6:.1f} um"
 
 
 def _rows(each: CalibratedDetector, slides: int, *, is_written: bool) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         (
             f"{each.name}, {when}",
-            f"{told.threshold:.4g}",
-            _number(told.per_100_moving, ".1f"),
-            _number(told.per_100_still, ".2f"),
-            _number(told.found, ".2f"),
-            f"{told.noticed} of {slides}",
+            f"{rates.threshold:.4g}",
+            _number(rates.per_100_moving, ".1f"),
+            _number(rates.per_100_still, ".2f"),
+            _number(rates.found, ".2f"),
+            f"{rates.noticed} of {slides}",
         )
-        for when, told in (("before", each.before), ("after" if is_written else "unwritten", each.after))
+        for when, rates in (("before", each.before), ("after" if is_written else "unwritten", each.after))
     ]
     moving, still = each.left_out
     if not math.isnan(moving):

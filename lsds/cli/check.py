@@ -85,14 +85,14 @@ def _bench(backend: str, overrides: tuple[str, ...], host: PluginHost, allow_mot
         bench = Bench(kind, name, options, host, allow_motion)
     except PluginNotFound as error:
         raise click.UsageError(str(error)) from error
-    if kind == "command":  # It is not built: calling it would run it.
+    if kind == "command":  # Building a command would run it.
         if options:
             issues = [ConfigIssue(key, "a command takes no options") for key in options]
             raise ConfigError("--set", issues)
         host.imported(host.find(kind, name))
         return bench
-    built = bench.build()  # Wrong options are one error here, not that of every check.
-    with suppress(Exception):  # What is wrong with `close` is for the checks to find.
+    built = bench.build()  # Report wrong options once, not in every check.
+    with suppress(Exception):  # The checks report errors of `close`.
         built.close()
     return bench
 

@@ -1,4 +1,4 @@
-"""The end of the process: what a plugin has left running is named and does not keep it alive."""
+"""The end of the process: threads and processes that a plugin left running are named and do not keep it alive."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import NoReturn
 
 from lsds.safety.device_calls import LEFT
 
-#: How long the interpreter may take to end by itself, s.
+#: Maximum time that the interpreter may take to end by itself, s.
 GRACE_S = 0.5
 
 
 def end_process(code: int) -> NoReturn:
     """End the process with an exit code, even if threads or processes that a plugin has started still run.
 
-    They get `GRACE_S`; after that, those that still run are named on stderr. A thread that was left behind in a call
-    that hangs is not waited for: the call's error has named it.
+    They get `GRACE_S`; then those that still run are named on stderr. The process does not wait for a thread in a
+    hanging call: the call's error has named it.
     """
     for pid, name in _programs():
         _say(f"a plugin has left a process running: {pid} ({name})")
@@ -61,13 +61,13 @@ def _say(text: str) -> None:
 
 
 def _programs() -> list[tuple[int, str]]:
-    """Return the programs that this process has started and that still run; where /proc does not tell, none."""
+    """Return the programs that this process has started and that still run; empty without /proc."""
     found = []
     for listed in Path("/proc/self/task").glob("*/children"):
         try:
             for pid in map(int, listed.read_text().split()):
                 words = Path(f"/proc/{pid}/cmdline").read_text(errors="replace").split("\0")
-                # Multiprocessing's own helpers and workers are its own affair; one that has ended has no words.
+                # Multiprocessing manages its own helpers and workers; a process that has ended has no words.
                 if any(words) and not any("multiprocessing" in word for word in words) and not _forked(words):
                     found.append((pid, " ".join(words).strip()[:80]))
         except OSError:

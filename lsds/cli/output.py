@@ -23,7 +23,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Decorator(Protocol):
-    """What adds an option to a command and leaves its type as it is."""
+    """A decorator that adds an option to a command and keeps its type."""
 
     def __call__(self, command: F, /) -> F:
         """Return the command with the option."""
@@ -63,7 +63,7 @@ def to_json(value: Any) -> str:
 
 
 def write_json(value: Any, target: str | Path) -> None:
-    """Write a value as JSON to a file, atomically, or to stdout for "-". Raises DataError where it cannot."""
+    """Write a value as JSON to a file, atomically, or to stdout for "-". Raises DataError on failure."""
     write_text(to_json(value), target)
 
 
@@ -81,7 +81,7 @@ def require_writable(target: str | Path | None) -> None:
 
 
 def write_text(text: str, target: str | Path) -> None:
-    """Write text to a file or to stdout for "-". Raises DataError where it cannot.
+    """Write text to a file or to stdout for "-". Raises DataError on failure.
 
     The text is written to a temporary file in the same folder, which then replaces the target: a reader sees either the
     old or the new content.
@@ -89,7 +89,7 @@ def write_text(text: str, target: str | Path) -> None:
     if str(target) == "-":
         click.echo(text, nl=False)
         return
-    path = Path(target).resolve()  # A symbolic link stays: the file it points at is replaced.
+    path = Path(target).resolve()  # Keep a symbolic link and replace its target.
     if path.exists() and not path.is_file():  # /dev/stdout or a pipe cannot be replaced.
         try:
             path.write_text(text, encoding="utf-8")

@@ -98,7 +98,7 @@ def run(
 
     session = run_session(config, chosen, finished=_fault_first(report))
     if isinstance(session.fault, KeyboardInterrupt):
-        # Drawing takes seconds, and whoever has interrupted waits for the end.
+        # Drawing takes seconds, and the user who has interrupted waits for the end.
         asked = click.get_current_context().get_parameter_source("plot") is ParameterSource.COMMANDLINE
         _fault_first(draw if asked else _say_no_picture)(session)
     if session.summary["outcome"] == "dropped":
@@ -111,11 +111,11 @@ def run(
 
 def _say_no_picture(session: Session) -> None:
     if session.record.samples:
-        click.echo("picture: not drawn after an interrupt, only where --plot asks for it", err=True)
+        click.echo("picture: not drawn after an interrupt; give --plot FILE to draw it anyway", err=True)
 
 
 def _fault_first(report: Callable[[Session], None]) -> Callable[[Session], None]:
-    """Return a report whose own failure (a full disk, say) does not hide what ended the run."""
+    """Return a report whose own failure, such as a full disk, does not hide the error that ended the run."""
 
     def reporting(session: Session) -> None:
         try:
@@ -172,23 +172,23 @@ def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:
     return [("gel", report["summary"]), *(("  warning", warning) for warning in report["warnings"])]
 
 
-def _called(told: dict[str, Any] | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """Return the row of the frames called slip, next to the true slip; empty without frames."""
-    if told is None:
+def _called(frames: dict[str, Any] | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
+    """Return the row of the frames called slip, with the true slip; empty without frames."""
+    if frames is None:
         return []
-    slipped_m = told["slipped_m"]
+    slipped_m = frames["slipped_m"]
     truth = "" if slipped_m is None else f"; it truly slipped {show(slipped_m, 1e3, 'mm')}"
-    when = " since the lift" if told["lifted"] else ""
-    return [(f"called slip{when}", f"{told['slip']} of {told['answered']} frames{truth}")]
+    when = " since the lift" if frames["lifted"] else ""
+    return [(f"called slip{when}", f"{frames['slip']} of {frames['answered']} frames{truth}")]
 
 
 def _imprint(cost: dict[str, float | None], show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """Return the row of the imprint's share in that; empty where nothing asked for it."""
+    """Return the row of the imprint's share of the cost; empty if it was not computed."""
     if cost["p50"] is None:
         return []
     return [("  of it the imprint", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99")]
 
 
 def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """Return the row of the pose source; empty if there is none."""
+    """Return the row of the pose source; empty without one."""
     return [] if distance_m is None else [("  seen by the camera", show(distance_m, 1e3, "mm"))]

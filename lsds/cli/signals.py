@@ -21,7 +21,7 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Raise Terminated in the main thread on SIGTERM. Does nothing in another thread, or where somebody handles it."""
+    """Raise Terminated in the main thread on SIGTERM. Does nothing in another thread, or if a handler is set."""
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
         yield
         return
@@ -30,7 +30,7 @@ def terminable() -> Iterator[None]:
     def handle(number: int, frame: FrameType | None) -> None:
         if os.getpid() == own:
             raise Terminated
-        # A process that was forked off ends as it would without this.
+        # A forked process ends as it would without this handler.
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
 

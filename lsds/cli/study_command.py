@@ -63,13 +63,13 @@ def study_command(
 def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.Parameter]:
     """Return the parameters common to all studies."""
     field = None if model is None else model.model_fields.get("seed")
-    said = (field.description if field else "") or "seed of the run"
+    description = (field.description if field else "") or "seed of the run"
     return [
         click.Option(["--set", "overrides"], multiple=True, metavar="KEY=VALUE", help="Set any option; repeatable."),
         click.Option(
             ["--seed"],
             type=click.IntRange(min=0),
-            help=f"{said[:1].upper()}{said[1:]}.  [default: {_default_seed(model)}]",
+            help=f"{description[:1].upper()}{description[1:]}.  [default: {_default_seed(model)}]",
             metavar="N",
         ),
         click.Option(

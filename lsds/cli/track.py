@@ -124,7 +124,7 @@ def _table(summary: dict[str, Any]) -> str:
         ("markers kept, worst frame", _show(summary["kept_min"])),
         ("largest displacement", f"{_show(summary['largest_displacement_px'])} px"),
         ("frames with slip", _show(summary["slip_fraction"])),
-        ("reference taken anew, at frames", ", ".join(map(str, summary["reference_taken_anew"])) or "-"),
+        ("reference renewed, at frames", ", ".join(map(str, summary["reference_taken_anew"])) or "-"),
         ("unusable frames", str(len(summary["failures"]))),
     ]
     rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:10]]

@@ -22,7 +22,7 @@ WHOLE_PAD = 60
 
 
 def find_videos(sources: Sequence[str]) -> list[str]:
-    """Return the named videos and all videos below the named folders, sorted. Raises DataError if there are none."""
+    """Return the named videos and all videos below the named folders, sorted. Raises DataError for no videos."""
     found: list[str] = []
     for source in sources:
         path = Path(source).expanduser()
@@ -51,7 +51,7 @@ def track_many(
     sources: Sequence[str], config_file: Path | None, overrides: Sequence[str], jobs: int | None
 ) -> Iterator[dict[str, Any]]:
     """Yield the summary of each recording when it is done. A failed recording does not stop the others."""
-    # The config is checked once, here, so that a typo is one error and not one per recording.
+    # Check the config once, so that a typo is one error and not one per recording.
     host = PluginHost()
     video = f"sensor.backend={host.own('sensor', 'video')}"
     load_config(config_file, [*overrides, video, "sensor.video.path=x"], host=host)
@@ -81,7 +81,7 @@ def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def draw(result: TrackResult, path: Path) -> None:
-    """Write the picture of a recording. Raises DataError where the file cannot be written."""
+    """Write the picture of a recording. Raises DataError if the file cannot be written."""
     from lsds.session.pictures.track import plot_track
 
     try:

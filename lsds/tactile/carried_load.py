@@ -1,5 +1,7 @@
-"""The load that a grip carries, over time: the mean over the fingers, since the grip began; force and torque together,
-as a force (`lsds.tactile.soft_finger`)."""
+"""The load that a grip carries since it began: the mean over the fingers, in N.
+
+Force and torque are combined into one equivalent force (`lsds.tactile.soft_finger`).
+"""
 
 from __future__ import annotations
 
@@ -16,18 +18,21 @@ if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, FingerCycle
 
 REMEMBERED_S = 1.0
-"""The load to be carried is the greatest of this time: an arm that brakes lightens it for a moment only."""
+"""Time over which the maximum load is kept, s: a braking arm reduces the load only briefly."""
 ZERO_S = 0.3
-"""A finger that is first seen later than this after the first has no zero: it may be under load already."""
+"""Latest first frame of a finger after the first finger's, s. A later finger may already be loaded: it has no zero."""
 LEAST_N = 0.03
-"""A smaller load tells nothing of friction: noise and creep of the gel are as large."""
+"""Minimum load that is evidence of friction, N: noise and creep of the gel reach this value."""
 MEDIAN = 3
-"""A finger's frames whose median counts where one alone might be wrong."""
+"""Frames per finger whose median enters `greatest_n`: one frame alone may be wrong."""
 
 
 class CarriedLoad:
-    """`now_n` is the newest load a finger, NaN where none is known; `stale` whether a finger's is an earlier one,
-    because it tells none now. `normal_n` is the greatest normal force of a finger, NaN where none is told."""
+    """`now_n` is the newest load per finger, NaN if unknown.
+
+    `stale` is true if some finger measures no load now, so that its last one is used. `normal_n` is the maximum normal
+    force per finger, NaN if no finger estimates one.
+    """
 
     def __init__(self) -> None:
         self.now_n = self.normal_n = math.nan
@@ -39,20 +44,20 @@ class CarriedLoad:
         self._loads: deque[tuple[int, float]] = deque()
 
     def take(self, t_ns: int, fingers: Sequence[FingerCycle]) -> None:
-        """Take what the fingers see at a time. A frame that was taken before is not taken again."""
-        told = set()
+        """Take the fingers' observations at a time. Repeated frames are ignored."""
+        measured = set()
         normals = []
         for finger in fingers:
             load = finger.observation.load
             if load is None:
                 continue
-            told.add(finger.finger)
+            measured.add(finger.finger)
             normals.append(load.normal_n)
             if self._seen_ns.get(finger.finger) != finger.observation.t_ns:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger.finger, load, t_ns)
         self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
-        self.stale = not self._last.keys() <= told
+        self.stale = not self._last.keys() <= measured
         if not self._last:
             return
         self.now_n = fmean(loads[-1] for loads in self._last.values())
@@ -62,7 +67,7 @@ class CarriedLoad:
 
     @property
     def greatest_n(self) -> float:
-        """The greatest load of late; one frame alone does not count."""
+        """Maximum load of the last `REMEMBERED_S`, N; a median suppresses single frames."""
         return max((load for _, load in self._loads), default=math.nan)
 
     def _take(self, name: str, load: ContactLoad, t_ns: int) -> None:

@@ -1,8 +1,8 @@
-"""Load of a finger: shear force and torque of the contact, from the displacement of the dots.
+"""Load of a finger: shear force and torque of the contact, from the displacement of the markers.
 
-A gel layer that is thin against the contact resists shear like a bed of springs: traction = (G / h) u, with shear
-modulus G, thickness h and displacement u. Over a regular grid of dots the force is the sum of their displacements
-times (G / h) and the area of a grid cell; round and flat contacts differ by some 12 % from the mean (simulated).
+A gel layer that is thin compared with the contact resists shear like a bed of springs: traction = (G / h) u, with shear
+modulus G, thickness h and displacement u. Over a regular grid of markers the force is the sum of their displacements
+times (G / h) and the area of a grid cell. In simulation, round and flat contacts differ by some 12 % from the mean.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
     from lsds.contracts import DeformationField
 
 SHEAR_SHARE = 0.12
-"""Relative standard deviation from object to object."""
+"""Relative standard deviation of the load between objects."""
 DOT_M = 2e-6
-"""Standard deviation of one dot's displacement."""
+"""Standard deviation of one marker's displacement, m."""
 LEAST = 0.5
-"""With fewer of the dots than this share nothing is told."""
+"""Minimum share of valid markers; with fewer, no load is estimated."""
 
 
 def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) -> ContactLoad | None:
-    """Return the force and torque that the object exerts on the gel since the reference; None with too few dots.
+    """Return the force and torque that the object exerts on the gel since the reference; None with too few markers.
 
     `shear_n_m3` is (G / h), in the config `tactile.shear_kpa_mm`.
 
-    Pressing alone spreads the dots: off the pad's centre this looks like shear, so take the difference to a frame in
+    Pressing alone spreads the markers. Off the pad's centre this looks like shear, so subtract the load of a frame in
     which the grip has settled and nothing is lifted (`ContactLoad.since`).
     """
     valid = field.valid
@@ -38,7 +38,7 @@ def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) ->
     if known < max(LEAST * count, 3):
         return None
     pitch_x, pitch_y = field.reference.pitch_px
-    # A lost dot stands for the mean of the others.
+    # A lost marker counts as the mean of the others.
     per_m = shear_n_m3 * pitch_x * pitch_y * metres_per_px**2 * count / known
     moved, at = field.displacement_m[valid], field.position_m[valid]
     x, y = per_m * moved.sum(axis=0)

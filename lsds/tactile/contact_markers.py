@@ -21,10 +21,9 @@ class ContactMarkers:
         self._pixels: NDArray[np.intp] = np.empty(0, np.intp)
 
     def in_contact(self, valid: NDArray[np.bool_], contact: ContactPatch | None, least: int) -> NDArray[np.bool_]:
-        """Return (N,) those of the valid markers where the gel is pressed beyond the contact threshold.
+        """Return the mask (N,) of the valid markers at which the gel is pressed beyond the contact threshold.
 
-        All valid markers where fewer than `least` are: a contact too small, or too shallow to be seen, is no reason to
-        look at nothing.
+        If there are fewer than `least`, the contact is too small or too shallow to detect: returns all valid markers.
         """
         if contact is None:
             return valid
@@ -35,7 +34,7 @@ class ContactMarkers:
         return touched if np.count_nonzero(touched) >= least else valid
 
     def _at(self, rows: int, columns: int) -> NDArray[np.intp]:
-        """Flat index of each marker's pixel in a depth map."""
+        """Return the flat index of each marker's pixel in a depth map."""
         width, height = self._reference.image_size
         column = np.minimum((self._reference.xy_px[:, 0] * (columns / width)).astype(np.intp), columns - 1)
         row = np.minimum((self._reference.xy_px[:, 1] * (rows / height)).astype(np.intp), rows - 1)

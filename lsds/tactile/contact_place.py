@@ -1,4 +1,4 @@
-"""Where on the pad the contact is: one at the edge carries little, turns easily, and is seen in part only."""
+"""Position of the contact on the pad: at the edge it carries little, turns easily, and is only partly visible."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ if TYPE_CHECKING:
     from lsds.contracts import ContactPatch
 
 LEAST_SHARE = 0.02
-"""A contact on a smaller share of the pad may be relief or noise: nothing is told."""
+"""Minimum share of the pad in contact; a smaller one may be relief or noise, so it has no position."""
 EDGE = 0.3
-"""A contact whose centre is farther from the pad's than this share of its width or height is at the edge."""
+"""Distance of the contact's centre from the pad's beyond which it is at the edge, as a share of width or height."""
 
 
 def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
     """Return how far the contact's centre of depth is right of and below the pad's, as shares of width and height.
 
-    (0, 0) where the imprint does not tell, as of a flat face that covers the pad.
+    (0, 0) if the imprint does not show it, as for a flat face that covers the pad.
     """
     if contact is None or contact.area_fraction < LEAST_SHARE:
         return 0.0, 0.0
@@ -33,7 +33,7 @@ def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
 
 
 def edge_of(contact: ContactPatch | None) -> str:
-    """Return which edge of the pad the contact is at: "right", "left", "lower" or "upper"; empty for none."""
+    """Return the edge of the pad that the contact is at: "right", "left", "lower" or "upper"; empty for none."""
     x, y = off_centre(contact)
     if max(abs(x), abs(y)) <= EDGE:
         return ""

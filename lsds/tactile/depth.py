@@ -1,10 +1,10 @@
 """Depth of the gel surface from its colours (photometric stereo), and the area in contact.
 
-Colour change against the reference is taken as linear in the surface's slope (Johnson and Adelson 2009, in its
-linear form), in proportion to the light that a pixel gets. Its least-squares inverse gives two slopes a pixel, and the
-depth map whose differences fit them best comes from one cosine transform (Frankot and Chellappa 1988, with free
-borders). All of it runs at a fraction of the image's resolution: contact area needs no fine detail, and the dots'
-pixels are averaged out on the way.
+The model takes the colour change against the reference as linear in the surface's slope (Johnson and Adelson 2009, in
+its linear form) and proportional to the light on a pixel. Its least-squares inverse gives two slopes per pixel. One
+cosine transform yields the depth map whose differences fit them best (Frankot and Chellappa 1988, with free borders).
+The computation runs at a fraction of the image's resolution: contact area needs no fine detail, and averaging removes
+the markers' pixels.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PhotometricCalibration:
-    """Grey levels of R, G, B per unit slope of the depth along x (right) and y (down), the mean over the image, and the
-    noise of each.
+    """Grey levels of R, G, B per unit slope of the depth along x (right) and y (down), and their noise.
 
-    Default: measured on a public GelSight Mini calibration set. Depth is positive into the gel.
+    Both are means over the image. The defaults were measured on a public GelSight Mini calibration set. Depth is
+    positive into the gel.
     """
 
     levels_per_slope: tuple[tuple[float, float], ...] = ((-14.0, -88.0), (84.0, 9.0), (11.0, 62.0))
     noise: tuple[float, float, float] = (2.0, 1.1, 2.0)
 
     def inverse(self) -> NDArray[np.float32]:
-        """Return the (3, 2) matrix that takes colour changes (…, 3) to slopes (…, 2): weighted least squares."""
+        """Return the (3, 2) weighted least-squares matrix from colour changes (…, 3) to slopes (…, 2)."""
         model = np.asarray(self.levels_per_slope, float)
         weight = np.diag(1 / np.square(self.noise))
         return np.asarray(np.linalg.solve(model.T @ weight @ model, model.T @ weight).T, np.float32)
@@ -74,11 +74,11 @@ class PoissonSolver:
 
 
 def _source(count: int) -> NDArray[np.float64]:
-    """Matrix (count, count) from mean slopes along a line to the right-hand side of the normal equations.
+    """Return the matrix (count, count) from mean slopes along a line to the right-hand side of the normal equations.
 
-    Slopes half-way between the points come from the means to fourth order: a plain average of neighbours would blur
-    the contact's edge by half a pixel, and with it the contact area. Weights (-1, 7, 7, -1) / 12 as in finite-volume
-    reconstruction (Colella and Woodward 1984); a plain average at the border.
+    Slopes half-way between the points are interpolated to fourth order, with the weights (-1, 7, 7, -1) / 12 of
+    finite-volume reconstruction (Colella and Woodward 1984). A plain average would blur the contact's edge, and so its
+    area, by half a pixel; it is used at the border only.
     """
     between = np.zeros((count - 1, count))
     for i in range(count - 1):
@@ -105,9 +105,9 @@ def _cosine_basis(count: int) -> NDArray[np.float64]:
 class DepthEstimator:
     """Contact patches against one reference frame. `scale` is how many image pixels make a depth pixel."""
 
-    #: Share of the depth map taken to be free of contact when its zero is set.
+    #: Share of the depth map that is assumed free of contact when its zero is set.
     FREE_SHARE = 0.25
-    #: Quantile of the pixels free of contact that the flat gel is taken to lie at.
+    #: Quantile of the contact-free pixels that is the level of the flat gel.
     FREE_LEVEL = 0.65
 
     def __init__(
@@ -128,9 +128,9 @@ class DepthEstimator:
                 "image (lower tactile.depth_scale, or use larger images)"
             )
         self._halvings = (scale // HALF).bit_length() - 1
-        # At a sixteenth no pixel is covered by one dot; finer levels fill their holes from there.
+        # At 1/16 no marker covers a whole pixel; finer levels fill their holes from there.
         self._coarser = max(1, 5 - scale.bit_length())
-        # A size that does not divide is halved to the larger blocks: each step's factor follows from the sizes.
+        # An odd size is halved to larger blocks, so the scale of each step follows from the sizes.
         self._shape = (height // scale, width // scale)
         self._pitch_m = metres_per_px * height / self._shape[0]
         self._fine = (width // HALF, height // HALF)
@@ -145,17 +145,17 @@ class DepthEstimator:
     def measure(self, frame: Frame) -> ContactPatch:
         """Return depth (metres, positive where pressed in) and the fraction of the image beyond the threshold."""
         colours = self._colours(frame)
-        # Brightness swings and the dim start-up are common to the whole image: the median ratio is their gain.
+        # Brightness changes and the dim start-up affect the whole image alike: the median ratio is their gain.
         ratio = colours[_SAMPLE, _SAMPLE].reshape(-1, 3) / self._sampled
         middle = len(ratio) // 2
         ratio.partition(middle, axis=0)
         gain = np.maximum(ratio[middle], np.float32(0.05))
         change = colours.reshape(-1, 3) / gain
         change -= self._reference
-        # Colour by colour over all pixels: three long sums cost a third of as many short ones as there are pixels.
+        # Three long sums over all pixels cost a third of one short sum per pixel.
         share = self._inverse * change.T
         slope_x, slope_y = share[:, 0] + share[:, 1] + share[:, 2]
-        # A gain off by a thousandth tilts the whole map. As with gains, the middle one of all slopes is a free pixel's.
+        # A gain error of 0.1 % tilts the whole map. The median slope, like the median gain, is that of a free pixel.
         slope_x -= _middle(slope_x)
         slope_y -= _middle(slope_y)
         depth = self._solver.solve(slope_x.reshape(self._shape), slope_y.reshape(self._shape))
@@ -163,21 +163,21 @@ class DepthEstimator:
         ranked = depth.ravel().copy()
         ranked.partition(self._free)
         depth -= ranked[self._free]
-        # The gel bulges beside a contact, deepest where a plain low quantile looks: most of the free surface is higher.
+        # The gel bulges around a contact, and a low quantile would pick the bulge: most of the free surface is higher.
         free = depth[depth < self._threshold_m]
         if free.size:
             level = int(self.FREE_LEVEL * free.size)
             free.partition(level)
             depth -= free[level]
-        # The contact's edge runs between depth pixels: count on a finer grid, or whole columns come and go.
+        # The contact's edge runs between depth pixels: a coarse count would jump by whole columns.
         fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
         area = np.count_nonzero(fine > self._threshold_m) / fine.size
         return ContactPatch(depth, self._threshold_m, area)
 
     def _colours(self, frame: Frame) -> NDArray[np.float32]:
-        """Mean colour (h, w, 3) of the pixels between the dots, at the depth map's resolution."""
+        """Return the mean colour (h, w, 3) of the pixels between the markers, at the depth map's resolution."""
         views = viewed(frame)
-        # A dot's soft edge is darker than the gel and not yet dark: keep a pixel's distance.
+        # A marker's soft edge is darker than the gel but not in the mask: keep a pixel's distance.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(views.dark, _AROUND)), np.uint8)
         colour = np.asarray(cv2.copyTo(views.half_rgb, free), np.uint8)
         for _ in range(self._halvings):
@@ -186,16 +186,15 @@ class DepthEstimator:
 
 
 LEAST_LIGHT = 0.25
-"""Of the mean: darker pixels are taken to be this bright, and so to show no slope rather than any."""
+"""Minimum light of a pixel as a share of the mean. Darker pixels get this value, so that they show no false slope."""
 
 
 def _pixel_inverse(calibration: PhotometricCalibration, reference: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return (2, 3, pixels): the calibration's inverse at each pixel of a reference (h, w, 3).
+    """Return the calibration's inverse at each pixel of a reference (h, w, 3), as (2, 3, pixels).
 
-    A surface answers to slopes in proportion to the light it gets (Lambert), and the reference shows how much that is.
+    A pixel's response to a slope is proportional to the light on it (Lambert), which the reference measures.
     """
     light = reference.reshape(-1, 3)
-    # What is nearly dark says nothing of slopes, and must not be made to.
     relative = np.maximum(light / np.maximum(light.mean(axis=0), 1.0), LEAST_LIGHT)
     model = np.asarray(calibration.levels_per_slope, float) * relative[:, :, None]
     weighted = model.transpose(0, 2, 1) / np.square(calibration.noise)
@@ -210,16 +209,17 @@ def _middle(values: NDArray[np.float32]) -> np.float32:
 
 
 def _halve(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Mean of blocks of two by two pixels, which costs half of what any other factor does."""
+    """Return the means of 2 x 2 blocks; any other factor takes twice the time."""
     height, width = image.shape[:2]
     size = (max(1, width // 2), max(1, height // 2))
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _fill(total: NDArray[np.uint8], free: NDArray[np.uint8], coarser: int) -> NDArray[np.float32]:
-    """Colour (h, w, 3) of the dot-free part of each pixel; where little of it is free, the coarser level's colour.
+    """Return the colour (h, w, 3) of the marker-free part of each pixel.
 
-    `coarser` levels are used (pull-push interpolation, Gortler et al. 1996).
+    Pixels with a small free part take the colour of the coarser level, up to `coarser` levels (pull-push interpolation,
+    Gortler et al. 1996).
     """
     share = free.astype(np.float32)
     if coarser == 0:
@@ -232,8 +232,8 @@ def _fill(total: NDArray[np.uint8], free: NDArray[np.uint8], coarser: int) -> ND
     return around
 
 
-#: Say of the coarser level in a pixel's colour, as free pixels out of 255.
+#: Weight of the coarser level in a pixel's colour; a pixel that is free of markers weighs 255.
 _WEIGHT = 30
 _AROUND = np.ones((3, 3), np.uint8)
-#: The gain is the median over every third pixel each way: plenty for one number a channel.
+#: Pixels per axis that the gain is taken from: every third one suffices for one number per channel.
 _SAMPLE = slice(1, None, 3)

@@ -1,9 +1,9 @@
 """Divergence and curl on the printed grid, as one matrix that is applied to every frame.
 
 The paper's Eq. 4 sums central differences with a flat index i +- 1, which cannot be the neighbour in x and in y at
-once. Here each marker uses its neighbours left, right, above and below; at the border the marker itself stands in
-for the one that is missing (one-sided). The difference quotient is taken along the vectors between the neighbours as
-they really lie, so any affine field gives its exact value on a rotated, distorted or unevenly printed grid.
+once. Here each marker uses its left, right, upper and lower neighbours; at the border the marker itself replaces the
+missing one (one-sided). The difference quotient uses the measured vectors between the neighbours, so any affine field
+gives its exact value on a rotated, distorted or unevenly printed grid.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Shannon entropy of the marker displacements' histogram (Yuan 2015, Hu 2023), with bins that are fixed.
+"""Shannon entropy of the histogram of marker displacements (Yuan 2015, Hu 2023), with fixed bins.
 
 Bins are `BIN_M` wide from zero; the last of `BINS` is open. Natural logarithm: H lies in [0, log(number of markers)].
 """
@@ -13,11 +13,11 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Half a pixel at the Mini's 0.0625 mm a pixel.
+#: Width of a bin, m: half a pixel of the GelSight Mini (0.0625 mm per pixel).
 BIN_M = 31.25e-6
+#: Number of bins.
 BINS = 64
-#: n log n for every possible count: a frame's entropy is then one histogram and one look-up.
-#: Up to the 60 x 80 sample points that a dense tracker may have, and some.
+#: Counts whose n log n is tabulated; a dense tracker has up to 60 x 80 points.
 _COUNTS = np.arange(1, 8193)
 _N_LOG_N = np.concatenate([[0.0], _COUNTS * np.log(_COUNTS)])
 

@@ -1,6 +1,6 @@
-"""Every feature by name: what it is, its unit here, and which named sets it belongs to.
+"""Every feature by name: its meaning, its unit, and the named sets that it belongs to.
 
-The paper's form and the corrected form stand side by side, so that a table can be reproduced and a better one made.
+Both the paper's form and the corrected form are available, so that its tables can be reproduced and improved.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ FEATURE_SETS: dict[str, tuple[str, ...]] = {
 
 
 def feature_indices(feature_set: str) -> list[int]:
-    """Return where the set's features stand in the full vector. Raises ConfigError for an unknown set."""
+    """Return the indices of the set's features in the full vector. Raises ConfigError for an unknown set."""
     if feature_set not in FEATURE_SETS:
         known = ", ".join(FEATURE_SETS)
         raise ConfigError("features", [ConfigIssue("features", f"unknown set {feature_set!r}", known)])

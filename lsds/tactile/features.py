@@ -1,7 +1,7 @@
-"""Features of the deformation field, frame by frame: causal, streaming, reset-able.
+"""Features of the deformation field, frame by frame: causal, streaming, resettable.
 
-Nearly all of them are linear in the displacements, so one matrix product a frame yields them. Rates divide by the
-measured interval. A feature that the present frame cannot define (a rate on the first frame) is NaN, never zero.
+Nearly all are linear in the displacements, so one matrix product per frame yields them. Rates divide by the measured
+interval. An undefined feature, such as a rate on the first frame, is NaN, never zero.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 
     from lsds.contracts import ContactPatch, DeformationField, MarkerReference
 
-#: Fewer valid markers than this share of the reference leave the field's features undefined.
+#: Minimum share of the reference's markers that must be valid; with fewer, the field's features are undefined.
 LEAST_VALID = 0.5
 
 
 class FeatureExtractor:
-    """Turns fields into feature vectors; remembers the last values for the rates."""
+    """Computes feature vectors from fields; keeps the last values for the rates."""
 
     def __init__(self) -> None:
         self._operators: _Operators | None = None
         self.reset()
 
     def start(self, reference: MarkerReference, position_m: NDArray[np.float64]) -> None:
-        """Prepare for a reference whose markers rest at `position_m` (N, 2): not in the first frame's time."""
+        """Prepare the matrices for markers at rest at `position_m` (N, 2), so that the first frame is not delayed."""
         self._operators = _Operators(reference, position_m)
         self.reset()
 
@@ -89,7 +89,7 @@ class FeatureExtractor:
 
 
 class _Shape:
-    """The features of one frame that need no other."""
+    """The features of one frame that do not depend on other frames."""
 
     __slots__ = (
         "all_valid",
@@ -126,7 +126,7 @@ class _Operators:
         self.reference = reference
         self.count = reference.count
         divergence, curl = gradient_operators(reference, position)
-        #: How many markers have a difference quotient: the sum's number of terms.
+        #: Number of markers with a difference quotient, that is of terms in the sums.
         self.terms = max(1, int(np.count_nonzero(np.abs(divergence).sum(axis=1))))
         mean = np.zeros((2, 2 * self.count))
         mean[0, 0::2] = mean[1, 1::2] = 1 / self.count
@@ -152,13 +152,13 @@ class _Operators:
         norm = np.abs(as_complex(seen))
         linear = (self._rows @ whole.ravel()).tolist()
         if affine is not None:
-            # The affine pair rests on markers really seen; the sums on the field with its holes filled.
+            # The affine pair uses the valid markers; the sums use the field with its holes filled.
             linear[4], linear[5] = affine.divergence, affine.curl
         return _Shape(tuple(linear), float(norm.sum()) / len(norm), displacement_entropy(norm), complete)
 
 
 def _velocity(field: DeformationField, now: _Shape, last: _Shape) -> tuple[float, float, float]:
-    """Mean velocity (x, y) and mean speed over the markers seen in both frames."""
+    """Return mean velocity (x, y) and mean speed of the markers that are valid in both frames."""
     velocity: NDArray[np.float64] = field.velocity_m_s
     if now.all_valid and last.all_valid:
         speed = float(np.abs(as_complex(velocity)).sum()) / len(velocity)

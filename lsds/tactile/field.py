@@ -1,4 +1,4 @@
-"""Deformation field: displacement of the markers against the reference, in metres, and its rate in metres a second."""
+"""Deformation field: displacement of the markers against the reference (m), and its rate (m/s)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class FieldBuilder:
-    """Turns tracks into fields; remembers the last one, because velocity needs two."""
+    """Computes fields from tracks; keeps the last field for the velocity."""
 
     def __init__(self, reference: MarkerReference, metres_per_px: float) -> None:
         self._reference = reference
@@ -28,7 +28,7 @@ class FieldBuilder:
 
     @property
     def position_m(self) -> NDArray[np.float64]:
-        """Where the markers are at rest, (N, 2) from the image's centre."""
+        """Positions (N, 2) of the markers at rest, m from the image's centre."""
         return np.asarray(self._position_m)
 
     def reset(self) -> None:
@@ -36,9 +36,9 @@ class FieldBuilder:
         self._last: DeformationField | None = None
 
     def build(self, tracks: MarkerTracks) -> DeformationField:
-        """Return the field of the next frame. Velocity divides by the measured interval, never by a nominal one.
+        """Return the field of the next frame. Velocity uses the measured interval, never a nominal one.
 
-        A frame with the time stamp of the last one (a duplicate) has no interval: its velocity is undefined.
+        A duplicate frame (same time stamp) has no interval: its velocity is NaN.
         """
         displacement = (tracks.xy_px - self._reference.xy_px) * self._scale
         last = self._last

@@ -1,9 +1,9 @@
-"""The gate: the one place that decides whether a frame is usable, and says why not.
+"""The gate: the one place that decides whether a frame is usable, and gives the reason if not.
 
-A frame is refused where its image shows nothing (black, saturated, without a colour, of the wrong shape), where its
-time stamp cannot be true, where the whole image trembles, where it repeats the image before while something depends on
-it, and where hardly a dot of it can be followed. A stream without usable frames for too long stops the cell.
-`check_image` asks about one image, `FrameGate` keeps the book of a stream.
+The gate refuses a frame if its image is unusable (black, saturated, without a colour, of the wrong shape), if its time
+stamp is impossible, if the whole image trembles, if it repeats the last image while something depends on it, or if
+hardly any marker can be tracked. A stream without usable frames for too long stops the cell. `check_image` checks one
+image; `FrameGate` checks a stream.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ if TYPE_CHECKING:
     from lsds.contracts import Frame, MarkerTracks, SensorSpec
     from lsds.safety.guard import SafetyOptions
 
-#: Time that a camera may take for its first frame, s.
+#: Maximum time until a camera's first frame, s.
 FIRST_FRAME_S = 3.0
-#: With fewer of its dots followed than this share, a gel is as good as not seen.
+#: Minimum share of the markers that must be tracked; with fewer, the frame is refused.
 BLIND_SHARE = 0.3
-#: Refusals that are kept; beyond that only their number is.
+#: Number of refusals kept with their reasons; older ones are only counted.
 _KEPT = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A frame that was not used, and why. `seq` is -1 where the sensor gave no frame to speak of."""
+    """A refused frame and the reason. `seq` is -1 if the sensor delivered no frame."""
 
     t_ns: int
     seq: int
@@ -46,7 +46,7 @@ class Refusal:
 class FrameGate:
     """Admits the frames of one finger. `source` names it in messages.
 
-    A recording (`live` false) is admitted frame by frame by its images alone: it has no clock to be late by.
+    In a recording (`live` false) only the images are checked: without a clock, no frame is late.
     """
 
     def __init__(
@@ -73,9 +73,9 @@ class FrameGate:
         self.refusals: deque[Refusal] = deque(maxlen=_KEPT)
 
     def admit(self, frame: Frame, now_ns: int, *, depends: bool) -> bool:
-        """Return whether perception may have the frame; `depends` tells whether an object or a moving arm does.
+        """Return whether perception may use the frame; `depends` is whether an object or a moving arm relies on it.
 
-        Raises SafetyStop where nothing usable came for too long.
+        Raises SafetyStop if no usable frame arrived for too long.
         """
         if self._live and not self._fresh.stamped(frame.t_ns, now_ns):
             self.refuse(self._fresh.reason, now_ns, frame.seq)
@@ -88,7 +88,7 @@ class FrameGate:
             self._changing.good(now_ns)
             return True
         try:
-            # Black is black again and again: that is no mere repetition, and does not have its patience.
+            # A repeated black image counts as unusable, not as frozen, so the shorter limit applies.
             check_image(frame, self._spec)
         except DataError as error:
             self.refuse(str(error), now_ns, frame.seq)
@@ -99,7 +99,7 @@ class FrameGate:
         return False
 
     def followed(self, frame: Frame, tracks: MarkerTracks, now_ns: int) -> None:
-        """Take note of how much of the gel is seen. Raises SafetyStop where that was too little for too long."""
+        """Record the share of tracked markers. Raises SafetyStop if it was too low for too long."""
         share = float(np.count_nonzero(tracks.valid)) / len(tracks.valid)
         if share >= BLIND_SHARE or (share > 0 and not self._live):
             self.good(now_ns)
@@ -109,17 +109,17 @@ class FrameGate:
             self.refuse(f"frame {frame.seq}: only {100 * share:.0f} % of the dots can be followed", now_ns, frame.seq)
 
     def good(self, now_ns: int) -> None:
-        """Take note of a frame that could be used."""
+        """Record a usable frame."""
         self._fresh.good(now_ns)
 
     def refuse(self, reason: str, now_ns: int, seq: int = -1) -> None:
-        """Count a frame that cannot be used. Raises SafetyStop where there was no other for too long."""
+        """Count an unusable frame. Raises SafetyStop if no usable frame arrived for too long."""
         self.refused += 1
         self.refusals.append(Refusal(now_ns, seq, reason))
         self.silent(reason, now_ns)
 
     def silent(self, reason: str, now_ns: int) -> None:
-        """Take note that there is no new frame, and why if that is known. Raises SafetyStop after too long."""
+        """Record that there is no new frame, and the reason if known. Raises SafetyStop after too long."""
         if reason:
             self._fresh.bad(reason)
         if self._live:
@@ -127,9 +127,9 @@ class FrameGate:
 
 
 class RepeatedImage:
-    """Notices an image that is the last one again: a camera's noise never comes twice.
+    """Detects a repeated image: a camera's noise never repeats.
 
-    A few rows tell nearly always; only where they repeat the whole image is looked at.
+    A few rows nearly always suffice; the whole image is compared only if they repeat.
     """
 
     _ROWS = 48
@@ -139,7 +139,7 @@ class RepeatedImage:
         self._image: NDArray[np.uint8] | None = None
 
     def seen(self, image: NDArray[np.uint8]) -> bool:
-        """Take an image (height, width, 3); return whether it repeats the one before."""
+        """Take an image (height, width, 3); return whether it repeats the last one."""
         rows = image[:: self._ROWS]
         repeated = (
             self._rows is not None
@@ -152,18 +152,19 @@ class RepeatedImage:
         return repeated
 
 
-#: A frame of which more than this share is saturated, or that is black, shows nothing that could be measured.
+#: Maximum saturated share of a usable image.
 UNUSABLE_SHARE = 0.5
+#: Maximum black share of a usable image.
 BLACK_SHARE = 0.95
 _DARK, _BRIGHT = 8, 247
 _BRIGHTEST_BLACK = 2 * (BLACK_SHARE * _DARK + (1 - BLACK_SHARE) * 255)
 
 
 def check_image(frame: Frame, spec: SensorSpec) -> None:
-    """Raise DataError where the image is not uint8 RGB of the sensor's size, or is mostly saturated or black, or
-    lacks a colour.
+    """Raise DataError if an image is unusable.
 
-    The message names the frame and the remedy.
+    It must be uint8 RGB of the sensor's size, not mostly saturated or black, and have all three colours. The message
+    names the frame and the remedy.
     """
     image = frame.image
     expected = (spec.height_px, spec.width_px, 3)
@@ -175,8 +176,8 @@ def check_image(frame: Frame, spec: SensorSpec) -> None:
             f"frame {frame.seq}: expected a uint8 RGB image {expected}, got {what} "
             "(convert to 8-bit RGB and resize to the sensor's size)"
         )
-    # Red and blue carry the dots, all three the contact: half of any of them gone is too much. The mean colour settles
-    # it for nearly every frame: half saturated cannot be darker, and nearly all black not brighter, than this.
+    # Red and blue show the markers, all three colours the contact: losing half of any is too much. The mean colour
+    # decides for nearly every frame: a half-saturated image cannot be darker, a nearly black one not brighter.
     sample = np.ascontiguousarray(image[4::8, 4::8])
     red, green, blue, _ = cv2.mean(sample)
     colours = (red, green, blue)
@@ -187,10 +188,10 @@ def check_image(frame: Frame, spec: SensorSpec) -> None:
     limit = UNUSABLE_SHARE * len(sample)
     if np.count_nonzero(bright) > limit and bright.sum(axis=0).max() > limit:
         raise DataError(f"frame {frame.seq}: most of the image is saturated (lower the exposure, shield the gel)")
-    # Without red and blue there are no dots, however green the image.
+    # Without red and blue no marker is visible, however green the image.
     if np.count_nonzero(sample[:, ::2] <= _DARK) > BLACK_SHARE * 2 * len(sample):
         raise DataError(f"frame {frame.seq}: the image is black (is the sensor lit? was the frame torn?)")
     missing = [name for name, level in zip(("red", "green", "blue"), colours, strict=True) if level <= _DARK]
     if missing:
-        # Two colours still show the dots, but not which way a slope faces: an imprint's edges would come from noise.
+        # Two colours still show the markers, but not the direction of slopes: an imprint's edges would be noise.
         raise DataError(f"frame {frame.seq}: the image has no {' and no '.join(missing)} (is a lamp out?)")

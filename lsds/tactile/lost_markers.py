@@ -1,6 +1,6 @@
-"""Filling holes in a field: the best affine motion, plus what the neighbours of a hole deviate from it.
+"""Fills holes in a field with the best affine motion plus the mean deviation of the neighbours from it.
 
-Exact for affine fields whichever markers are lost, so divergence and curl do not jump when a dot goes out of sight.
+The result is exact for affine fields, whichever markers are lost: divergence and curl do not jump when one is lost.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def fill_lost(field: DeformationField) -> tuple[NDArray[np.float64], AffineMotio
     filled[lost] = affine.translation + offset @ affine.gradient.T
     cell = field.reference.cell
     distance = np.abs(cell[lost][:, None, :] - cell[seen][None, :, :]).sum(axis=-1)
-    beside = (distance == 1).astype(float)
-    neighbours = beside.sum(axis=1)
-    filled[lost] += (beside @ affine.residual) / np.maximum(neighbours, 1)[:, None]
+    adjacent = (distance == 1).astype(float)
+    neighbours = adjacent.sum(axis=1)
+    filled[lost] += (adjacent @ affine.residual) / np.maximum(neighbours, 1)[:, None]
     return filled, affine

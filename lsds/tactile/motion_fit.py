@@ -1,7 +1,7 @@
-"""Best affine motion of a field of vectors, by least squares, with lost markers left out.
+"""Best affine motion of a vector field by least squares, without the lost markers.
 
-v(x) = t + G x. div = tr G, curl = G_yx - G_xy, twice the rotation. Axes: x right, y down in the image, so a positive
-rotation turns clockwise on the screen.
+v(x) = t + G x; div = tr G; curl = G_yx - G_xy, which is twice the rotation. The axes are x right and y down in the
+image, so a positive rotation turns clockwise on the screen.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AffineMotion:
-    """v(x) = `translation` + `gradient` (x - `centre`), (2,), (2, 2), (2,); `residual` (N, 2) is what is left."""
+    """v(x) = `translation` (2,) + `gradient` (2, 2) (x - `centre` (2,)), with the fit's `residual` (N, 2)."""
 
     translation: NDArray[np.float64]
     gradient: NDArray[np.float64]
@@ -36,7 +36,7 @@ class AffineMotion:
 
 
 def fit_affine(position: NDArray[np.float64], vector: NDArray[np.float64]) -> AffineMotion | None:
-    """Fit vectors (N, 2) at positions (N, 2), all finite; None where the positions do not span the plane."""
+    """Fit vectors (N, 2) at positions (N, 2), all finite; None if the positions do not span the plane."""
     if len(position) < 3:
         return None
     centre = position.mean(axis=0)

@@ -1,11 +1,12 @@
 """Normal force of a finger, from the imprint of an object that does not cover the pad.
 
-The overlap volume V of gel and object and the contact area A tell it together, from a ball to a cylinder:
+The overlap volume V of gel and object and the contact area A determine it, from a ball to a cylinder:
 
     N = c A^0.58 V^0.75
 
-fitted on 14 objects in three simulated gels; left out in turn, an object is off by 8 % RMS, small balls at a light
-touch by 35 %. A flat face that covers the pad leaves no imprint: nothing is told of it, nor of a soft one.
+The constants were fitted on 14 objects in three simulated gels. In leave-one-out validation the error is 8 % RMS, and
+35 % for small balls at a light touch. There is no estimate for soft objects, nor for flat faces that cover the pad and
+so leave no imprint.
 """
 
 from __future__ import annotations
@@ -16,16 +17,19 @@ if TYPE_CHECKING:
     from lsds.contracts import ContactPatch
 
 SCALE, OF_AREA, OF_VOLUME = 3.82e8, 0.583, 0.748
-"""c and the exponents, for areas in m^2, volumes in m^3 and the modulus of a GelSight Mini's gel."""
+"""c and the exponents of area and volume, for m^2, m^3, N and the modulus of a GelSight Mini's gel."""
 STD_SHARE = 0.15
-"""Relative standard deviation."""
-LEAST_SHARE, SMALL_SHARE, DEEP_M = 0.03, 0.05, 2.5e-4
-"""A contact on a smaller share of the pad than the first is none that this can tell of; one on less than the second
-that is deeper than the third on average is what a soft object shows of itself."""
+"""Relative standard deviation of the estimate."""
+LEAST_SHARE = 0.03
+"""Minimum share of the pad in contact; a smaller contact has no estimate."""
+SMALL_SHARE = 0.05
+"""Share of the pad below which a deep contact is that of a soft object and has no estimate."""
+DEEP_M = 2.5e-4
+"""Mean depth above which a contact is deep, m."""
 
 
 def normal_force_of(contact: ContactPatch | None, pad_m2: float) -> tuple[float, float] | None:
-    """Return normal force and one sigma (N), from the contact patch on a pad of an area; None where it tells none."""
+    """Return normal force and one sigma (N) from the contact patch on a pad of `pad_m2`; None without an estimate."""
     if contact is None or contact.area_fraction < LEAST_SHARE:
         return None
     area_m2, volume_m3 = contact.area_fraction * pad_m2, float(contact.depth_m.clip(min=0.0).mean()) * pad_m2

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class TactileOptions(BaseModel):
-    """From image to features. Lengths in millimetres here, because people type them; metres everywhere inside."""
+    """Options from image to features. Lengths are in millimetres here, since users type them; in metres elsewhere."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

@@ -1,7 +1,6 @@
-"""One frame's way from image to observation: track -> field -> contact -> features.
+"""Pipeline from image to observation: track -> field -> contact -> features.
 
-The same object serves the running cell and a recording, frame by frame; there is no other way through, so offline
-and online numbers are the same numbers.
+The same object processes the running cell and recordings, frame by frame, so offline and online results are equal.
 """
 
 from __future__ import annotations
@@ -33,9 +32,9 @@ if TYPE_CHECKING:
 
 
 class Perception:
-    """State from frame to frame: the tracker's, the last field's and the last features'.
+    """Computes observations; keeps the state of tracker, field and features between frames.
 
-    `metres_per_px` and all positions in px are those of the working image (`lsds.tactile.working_image`).
+    `metres_per_px` and all positions in px refer to the working image (`lsds.tactile.working_image`).
     """
 
     def __init__(
@@ -47,8 +46,10 @@ class Perception:
         tracker_name: str = "tracker",
         imprint_step: Step | None = None,
     ) -> None:
-        """`tracker_name` is what errors call the tracker; `imprint_step` makes the computation of the imprint's motion,
-        which is done once a frame, when a detector or estimator first asks for it."""
+        """`tracker_name` names the tracker in errors. `imprint_step` runs the computation of the imprint's motion.
+
+        The motion is computed at most once per frame, when a detector or estimator first asks for it.
+        """
         self._imprint_step = imprint_step
         self._tracker, self._tracker_name = tracker, tracker_name
         self._spec = spec
@@ -63,7 +64,7 @@ class Perception:
         self.reference_frame: Frame | None = None
 
     def start(self, frames: Sequence[Frame]) -> MarkerReference:
-        """Take the untouched gel from one or more frames. Raises DataError where they show no usable reference."""
+        """Build the reference from one or more frames of the untouched gel. Raises DataError if they are unusable."""
         for frame in frames:
             check_image(frame, self._spec)
         reference = average_frames(frames)
@@ -85,7 +86,7 @@ class Perception:
         return self.reference
 
     def reset(self) -> None:
-        """Forget motion, keep the reference."""
+        """Forget the motion; keep the reference."""
         self._tracker.reset()
         self._field.reset()
         self._features.reset()
@@ -93,7 +94,7 @@ class Perception:
         self._followed = None
 
     def observe(self, frame: Frame) -> tuple[Observation, MarkerTracks]:
-        """Return the observation of the next frame, and the tracks it rests on. Raises DataError for a bad frame."""
+        """Return the observation of the next frame, and its tracks. Raises DataError for an unusable frame."""
         check_image(frame, self._spec)
         frame = self._viewer.view(self._working.frame(frame))
         count = len(self._field.position_m)

@@ -1,7 +1,7 @@
-"""Rigid and smooth motions in the plane with x + iy for a vector: a handful of array operations a frame.
+"""Rigid and smooth motions in the plane, with vectors as complex numbers x + iy: a few array operations per frame.
 
-A quarter turn is multiplication by i, so the rigid motion is v(z) = t + i w (z - c) and its rotation
-w = Im sum conj(z - c) v / sum |z - c|^2. y points down in the image: a positive w turns clockwise on the screen.
+Multiplication by i is a quarter turn, so the rigid motion is v(z) = t + i w (z - c) and its rotation
+w = Im sum conj(z - c) v / sum |z - c|^2. As y points down in the image, a positive w turns clockwise on the screen.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def as_complex(vectors: NDArray[np.float64]) -> Plane:
-    """View vectors (N, 2) as (N,) complex numbers; no copy where they are contiguous."""
+    """View vectors (N, 2) as (N,) complex numbers; no copy if they are contiguous."""
     return np.ascontiguousarray(vectors).view(np.complex128)[:, 0]
 
 
 class Points:
-    """N points of the plane, and what the fit of any motion to them needs: worked out once for many frames.
+    """N points of the plane with the terms of a fit to them, computed once for many frames.
 
-    `offset` (N,) from their centroid, `inertia` the sum of its squares, `radius` their radius of gyration.
+    `offset` (N,) is their offset from the centroid, `inertia` the sum of its squares, `radius` the radius of gyration.
     """
 
     def __init__(self, position: Plane) -> None:
@@ -35,9 +35,9 @@ class Points:
         self.radius = math.sqrt(self.inertia / self.count)
 
     def rigid_rows(self) -> Plane:
-        """Return (2, N): times vectors (N,) they give translation, and i times rotation, of the best rigid motion.
+        """Return the matrix (2, N) of the best rigid motion; the points must not coincide.
 
-        The points must not coincide.
+        Its product with vectors (N,) is the translation and, as imaginary part, the rotation.
         """
         mean = np.full(self.count, 1.0 / self.count)
         return np.array([mean, self.offset.conj() / (self.inertia or 1.0)], np.complex128)
@@ -50,9 +50,9 @@ class Points:
 def smooth_basis(offset: Plane, motion: Literal["affine", "quadratic"]) -> tuple[NDArray[np.float64], float]:
     """Return (N, terms) orthonormal columns that span the smooth fields at the offsets, and the residual's scale.
 
-    What a field leaves is v - B (B^T v), times sqrt(N / (N - terms)), so that the residual's mean square estimates the
-    errors' variance however many markers there are. Too few markers for the terms step down to the simpler motion,
-    and below five to the mean; columns that markers in one line cannot tell apart are left out.
+    The residual of a field v is v - B (B^T v), times sqrt(N / (N - terms)): its mean square then estimates the errors'
+    variance for any number of markers. With too few markers for the terms, the simpler motion is used, and below five
+    the mean. Columns that are dependent, as for markers in one line, are left out.
     """
     count = len(offset)
     scale = float(np.abs(offset).max()) or 1.0

@@ -1,4 +1,4 @@
-"""The undeformed gel: one clean image out of several."""
+"""Reference image of the undeformed gel: the mean of several frames."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from lsds.errors import DataError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Frames whose brightness differs by more than this share do not belong to one settled stream.
+#: Maximum relative change of brightness between frames of a settled stream.
 SETTLED = 0.02
 
 
 class ReferenceCollector:
-    """Gathers untouched frames until enough of them in a row are equally bright.
+    """Collects untouched frames until enough consecutive ones are equally bright.
 
-    Cameras open dim and settle over the first frames; a reference with such frames in it would show a contact that is
-    not there, all over the gel.
+    Cameras start dim and settle over the first frames. A reference from such frames would show a false contact over
+    the whole gel.
     """
 
     def __init__(self, count: int) -> None:
@@ -44,9 +44,9 @@ def brightness(frame: Frame) -> float:
 
 
 def average_frames(frames: Sequence[Frame]) -> Frame:
-    """Return the mean of untouched frames, stamped as the last one; less noise in everything measured against it.
+    """Return the mean of untouched frames, with the last one's stamp: it has less noise than one frame.
 
-    Raises DataError where there are none or their sizes differ.
+    Raises DataError if there is no frame or if their sizes differ.
     """
     if not frames:
         raise DataError("reference: no frame to take it from (is the sensor streaming?)")

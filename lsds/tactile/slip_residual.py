@@ -1,9 +1,9 @@
-"""What slip leaves in the velocity field, told apart from sticking, pressing and jitter.
+"""Residual that slip leaves in the velocity field, separated from sticking, pressing and jitter.
 
-A gel carried along by a sticking object moves smoothly: as a rigid body, or sheared and stretched evenly, or with a
-gentle bend. A sliding surface lets go of the markers one by one, so each deviates from the best smooth motion; and it
-does so along the shear that friction holds up. Pressing harder also bends the field, but in all directions alike, and
-so does the tracker's jitter. The part of the residual along the shear, less the part across it, is what slip adds.
+A gel that a sticking object carries along moves smoothly: as a rigid body, evenly sheared and stretched, or gently
+bent. A sliding surface releases the markers one by one, so each deviates from the best smooth motion, in the direction
+of the shear that friction holds. Pressing harder and the tracker's jitter also leave a residual, but equally in all
+directions. Slip is therefore the residual along the shear less the residual across it.
 """
 
 from __future__ import annotations
@@ -25,11 +25,12 @@ Motion = Literal["rigid", "affine", "quadratic"]
 
 
 class SlipResidual(NamedTuple):
-    """One frame's evidence, SI units. `along` and `across` are mean squares (m/s)^2 of the residual velocity.
+    """One frame's evidence of slip, in SI units.
 
-    `translation` (m/s, squared) and `rim` (m/s, squared: rotation at the radius of gyration `radius_m`) are those of
-    the best rigid motion of the velocities; `shear_m` (x, y) and `twist_rad` those of the displacements, that is what
-    friction holds up. `markers` is how many it rests on.
+    `along` and `across` the shear are mean squares (m/s)^2 of the residual velocity. `translation` and `rim`, both
+    (m/s)^2, are the squared parts of the best rigid motion of the velocities; `rim` is rotation at the radius of
+    gyration `radius_m`. `shear_m` (x, y) and `twist_rad` are the rigid motion of the displacements, which friction
+    holds. `markers` is the number of markers used.
     """
 
     along: float
@@ -43,14 +44,14 @@ class SlipResidual(NamedTuple):
 
     @property
     def excess(self) -> float:
-        """Mean square (m/s)^2 of the residual along the shear beyond that across it, zero or more."""
+        """Mean square (m/s)^2 of the residual along the shear less that across it, at least zero."""
         return max(0.0, self.along - self.across)
 
 
 def slip_residual(observation: Observation, motion: Motion = "quadratic", least: int = 6) -> SlipResidual | None:
     """Return the frame's evidence from the markers in contact; None with fewer than `least` of them or no velocity.
 
-    An observation that perception made carries its evidence; for one made by hand it is worked out here.
+    Observations from perception carry their evidence; for others it is computed here.
     """
     evidence = observation.evidence
     if evidence is None:
@@ -59,7 +60,7 @@ def slip_residual(observation: Observation, motion: Motion = "quadratic", least:
 
 
 class SlipEvidence:
-    """The evidence of one frame, each question answered once: `evidence(motion, least)`."""
+    """The evidence of one frame: `evidence(motion, least)` computes each result once."""
 
     __slots__ = ("_answers", "_basis", "_contact", "_field")
 
@@ -77,19 +78,19 @@ class SlipEvidence:
         return self._answers[key]
 
 
-#: A contact wavers between a few choices of markers; this many are kept.
+#: Number of marker selections kept: a contact alternates between a few.
 _KEPT = 64
 
 
 class EvidenceBasis:
-    """What stays from frame to frame of one reference: where the markers rest, and what is linear in their vectors."""
+    """Terms of one reference that all frames share: the markers' rest positions and the linear operators on them."""
 
     def __init__(self, reference: MarkerReference) -> None:
         self.markers = ContactMarkers(reference)
         self._contacts: dict[tuple[bytes, Motion], _Contact] = {}
 
     def contact(self, field: DeformationField, chosen: NDArray[np.bool_], motion: Motion) -> _Contact:
-        """Return what belongs to the chosen markers (N,)."""
+        """Return the terms of the chosen markers (N,)."""
         key = (chosen.tobytes(), motion)
         contact = self._contacts.get(key)
         if contact is None:
@@ -104,7 +105,7 @@ def _residual(
 ) -> SlipResidual | None:
     chosen = basis.markers.in_contact(field.valid, patch, least)
     velocity = as_complex(field.velocity_m_s)
-    # One product in place of a question each. A dot that was lost in the frame before has no velocity, but is valid.
+    # One product tests all markers. A marker that was lost in the last frame is valid but has no velocity.
     if math.isnan(np.vdot(velocity, velocity).real):
         chosen = chosen & ~np.isnan(velocity)
     contact = basis.contact(field, chosen, motion)
@@ -123,8 +124,8 @@ def _residual(
     else:
         residual = contact.minus_basis.dot(moved[2:])
         residual += velocity
-    # Direction of the shear at each marker: translation and twist of the displacements, without the press's spread;
-    # conjugate, so that the product's real part is the residual along it.
+    # Direction of the shear at each marker: translation and twist of the displacements, without the spread by pressing.
+    # It is conjugate, so that the product's real part is the residual along it.
     shear = contact.turn * twist
     shear += held.conjugate()
     along = (residual * shear).real
@@ -146,11 +147,11 @@ def _residual(
 
 
 class _Contact:
-    """One choice of markers of a reference and what is linear in their vectors: worked out once for many frames.
+    """One selection of a reference's markers with its linear operators, computed once for many frames.
 
-    `rows` (2 + terms, n) give translation, rotation (the imaginary part) and the coordinates in the smooth basis, of
-    which `minus_basis` (n, terms) is the negative; `rigid_rows` are the first two of them. `turn` (n,) is the conjugate
-    of a unit rotation's motion; `square` turns a sum of squared residuals into their mean square.
+    `rows` (2 + terms, n) give translation, rotation (the imaginary part) and the coordinates in the smooth basis;
+    `rigid_rows` are the first two of them. `minus_basis` (n, terms) is the negative smooth basis. `turn` (n,) is the
+    conjugate of a unit rotation's motion. `square` converts a sum of squared residuals to their mean square.
     """
 
     __slots__ = ("count", "index", "minus_basis", "points", "rigid_rows", "rows", "square", "turn")
@@ -175,5 +176,5 @@ class _Contact:
 
 
 def confidence(score: float, threshold: float) -> float:
-    """Return how far a score is from its threshold, in [0, 1]: 0 at it, 0.8 a factor of two away."""
+    """Return a score's distance from its threshold, in [0, 1]: 0 at the threshold, 0.8 at half or twice it."""
     return 1.0 - math.pow(0.2, abs(math.log2(max(score, 1e-12) / threshold)))

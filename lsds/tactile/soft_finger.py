@@ -1,10 +1,10 @@
-"""Force and torque together: how near a contact is to sliding or turning, and how fast it does either.
+"""Force and torque combined into an equivalent force, and slip and rotation into an equivalent speed.
 
-A soft finger holds a force F and a torque M about its normal as long as (F / F0)^2 + (M / (c F0))^2 < 1, F0 being what
-friction holds of a force alone (Howe and Cutkosky's ellipse for the limit surface). So sqrt(F^2 + (M / c)^2) takes the
-place of the force, and v + c |w| that of the speed. The arm c is that of the pressure's spread: 0.59 a for a round
-contact of radius a, L / 4 for a line. The one for all here is that of a pipe or a plank (5.2 mm where these turn in the
-simulated grip); a wrong one weighs force against torque wrongly, and cancels where the same load slips again.
+A soft finger holds a force F and a torque M about its normal while (F / F0)^2 + (M / (c F0))^2 < 1, with the friction
+limit F0 of a pure force (Howe and Cutkosky's ellipse for the limit surface). So sqrt(F^2 + (M / c)^2) replaces the
+force, and v + c |w| the speed. The arm c follows from the pressure distribution: 0.59 a for a round contact of radius
+a, L / 4 for a line. One value serves all objects: that of a pipe or a plank (5.2 mm when these turn in the simulated
+grip). An error of c weights force and torque wrongly, but cancels if the same load slips again.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ ARM_M = 5e-3
 
 
 def pull_of(load: ContactLoad) -> float:
-    """Return the force (N) that alone would be as near to the limit of friction."""
+    """Return the equivalent force (N): the pure force that is equally near to the friction limit."""
     return math.hypot(load.force_n, load.torque_nm / ARM_M)
 
 
 def speed_of(estimate: SlipEstimate) -> tuple[float, float]:
-    """Return how fast the contact slips, turning included, and one sigma (m/s); NaN where the estimator abstains."""
+    """Return the equivalent slip speed, rotation included, and one sigma (m/s); NaN if the estimator abstains."""
     speed, std = estimate.speed_m_s, estimate.speed_std_m_s
     if math.isfinite(estimate.angular_rad_s):
         speed += ARM_M * abs(estimate.angular_rad_s)

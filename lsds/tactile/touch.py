@@ -1,8 +1,8 @@
-"""Touch: the first frame in which the light on the gel is not that of the gel without contact.
+"""Touch detection: the first frame in which the light on the gel differs from that without contact.
 
-Dots hardly move under a flat face that is pressed evenly, and its slopes are too small for a depth map; but the relief
-of any real surface changes the light a little everywhere. Block means of the image are compared with those of the last
-frames without contact, and the change is told in units of its own noise.
+Under a flat face that is pressed evenly, markers hardly move and slopes are too small for a depth map. But the relief
+of any real surface changes the light a little everywhere. The detector compares block means of the image with those of
+the last frames without contact; its score is the change divided by the noise of that change.
 """
 
 from __future__ import annotations
@@ -24,34 +24,35 @@ if TYPE_CHECKING:
 
 BLOCKS = (64, 48)
 """Columns and rows of block means."""
-LEARNT, LEAST = 16, 6
-"""Frames without contact that make the comparison, and the least number of them."""
+LEARNT = 16
+"""Number of recent frames without contact that a frame is compared with."""
+LEAST = 6
+"""Minimum number of such frames."""
 WAITING = 8
-"""A frame is learnt from when so many later ones have not shown a touch: a faint touch that grows slowly must not
-become what the gel looks like without one."""
+"""Frames without touch after which a frame is learnt from: a faint touch that grows slowly must not be learnt."""
 TOUCHED = 6.0
 """Change, in standard deviations, that is a touch."""
 APERTURES = 256
-"""States of the gripper that are remembered."""
+"""Number of gripper states that are kept."""
 LEAST_CHANGE = 1e-3
-"""Standard deviation, in levels, that the change of a camera without noise is taken to have."""
+"""Minimum standard deviation of the change, grey levels: that assumed for a camera without noise."""
 SCATTER = 1 / math.sqrt(2 * 3 * BLOCKS[0] * BLOCKS[1])
-"""Relative standard deviation of the RMS of so many independent numbers: that of a few frames may come out smaller."""
+"""Minimum relative standard deviation of the change: the expected one, which few frames may underestimate."""
 
 
 class TouchSense:
-    """Tells contact from the frames of one sensor. `score` is the last frame's change in standard deviations; `frozen`
-    whether it is the frame before again, from a camera whose noise was different in every frame.
+    """Detects contact in the frames of one sensor.
 
-    It learns from frames without contact, from `reset` until the first touch: what touches from the start is taken for
-    the gel.
+    `score` is the last frame's change in standard deviations. `frozen` is true if the frame repeats the last one,
+    although the camera has noise. The detector learns from frames without contact, from `reset` until the first touch:
+    an object that touches from the start is learnt as part of the gel.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Begin without contact."""
+        """Start again without contact."""
         self.score, self.frozen = 0.0, False
         self._newest: Blocks | None = None
         self._noisy = True
@@ -60,13 +61,13 @@ class TouchSense:
         self._waiting: deque[tuple[Blocks, float]] = deque()
 
     def update(self, frame: Frame) -> bool:
-        """Take the next frame; return whether something touches the gel. False until enough frames were seen."""
-        # In floats: block means rounded to whole levels would hide a faint relief.
+        """Take the next frame; return whether an object touches the gel. False until enough frames were taken."""
+        # Block means rounded to integers would hide a faint relief.
         image = frame.image.astype(np.float32)
         blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
         repeated = self._newest is not None and np.array_equal(blocks, self._newest)
         if len(self._changes) < LEAST:
-            # Without noise a camera that is frozen cannot be told from one that sees nothing new.
+            # Without noise, a frozen camera looks like one whose scene does not change.
             self._noisy = self._noisy and not repeated
         self.frozen, self._newest = repeated and self._noisy, blocks
         if not self._free:
@@ -77,7 +78,7 @@ class TouchSense:
         if len(self._free) < LEAST:
             self._free.append(blocks)
             return False
-        # In the frame's own levels, as the camera's noise is; the mean of n frames has noise of its own.
+        # The gain converts to the frame's levels, those of the camera's noise. The mean of n frames adds its noise.
         change = gain * float(np.sqrt(np.mean((blocks - still) ** 2))) / math.sqrt(1 + 1 / len(self._free))
         if len(self._changes) < LEAST:
             self._learn(blocks, change)
@@ -98,8 +99,10 @@ class TouchSense:
 
 
 def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:
-    """Return blocks (rows, columns, 3) with gain and offset of each colour as in `still`, and the mean gain that they
-    had: a lamp or an exposure that swings changes the whole image alike."""
+    """Return blocks (rows, columns, 3) with each colour's gain and offset matched to `still`, and their mean gain.
+
+    A varying lamp or exposure changes the whole image alike; matching removes it.
+    """
     mean, own_mean = still.mean(axis=(0, 1)), blocks.mean(axis=(0, 1))
     centred, own = still - mean, blocks - own_mean
     gain = (own * centred).sum(axis=(0, 1)) / np.maximum((centred**2).sum(axis=(0, 1)), 1e-6)
@@ -110,14 +113,14 @@ def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:
 class TouchFinder:
     """Finds the aperture at which each finger touches, while the fingers close.
 
-    `names` are the rig's fingers: one that shows nothing is missed, too. Feed it every situation. A frame is older than
-    the gripper's newest state: its aperture is that of its own time.
+    `names` are the rig's fingers, so that a finger without frames is noticed. Feed it every situation. A frame is older
+    than the gripper's newest state, so its aperture is interpolated at its time.
     """
 
     def __init__(self, names: Sequence[str], start_ns: int) -> None:
         self._senses = {name: TouchSense() for name in names}
         self._apertures: deque[tuple[int, float]] = deque(maxlen=APERTURES)
-        # Of each finger: time of its newest frame; of those that show something new the same, when it came, how many.
+        # Per finger: time of the newest frame, then of the frames that are not frozen time, arrival and number.
         self._taken_ns = dict.fromkeys(names, -1)
         self._seen_ns = dict.fromkeys(names, -1)
         self._heard_ns = dict.fromkeys(names, start_ns)
@@ -127,7 +130,7 @@ class TouchFinder:
         self._touching = dict.fromkeys(names, False)
 
     def see(self, now: Situation) -> None:
-        """Take what is new."""
+        """Take the new frames and gripper state of a situation."""
         if now.gripper is not None and (not self._apertures or now.gripper.t_ns > self._apertures[-1][0]):
             self._apertures.append((now.gripper.t_ns, now.gripper.aperture_m))
         for finger in now.fingers:
@@ -138,16 +141,16 @@ class TouchFinder:
 
     @property
     def frames(self) -> int:
-        """Frames of the finger that has shown the fewest; a frozen camera shows none."""
+        """Number of frames of the finger with the fewest; frozen frames do not count."""
         return min(self._count.values(), default=0)
 
     @property
     def seen_ns(self) -> int:
-        """Time that every finger has been seen at, or later."""
+        """Time up to which every finger has frames; -1 if one has none."""
         return min(self._seen_ns.values(), default=-1)
 
     def silent_s(self, now_ns: int) -> tuple[float, str]:
-        """Return for how long a finger has shown nothing new, and which."""
+        """Return the longest time (s) since a finger's last new frame, and that finger."""
         return max(((now_ns - heard) * 1e-9, name) for name, heard in self._heard_ns.items())
 
     @property
@@ -167,11 +170,11 @@ class TouchFinder:
 
     @property
     def std_m(self) -> float:
-        """Standard deviation of `touch_m`: it lies between two frames."""
+        """Standard deviation of `touch_m`, m: the touch lies between two frames."""
         return max((std for _, std in self._touched_m.values()), default=math.nan)
 
     def again(self) -> None:
-        """Forget the touch, not what the gel looks like without one."""
+        """Forget the touch, but not the learnt gel without contact."""
         self._touched_m.clear()
 
     def _take(self, name: str, frame: Frame, now_ns: int) -> None:
@@ -191,8 +194,10 @@ class TouchFinder:
 
 
 def aperture_at(apertures: Sequence[tuple[int, float]], t_ns: int) -> float:
-    """Return the aperture (m) at a time, by interpolation between (t_ns, aperture) in order of time; NaN where none is
-    known."""
+    """Return the aperture (m) at a time; NaN if none is known.
+
+    It is interpolated between pairs (t_ns, aperture), which are in order of time.
+    """
     later = None
     for earlier in reversed(apertures):
         if earlier[0] <= t_ns:

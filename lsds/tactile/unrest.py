@@ -1,5 +1,7 @@
-"""Notices a camera whose whole image trembles: noise, or a light that flickers. Where an object moves on the gel, some
-part of the image is still at rest."""
+"""Detects an image that trembles as a whole, from noise or flickering light.
+
+An object that moves on the gel leaves some part of the image at rest.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +14,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 UNREST = 8.0
-"""Mean change from frame to frame (levels) of the calmest tile that is no measurement any more. On 240 real recordings
-it is at most 4.6 for four frames in a row; noise of 8 levels gives it."""
+"""Mean change of the calmest tile between frames above which an image is unusable, grey levels. Noise of 8 levels
+causes it; on 240 real recordings the change reaches at most 4.6 in four consecutive frames."""
 PATIENCE = 4
-"""Frames in a row: a camera may open, or be pressed on, with a leap of its light."""
-ROWS, TILES = 48, 8
-"""Every so many rows are looked at, in so many tiles each."""
+"""Consecutive frames above the limit: a camera's start, or a press, may change the light abruptly."""
+ROWS = 48
+"""Distance of the rows that are compared, px."""
+TILES = 8
+"""Number of tiles per row."""
 
 
 class Unrest:
@@ -29,9 +33,9 @@ class Unrest:
         self._count = 0
 
     def seen(self, image: NDArray[np.uint8]) -> bool:
-        """Take an image (height, width, 3) of uint8; return whether the last ones tremble all over.
+        """Take an image (height, width, 3) of uint8; return whether the last ones tremble as a whole.
 
-        What is no such image is not taken: `check_image` says what is wrong with it.
+        Other arrays are ignored: `check_image` reports their error.
         """
         if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.size):
             return False

@@ -1,7 +1,7 @@
-"""The views of one tactile image that several steps need, each computed once and only when asked for.
+"""Views of one tactile image that several steps share, each computed once, on first use.
 
-Perception gives the tracker a `ViewedFrame`: a frame that carries its views along. Tracker, depth and whoever comes
-later find the work done, and a tracker that knows nothing of views still gets a frame.
+Perception passes a `ViewedFrame` on: a frame with its views. Tracker, depth and later steps share the results, and a
+tracker that does not know views uses it as a plain frame.
 """
 
 from __future__ import annotations
@@ -17,24 +17,22 @@ from lsds.contracts import Frame
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Red's share in the grey that dots are measured in; blue has the rest. A slope of the surface changes R, G, B by
-#: (-14, 84, 11) and (-88, 9, 62) levels per unit along x and y (GelSight Mini calibration): this mix cancels both, so
-#: the light's edge around a contact cannot pull at the dots that lie on it, which would cost 0.15 px.
+#: Share of red in the grey image that markers are measured in; the rest is blue. A slope of the surface changes R, G, B
+#: by (-14, 84, 11) and (-88, 9, 62) levels per unit along x and y (GelSight Mini calibration). This mix cancels both:
+#: the light's edge around a contact would otherwise shift the markers on it by 0.15 px.
 RED_SHARE = 0.41
-#: Views are halved once for everything that needs no sub-pixel accuracy (finding dots, light, depth).
+#: Factor of the smaller views, for steps without sub-pixel accuracy (finding markers, light, depth).
 HALF = 2
-
-
-#: A pixel belongs to a dot where it is darker than this fraction of the mean around it.
+#: Share of the local mean below which a pixel belongs to a marker.
 DARKNESS = 0.72
-#: Window of the local mean, px of the half-size image: about half a pitch, always with some background in it.
+#: Window of the local mean, px of the half-size image: about half a pitch, so that it always contains background.
 MEAN_WINDOW = 17
 
 
 class ViewedFrame(Frame):
     """A frame in grey and at half resolution. `image` is uint8 (height, width, 3) RGB.
 
-    `planes` is room for the image's three colours; it is written over and may be shared by frames of one stream.
+    `planes` are buffers for the image's three colours. They are overwritten, and the frames of a stream may share them.
     """
 
     def __init__(self, frame: Frame, planes: list[NDArray[np.uint8]] | None = None) -> None:
@@ -43,7 +41,7 @@ class ViewedFrame(Frame):
 
     @cached_property
     def grey(self) -> NDArray[np.uint8]:
-        """Brightness of the dots without the colours of the contact, uint8 (height, width): see `RED_SHARE`."""
+        """Grey image of the markers without the colours of the contact, uint8 (height, width): see `RED_SHARE`."""
         planes: list[NDArray[np.uint8]] | None = self.__dict__["_planes"]
         red, _, blue = cv2.split(self.image) if planes is None else cv2.split(self.image, planes)
         return np.asarray(cv2.addWeighted(red, RED_SHARE, blue, 1 - RED_SHARE, 0), np.uint8)
@@ -66,10 +64,10 @@ class ViewedFrame(Frame):
 
     @cached_property
     def dark(self) -> NDArray[np.uint8]:
-        """Dots' mask at half resolution: 255 where darker than the surroundings, else 0.
+        """Mask of the markers at half resolution: 255 if darker than the surroundings, else 0.
 
-        The threshold is a ratio to the local mean, so the dim start-up frames, the uneven lighting and the colours
-        of a contact change nothing.
+        The threshold is relative to the local mean, so it does not depend on dim start-up frames, uneven lighting or
+        the colours of a contact.
         """
         grey = self.half_grey
         mean = surroundings(grey)
@@ -83,19 +81,21 @@ def surroundings(half_grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def smaller(xy_px: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
-    """Return positions (n, 2) of the image in pixels of a view, each `scale` px wide: pixels' corners coincide."""
+    """Return image positions (n, 2) in pixels of a view, each `scale` px wide; the corners of the pixels coincide."""
     return np.asarray((xy_px + 0.5) / scale - 0.5)
 
 
 class Viewer:
-    """Gives the frames of one stream their views. The room for their colours is kept: new memory costs more than the
-    split."""
+    """Adds views to the frames of one stream.
+
+    The colour buffers are reused: allocating them takes longer than splitting the image.
+    """
 
     def __init__(self) -> None:
         self._planes: list[NDArray[np.uint8]] = []
 
     def view(self, frame: Frame) -> ViewedFrame:
-        """Return the frame with its views, none computed yet."""
+        """Return the frame with its views, not yet computed."""
         size = frame.image.shape[:2]
         if not self._planes or self._planes[0].shape != size:
             self._planes = [np.empty(size, np.uint8) for _ in range(3)]
@@ -103,5 +103,5 @@ class Viewer:
 
 
 def viewed(frame: Frame) -> ViewedFrame:
-    """Return the frame with its views: itself where it has them already."""
+    """Return the frame with its views: the same object if it already has them."""
     return frame if isinstance(frame, ViewedFrame) else ViewedFrame(frame)

@@ -1,8 +1,8 @@
 """The image that perception works on: about 320 px wide, its colours in the order of the GelSight Mini's lamps.
 
-Tracker, depth and imprint were tuned on images of that size, and their photometric calibration holds for lamps of that
-order. Both are measured from the reference, and an image of another size or with its colours exchanged is converted
-once, where it enters. A pad whose lamps shine from other sides needs a photometric calibration of its own.
+Tracker, depth and imprint were tuned on images of that size, and their photometric calibration holds for that order of
+the lamps. Both are measured from the reference. An image of another size or colour order is converted once, on entry.
+A pad whose lamps shine from other sides needs its own photometric calibration.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 
     from lsds.contracts import Frame
 
-#: Width of the working image, px; images between these widths are used as they are.
+#: Width of a resized working image, px.
 WIDTH_PX = 320
+#: Minimum and maximum width of images that are not resized, px.
 NARROWEST_PX, WIDEST_PX = 280, 480
-#: A narrower image shows no markers, whatever its size: it is left to the tracker, which refuses it.
+#: Minimum width of images that are resized, px. Narrower ones show no markers, and the tracker refuses them.
 LEAST_PX = 80
-#: Another order of the lamps has to fit the light of the reference better by this. The orders' fits lie 0.4 to 2.7
-#: apart; on 240 recordings of the GelSight Mini no wrong order fitted better by more than 0.12.
+#: Minimum improvement of the fit to the reference's light for another order of the lamps. Fits of the orders differ by
+#: 0.4 to 2.7; on 240 recordings of the GelSight Mini no wrong order fitted better by more than 0.12.
 CLEARLY = 0.3
 _AS_THEY_ARE = (0, 1, 2)
 _COARSE = (40, 30)
@@ -36,8 +37,8 @@ _COARSE = (40, 30)
 class WorkingImage:
     """Converts the frames of one stream, as measured from its reference.
 
-    `scale` is how many pixels of the camera's image make one of the working image; `order` names the colour of the
-    camera's image that becomes red, green and blue.
+    `scale` is the width of a working pixel in camera pixels; `order` are the camera's colour channels that become red,
+    green and blue.
     """
 
     def __init__(self, reference: Frame) -> None:
@@ -48,7 +49,7 @@ class WorkingImage:
         self.order = lamp_order(reference.image)
 
     def frame(self, frame: Frame) -> Frame:
-        """Return the frame with the working image: itself if nothing is to be converted."""
+        """Return the frame with the working image: the same object if no conversion is needed."""
         if self.scale == 1.0 and self.order == _AS_THEY_ARE:
             return frame
         image = self.resized(frame.image)
@@ -57,7 +58,7 @@ class WorkingImage:
         return replace(frame, image=image)
 
     def resized(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return an image of the camera in the size of the working image, its colours as they are."""
+        """Return a camera image in the size of the working image, with its colours unchanged."""
         if self.scale == 1.0:
             return image
         interpolation = cv2.INTER_AREA if self.scale > 1 else cv2.INTER_CUBIC
@@ -65,10 +66,11 @@ class WorkingImage:
 
 
 def lamp_order(image: NDArray[np.uint8], calibration: PhotometricCalibration | None = None) -> tuple[int, int, int]:
-    """Return which colours (of 0, 1, 2) of an untouched gel's image come from the lamps of R, G, B in a calibration.
+    """Return the channels (of 0, 1, 2) of an untouched gel's image that belong to a calibration's R, G, B lamps.
 
-    A colour is brightest near its lamp, and a slope that faces the lamp brightens it. The order is that in which the
-    gradients of the colours' shares agree best with the calibration; as they are, unless another is clearly better.
+    A colour is brightest near its lamp, and a slope that faces the lamp brightens it. The result is the order in which
+    the gradients of the colours' shares agree best with the calibration, but (0, 1, 2) unless another is clearly
+    better.
     """
     small = cv2.resize(image, _COARSE, interpolation=cv2.INTER_AREA).astype(np.float64)
     share = small / np.maximum(small.mean(axis=(0, 1)), 1.0)

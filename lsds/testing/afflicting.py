@@ -1,4 +1,4 @@
-"""How the kit runs a fault: around a known part, through known inputs, until and after the moment when it begins."""
+"""Runs a fault around a known part with known inputs, before and after the moment when it begins."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ from lsds.testing.stimulus import rest_frame
 BEGINS_NS = 480_000_000
 """Time in a course at which the fault begins."""
 WORST, MIDDLE, SEED = 5, 3, 7
-"""At the worst severity a random event may happen every time; at the middle one it shows how numbers are drawn."""
+"""Severities and seed of the kit. At the worst severity a random event may happen every time; at the middle one the
+answers depend on the random numbers."""
 DEVICES = ("sensor", "gripper", "arm", "pose_source")
 ALGORITHMS = ("tracker", "detector", "estimator", "controller", "job")
 PARTS: dict[str, Callable[[VirtualClock], Any]] = {
@@ -50,7 +51,7 @@ PARTS: dict[str, Callable[[VirtualClock], Any]] = {
 
 @dataclass
 class Outcome:
-    """What one call gave: its value or exception, and an exact copy of it made at once."""
+    """The value or exception of one call, and an exact copy of it made at once."""
 
     where: str
     value: Any
@@ -100,16 +101,16 @@ class Afflicted:
             self.whole.reset()
 
     def age(self, t_ns: int) -> None:
-        """Let the time of a course pass, with the fault begun in it and no call."""
+        """Advance the time of a course without calls; the fault begins in it."""
         self.enter_others()
         self.clock.sleep_until(BEGINS_NS)
         self.begin()
         self.clock.sleep_until(t_ns)
 
     def outcomes(self, *, begins: bool = True, noted: Callable[[Any], object] | None = None) -> Iterator[Outcome]:
-        """Yield what each call gives in a course; the fault begins after `BEGINS_NS`, if it is to.
+        """Yield the outcome of each call of a course; the fault begins after `BEGINS_NS` if `begins`.
 
-        With `noted`, calls get copies of the inputs that can be written to; it is called with each one before.
+        With `noted`, calls get writable copies of the inputs; it is called with each copy first.
         """
         since_ns = self.clock.now()
         self.enter_others()
@@ -131,7 +132,7 @@ class Afflicted:
 
 
 def options_of(bench: Bench, more: Mapping[str, Any] | None = None, severity: int = WORST) -> dict[str, Any]:
-    """Return the options of a fault: it is to begin with `STAGE` at a severity, where it has such options."""
+    """Return the options of a fault, with `STAGE` as `at` and with `severity` if it has these options."""
     fields = fields_of(bench)
     kit = {name: value for name, value in (("at", STAGE), ("severity", severity)) if name in fields}
     return {**kit, **bench.options, **(more or {})}
@@ -150,7 +151,7 @@ def require_target(target: Any) -> None:
 
 
 def first_difference(ones: list[Outcome], others: list[Outcome]) -> str:
-    """Return where the outcomes of two runs differ, "" where they do not."""
+    """Return the first difference between the outcomes of two runs, "" for equal ones."""
     for one, other in zip(ones, others, strict=True):
         if one.copy != other.copy:
             return f"{one.where}: {shown(one.copy)} against {shown(other.copy)}"
@@ -158,7 +159,7 @@ def first_difference(ones: list[Outcome], others: list[Outcome]) -> str:
 
 
 def log_difference(one: Any, other: Any) -> str:
-    """Return where the calls that reached two parts differ, "" where they do not."""
+    """Return the first difference between the calls that reached two parts, "" for equal ones."""
     if one is None or other is None:
         return ""
     for mine, theirs in zip(one.log, other.log, strict=False):

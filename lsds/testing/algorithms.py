@@ -21,7 +21,7 @@ from lsds.testing.stimulus import FRAME_NS
 from lsds.testing.traces import clock_calls, io_calls
 
 LATER_NS = 10**15
-"""A clock that stands at another time."""
+"""Time of a clock that differs from the first one's, ns."""
 
 
 def check_reset_equals_a_new_build(bench: Bench) -> None:

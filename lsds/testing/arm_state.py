@@ -12,7 +12,7 @@ from lsds.testing.machine import a_command
 from lsds.testing.outcomes import Needs
 
 FARTHEST_M = 10.0
-"""Greatest plausible distance of a body from the base."""
+"""Maximum plausible distance of a body from the base, m."""
 _UNIT = 1e-6
 
 

@@ -68,7 +68,7 @@ class Bench:
                 device.arm()
             yield device
         except BaseException:
-            with suppress(Exception):  # What failed first is what the reader needs.
+            with suppress(Exception):  # Report the first error, not that of close().
                 device.close()
             raise
         device.close()

@@ -94,7 +94,7 @@ def run_checks(
     """Return the results of all checks of a bench, or of those named in `only` (without "check_").
 
     `done` is called after every check with its result, its number and the number of checks. Raises ValueError for a
-    kind without checks, and for a name in `only` that is none of a check.
+    kind without checks, and for a name in `only` that is not the name of a check.
     """
     chosen = cases(bench)
     if unknown := set(only) - {case.name for case in chosen}:

@@ -89,7 +89,7 @@ def check_help_is_cheap(bench: Bench) -> None:
     done = subprocess.run(run, capture_output=True, text=True, env=environment, timeout=PROBED_S, check=False)
     lines = [line for line in done.stdout.splitlines() if line.startswith(FOUND)]
     assert lines, (
-        f"the help of {factory} fails in a process of its own: {done.stderr.strip().rpartition(chr(10))[2]!r}; import "
+        f"the help of {factory} fails in a separate process: {done.stderr.strip().rpartition(chr(10))[2]!r}; import "
         "what the module needs in it"
     )
     heavy = lines[-1].split()[1:]

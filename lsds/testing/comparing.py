@@ -42,7 +42,7 @@ def alike(one: Any, other: Any) -> bool:
 
 
 def first_difference(ones: list[Any], others: list[Any]) -> str:
-    """Return where two lists of plain answers differ, "" where they do not."""
+    """Return the first difference between two lists of plain answers, "" for equal ones."""
     for i, (one, other) in enumerate(zip(ones, others, strict=False)):
         if not alike(one, other):
             return f"input {i}: {_short(one)} against {_short(other)}"

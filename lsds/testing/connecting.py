@@ -1,4 +1,4 @@
-"""Checks that nothing moves by connecting to a gripper or an arm, and that closing ends its motion."""
+"""Checks that connecting to a gripper or an arm moves nothing, and that closing ends its motion."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from lsds.testing.bench import Bench
 from lsds.testing.outcomes import Needs, NotApplicable
 
 WATCHED_S = 1.0
-"""Time for which a device is watched that must not move."""
+"""Time for which a device must not move, s."""
 _BRAKE_S = 0.3
 STANDS_M = 1e-5
-"""A device that has moved by less has not moved."""
+"""Minimum motion of a device that has moved, m."""
 
 
 def check_connect_moves_nothing(bench: Bench) -> None:
@@ -39,7 +39,7 @@ def check_connect_moves_nothing(bench: Bench) -> None:
             _assert_rests(bench, watched, "after connect() of a second device", before)
         except LsdsError as error:
             if bench.virtual:
-                raise NotApplicable(f"a second device does not connect beside the first: {error}") from error
+                raise NotApplicable(f"a second device does not connect next to the first: {error}") from error
             raise
         finally:
             second.close()
@@ -82,19 +82,21 @@ def start_motion(bench: Bench, device: Any) -> None:
 
 
 def place(bench: Bench, device: Any) -> tuple[float, ...]:
-    """Return where the device is: the aperture, or the position of the TCP (m)."""
+    """Return the position of the device: the aperture, or the position of the TCP (m)."""
     state = bench.read(device)
     return (state.aperture_m,) if bench.kind == "gripper" else tuple(state.tcp_pose.position_m)
 
 
 def tolerance_m(device: Any) -> float:
-    """Return the motion (m) that counts as none."""
+    """Return the largest motion (m) of a device at rest."""
     return 2 * getattr(device.spec, "resolution_m", 0.0) + 5e-4
 
 
 def beside(bench: Bench, device: Any) -> Any:
-    """Return a second, connected device of a simulated cell; None on hardware. Raises NotApplicable if it sees none of
-    the first one's motion, or cannot connect."""
+    """Return a second, connected device of a simulated cell; None on hardware.
+
+    Raises NotApplicable if it cannot connect, or does not report the motion of the first one.
+    """
     if not bench.virtual:
         return None
     start = place(bench, device)
@@ -116,7 +118,7 @@ def beside(bench: Bench, device: Any) -> Any:
         raise
     except LsdsError as error:
         second.close()
-        raise NotApplicable(f"a second device does not connect beside the first: {error}") from error
+        raise NotApplicable(f"a second device does not connect next to the first: {error}") from error
     if apart > tolerance_m(device):
         second.close()
         raise NotApplicable("a second device of the same cell does not see the motion of the first")

@@ -1,4 +1,4 @@
-"""Checks of controllers: apertures are sound, and nothing that is lacking opens the gripper."""
+"""Checks of controllers: apertures are sound, and missing inputs never open the gripper."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lsds.testing.stimulus import Name
 
 NAMES: tuple[Name, ...] = ("slides", "turns")
 TINY_M = 1e-9
-"""A difference of apertures that is rounding."""
+"""Maximum difference of equal apertures, m: rounding."""
 
 
 def check_apertures_are_sound(bench: Bench) -> None:
@@ -76,7 +76,7 @@ def _is_wider(aperture_m: Any, most_m: float) -> bool:
 
 
 def _after(bench: Bench, name: Name) -> Any:
-    """Return a new controller that has seen a sequence."""
+    """Return a new controller that has processed a sequence."""
     controller = build(bench)
     for given in grip_inputs(name):
         controller.update(*given)

@@ -78,7 +78,7 @@ def check_fault_leaves_global_state(bench: Bench) -> None:
 
 
 def check_reset_forgets(bench: Bench) -> None:
-    """After `reset` (`begin` of a job) an algorithm with the fault answers as one that was built anew."""
+    """After `reset` (`begin` of a job) an algorithm with the fault answers like a new build."""
     used, fresh = Afflicted(bench, middle=True), Afflicted(bench, middle=True)
     if used.target not in ALGORITHMS:
         raise NotApplicable(f"a part of the kind {used.target} has no reset")
@@ -93,7 +93,7 @@ def check_reset_forgets(bench: Bench) -> None:
 
 
 class _Kept:
-    """Arrays with their content when they were noted. It forgets all but the last ones, which a fault may hold."""
+    """Arrays with their content when they were noted; keeps only the last ones, which a fault may hold."""
 
     def __init__(self) -> None:
         self._noted: deque[tuple[str, Any, bytes]] = deque(maxlen=40)

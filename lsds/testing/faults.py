@@ -110,7 +110,7 @@ def check_passes_on_what_it_leaves(bench: Bench) -> None:
             assert name in reached, f"{when}, {name}() does not reach the part; pass it on"
             if target in DEVICES:
                 assert whole.lifecycle is part.lifecycle, (
-                    f"{when}, {name}() leaves the part {part.lifecycle.value} and lifecycle tells "
+                    f"{when}, {name}() leaves the part {part.lifecycle.value} and lifecycle returns "
                     f"{whole.lifecycle.value}; return that of the part"
                 )
 
@@ -170,7 +170,7 @@ def _is_malformed(afflicted: Afflicted) -> bool:
 
 
 def _require_named_error(afflicted: Afflicted, outcome: Outcome, where: str = "") -> None:
-    """Raise AssertionError for an exception that is no LsdsError, where the fault does not declare that."""
+    """Raise AssertionError for an exception that is no LsdsError, unless the fault is declared malformed."""
     error = outcome.value
     if afflicted.target == OBSERVER or _is_malformed(afflicted):
         return

@@ -1,4 +1,4 @@
-"""How the kit builds an algorithm of each kind and feeds it."""
+"""Builds an algorithm of each kind and feeds it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ENDED = "the run has ended"
 
 @dataclass(frozen=True)
 class Course:
-    """How a kind is fed: what begins a new instance, what clears it, how it takes an input, and two sequences."""
+    """How to feed a kind: functions that begin and clear an instance and pass it an input, and two input sequences."""
 
     begin: Callable[[Any], object]
     clear: Callable[[Any], object]
@@ -35,7 +35,7 @@ class Course:
 
 
 def build(bench: Bench, clock_ns: int = 0, seed: int = 0) -> Any:
-    """Return a new instance, begun; its clock stands still. Skips the check where a job refuses the kit's rig."""
+    """Return a new instance, begun, with a stopped clock. Skips the check if a job refuses the kit's rig."""
     context = BuildContext(VirtualClock(clock_ns), seed)
     algorithm = bench.host.build(bench.kind, bench.name, bench.options, context)
     try:
@@ -51,7 +51,7 @@ def answers(bench: Bench, algorithm: Any, inputs: Iterable[Any]) -> list[Any]:
 
 
 def raw_answers(bench: Bench, algorithm: Any, inputs: Iterable[Any]) -> Iterable[Any]:
-    """Yield the answers to inputs, up to the end of a job. Raises AssertionError where the algorithm raises."""
+    """Yield the answers to inputs, up to the end of a job. Raises AssertionError if the algorithm raises."""
     course = COURSES[bench.kind]
     for i, item in enumerate(inputs):
         try:

@@ -13,7 +13,7 @@ from lsds.contracts import ABSTAINED, Detection, FingerCycle, Frame, GripEstimat
 from lsds.testing.stimulus import FRAME_NS, Name, cycles
 
 TOUCH_M, HELD_M, STROKE_M = 0.030, 0.0285, 0.05
-"""Aperture at touch, the one held, and the gripper's stroke."""
+"""Aperture at touch, held aperture, and stroke of the gripper, m."""
 ABSTAINS = Detection(None, math.nan, 0.5, 0.0)
 QUIET, SLIPS = Detection(False, 0.1, 0.5, 0.8), Detection(True, 0.9, 0.5, 0.8)
 AT_REST = SlipEstimate((0.0, 0.0), (1e-3, 1e-3), 0.0, 0.05, 0.0, 1e-3)
@@ -40,7 +40,7 @@ def grip_inputs(name: Name) -> tuple[Given, ...]:
 
 
 def sound_grips(name: Name) -> tuple[Given, ...]:
-    """Return two seconds of inputs that follow `grip_inputs(name)`: the grip goes on resting."""
+    """Return two seconds of inputs that follow `grip_inputs(name)`: the grip remains at rest."""
     last = grip_inputs(name)[-1][0]
     return tuple((_at(last, i), WANTED) for i in range(1, 51))
 

@@ -1,4 +1,4 @@
-"""Algorithms that do what is known, for a fault to be put around. Each logs the calls that reach it."""
+"""Algorithms with known behaviour, for a fault to wrap. Each logs the calls that reach it."""
 
 from __future__ import annotations
 
@@ -108,6 +108,6 @@ class KnownJob(Part):
 
 
 def mean_speed_m_s(observation: Any) -> float:
-    """Return the mean speed of the markers, 0 where none is known."""
+    """Return the mean speed of the markers, 0 if none is known."""
     known = observation.field.velocity_m_s[np.isfinite(observation.field.velocity_m_s).all(axis=1)]
     return float(np.hypot(known[:, 0], known[:, 1]).mean()) if len(known) else 0.0

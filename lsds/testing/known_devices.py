@@ -1,4 +1,4 @@
-"""Devices and a cell that do what is known, for a fault to be put around. Each logs the calls that reach it."""
+"""Devices and a cell with known behaviour, for a fault to wrap. Each logs the calls that reach it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SAMPLE_NS = 8_000_000
 
 
 class Part:
-    """What all parts have. `log` holds the calls that reached the part, as (time in s, name, arguments)."""
+    """Base of all parts. `log` holds the calls that reached the part, as (time in s, name, arguments)."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -71,7 +71,7 @@ class KnownDevice(Part):
 
 
 class KnownSensor(KnownDevice):
-    """A sensor that shows the frames of the kit, each with an array of its own that can be written to."""
+    """A sensor that returns the frames of the kit, each with its own writable array."""
 
     spec = SPEC
 

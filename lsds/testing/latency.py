@@ -36,7 +36,7 @@ def check_works_outside_the_main_thread(bench: Bench) -> None:
     device = bench.build()
 
     def use() -> None:
-        # The thread lives on while another one closes the device: its number is not given to that one.
+        # The thread stays alive while another one closes the device, so that their identifiers differ.
         try:
             work()
         finally:

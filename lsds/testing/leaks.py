@@ -19,9 +19,9 @@ _DESCRIPTORS = Path("/proc/self/fd") if Path("/proc/self/fd").is_dir() else Path
 
 def check_close_releases_everything(bench: Bench) -> None:
     """After `close` no file descriptor, socket, thread or child process of the device is left."""
-    _live(bench)  # Once before, so that what libraries open at their first use is not counted.
+    _live(bench)  # Run once before, so that files which libraries open on first use are not counted.
     before = held()
-    device = _live(bench)  # The name keeps the device: what only the garbage collector releases is not released.
+    device = _live(bench)  # Keep a reference: release by the garbage collector does not count.
     left = remaining(before)
     assert not left, (
         f"{RELEASED_S} s after close() the {device.lifecycle.value} device still holds {', '.join(left)}; "

@@ -12,7 +12,7 @@ from lsds.testing.bench import FIRST_SAMPLE_S, Bench
 from lsds.testing.expect import assert_raises
 
 STOP_BOUND_S = 2.0
-"""`stop` has to return within this, in real time."""
+"""Maximum real time of `stop`, s."""
 
 _OUTSIDE = ("socket.connect", "socket.bind", "subprocess.Popen", "os.posix_spawn", "pty.spawn", "os.openpty")
 

@@ -1,4 +1,4 @@
-"""Checks of what a tactile image shows: light, colours, and the printed markers."""
+"""Checks of the content of tactile images: light, colours, and the printed markers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from lsds.testing.bench import Bench
 from lsds.testing.outcomes import NotApplicable
 
 BLACK = 10
-"""Grey level that a frame with light in it exceeds somewhere."""
+"""Maximum grey level of a black frame."""
 TILT = 0.05
-"""Least difference of brightness between top and bottom of the image, as a share of their sum, that shows a lamp."""
+"""Minimum difference of brightness between top and bottom that is evidence of a lamp, as a share of their sum."""
 _SETTLED_S = 0.6
 
 
@@ -85,7 +85,7 @@ def _markers(frame: Frame) -> NDArray[np.float64]:
 
 
 def _lines(places: NDArray[np.float64]) -> int:
-    """Return in how many lines the places along one axis gather."""
+    """Return the number of lines that the places form along one axis."""
     ordered = np.sort(places)
     steps = np.diff(ordered)
     widest = float(np.max(steps, initial=0.0))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 KIT_SEED = 0x5EED
-"""Seed of the kit, which no plugin uses: seeding shows even where the caller's seed is the plugin's."""
+"""Seed of the kit, which no plugin uses, so that a plugin's seeding shows even if the caller uses the same seed."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Changes:
 
 
 def changes_by(run: Callable[[], object]) -> Changes:
-    """Return what a second call of `run` changes; the first one may import libraries. All state is put back."""
+    """Return the changes by a second call of `run`; the first one may import libraries. All state is restored."""
     with _known_state():
         run()
     with _known_state():
@@ -55,7 +55,7 @@ def global_state() -> dict[str, Any]:
 
 @contextmanager
 def kept_state() -> Iterator[None]:
-    """Put all of `global_state` back afterwards."""
+    """Restore all of `global_state` afterwards."""
     numpy_state, state, folder = np.random.get_state(), random.getstate(), os.getcwd()  # noqa: NPY002
     environment = dict(os.environ)
     with np.errstate(), _kept_logging():
@@ -71,7 +71,7 @@ def kept_state() -> Iterator[None]:
 
 @contextmanager
 def global_seed(seed: int) -> Iterator[None]:
-    """Seed the global random generators, and put them back afterwards."""
+    """Seed the global random generators, and restore them afterwards."""
     with kept_state():
         np.random.seed(seed)  # noqa: NPY002
         random.seed(seed)
@@ -82,7 +82,7 @@ def global_seed(seed: int) -> Iterator[None]:
 def _known_state() -> Iterator[None]:
     """Start from a seed of the kit, numpy's default error state and a root logger without handlers.
 
-    A change to what the process happens to have already would not show.
+    Otherwise a change to a value that the process already has would not be detected.
     """
     with global_seed(KIT_SEED), np.errstate(divide="warn", over="warn", under="ignore", invalid="warn"):
         root = logging.getLogger()
@@ -105,4 +105,4 @@ def _kept_logging() -> Iterator[None]:
         root.setLevel(level)
         logging.disable(disabled)
         for handler in added:
-            handler.close()  # It may hold a file.
+            handler.close()  # It may have opened a file.

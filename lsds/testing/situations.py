@@ -1,4 +1,4 @@
-"""The world of a job: a gripper and an arm that do what is wanted, and a gel that shows when the fingers touch."""
+"""The environment of a job: a gripper and an arm that follow its commands, and a gel that shows the touch."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def setting(grasp: Grasp = "aperture") -> Setting:
 
 
 class World:
-    """Follows what a job wants, step by step. `now` is the situation of the next step."""
+    """Follows the commands of a job, step by step. `now` is the situation of the next step."""
 
     def __init__(self) -> None:
         self.t_ns = 0
@@ -77,7 +77,7 @@ class World:
         self.now = Situation(0)
 
     def follow(self, wanted: Wanted) -> None:
-        """Advance by a step in which gripper and arm do what is wanted."""
+        """Advance by a step in which gripper and arm follow the commands."""
         if wanted.grip is not None:
             self._target_m = min(max(wanted.grip.aperture_m, 0.0), GRIPPER.stroke_m)
             self._speed_m_s = wanted.grip.speed_m_s

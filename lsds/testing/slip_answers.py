@@ -1,4 +1,4 @@
-"""Checks of what detectors and estimators answer: types, ranges, abstention."""
+"""Checks of the answers of detectors and estimators: types, ranges, abstention."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SEQUENCES: tuple[Name, ...] = ("untouched", "slides", "turns")
 FASTEST_M_S, FASTEST_RAD_S = 1.0, 100.0
 """The stimulus slides at 8 mm/s and turns at 0.8 rad/s: faster estimates are in other units."""
 LIKELY = 0.5
-"""Confidence of a slip that is claimed for likely."""
+"""Minimum confidence of a slip that is reported as likely."""
 STILL_M_S, STILL_RAD_S = 0.01, 2.0
-"""Median estimate of a gel that nothing touches."""
+"""Maximum median estimate for a gel without contact."""
 
 
 def check_detections_are_sound(bench: Bench) -> None:
@@ -72,11 +72,11 @@ def _assert_sound(answers: Iterator[tuple[str, Any]], problem_of: Callable[[Any]
 
 
 def _assert_still(what: str, estimates: Sequence[SlipEstimate]) -> None:
-    told = [estimate for estimate in estimates if not estimate.abstained]
-    if 2 * len(told) <= len(estimates):
+    estimated = [estimate for estimate in estimates if not estimate.abstained]
+    if 2 * len(estimated) <= len(estimates):
         return
-    speed = float(np.median([estimate.speed_m_s for estimate in told]))
-    rate = float(np.median([abs(estimate.angular_rad_s) for estimate in told]))
+    speed = float(np.median([estimate.speed_m_s for estimate in estimated]))
+    rate = float(np.median([abs(estimate.angular_rad_s) for estimate in estimated]))
     assert speed < STILL_M_S, (
         f"{what}, and the median estimate is {speed:.3g} m/s (limit {STILL_M_S}); abstain: return ABSTAINED"
     )

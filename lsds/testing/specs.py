@@ -16,7 +16,7 @@ _FIELDS: dict[str, dict[str, tuple[float, float]]] = {
 }
 """Plausible ranges in SI units."""
 GEL_M = (0.5e-3, 0.2)
-"""Plausible width of what a tactile sensor sees."""
+"""Plausible width of the gel that a tactile sensor sees, m."""
 
 
 def check_spec_is_sound(bench: Bench) -> None:

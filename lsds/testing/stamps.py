@@ -6,7 +6,7 @@ from lsds.testing.bench import Bench
 
 WATCHED_S = 1.0
 OLDEST_S = 1.0
-"""Greatest age of the newest sample of a device that streams."""
+"""Maximum age of the newest sample of a streaming device, s."""
 _DRIFT = 0.2
 _READS = 30
 

@@ -73,7 +73,7 @@ def observations(name: Name) -> tuple[Observation, ...]:
 
 @cache
 def cycles(name: Name) -> tuple[FingerCycle, ...]:
-    """Return what one finger sees in a sequence; its detection abstains."""
+    """Return the cycles of one finger in a sequence; their detections abstain."""
     perception = Perception(_KnownTracker(_scenes(name)), SPEC, TactileOptions())
     perception.start([rest_frame()])
     seen = []
@@ -85,7 +85,7 @@ def cycles(name: Name) -> tuple[FingerCycle, ...]:
 
 @cache
 def degraded() -> dict[str, Observation]:
-    """Return observations that lack something, by what is wrong with them."""
+    """Return defective observations, by the name of the defect."""
     sound = observations("slides")[-1]
     some = np.arange(len(sound.field.valid)) % 3 == 0
     none = np.zeros(len(some), bool)
@@ -153,7 +153,7 @@ class _KnownTracker:
 
 
 class _KnownImprint:
-    """An `Imprint` whose answers are known: it may be asked at any time and in any order."""
+    """An `Imprint` with known answers: it may be called at any time and in any order."""
 
     def __init__(self, motions: list[Any], own: Any) -> None:
         self._motions, self._own = motions, own

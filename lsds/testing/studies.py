@@ -22,7 +22,7 @@ from lsds.testing.measured import is_whole, measured, measured_again, result_of,
 from lsds.testing.outcomes import NotApplicable
 
 BUILT_S = 1.0
-"""Longest time of constructing a study, without its imports."""
+"""Maximum time of constructing a study, without its imports, s."""
 PNG = b"\x89PNG\r\n\x1a\n"
 CELLS = (str, float, int, bool, type(None))
 

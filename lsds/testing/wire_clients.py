@@ -32,7 +32,7 @@ class Endpoint:
 
 
 def endpoint_of(address: str) -> Endpoint | None:
-    """Return where an address leads, None for a text that is none."""
+    """Return the endpoint of an address, None for a text that is not an address."""
     if os.path.exists(address):
         return Endpoint(path=address)
     if (match := _TCP.fullmatch(address)) and 0 < int(match["port"]) < 65536:

@@ -39,7 +39,7 @@ class Served:
 
     @property
     def endpoints(self) -> dict[str, Endpoint]:
-        """Where each face is. Raises AssertionError for addresses that are none."""
+        """The endpoint of each face. Raises AssertionError for an invalid address."""
         assert isinstance(self.addresses, Mapping), (
             f"start() returned {type(self.addresses).__name__}; return a dict of face and address"
         )
@@ -91,7 +91,7 @@ def connected(running: Served) -> Iterator[None]:
 
 
 class Call:
-    """A call in a thread of its own: whether it `ended` within `ENDED_S`, and the `error` that it raised."""
+    """A call in its own thread: whether it `ended` within `ENDED_S`, and the `error` that it raised."""
 
     def __init__(self, call: Any) -> None:
         self.error: BaseException | None = None
@@ -109,9 +109,9 @@ class Call:
 
 @contextmanager
 def free_options(bench: Bench) -> Iterator[dict[str, Any]]:
-    """Yield options with free ports, a host of its own and a socket in a folder of its own, where it has such options.
+    """Yield options with free ports, a separate host and a socket in a new folder, if the mock has these options.
 
-    What the bench sets stays as it is.
+    The bench's own options take precedence.
     """
     model = bench.host.options_model(bench.host.find(bench.kind, bench.name))
     fields = {} if model is None else dict(model.model_fields)
@@ -148,7 +148,7 @@ def served(bench: Bench, options: Mapping[str, Any]) -> Iterator[Served]:
         try:
             yield running
         except BaseException:
-            with suppress(AssertionError):  # What failed first is what the reader needs.
+            with suppress(AssertionError):  # Report the first error, not that of end().
                 running.end()
             raise
         running.end()

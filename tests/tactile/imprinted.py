@@ -1,4 +1,4 @@
-"""A gel with an object's imprint, painted by the photometric model: object and gel move as told, and nothing else."""
+"""A gel with an object's imprint, painted by the photometric model with given motions of object and gel."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Motion:
     turn: float = 0.0
 
     def undone(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Return where points of the moved plane have come from."""
+        """Return the earlier positions of points of the moved plane."""
         cos, sin = np.cos(self.turn), np.sin(self.turn)
         dx, dy = x - self.x - WIDTH / 2, y - self.y - HEIGHT / 2
         return cos * dx + sin * dy + WIDTH / 2, cos * dy - sin * dx + HEIGHT / 2
@@ -45,13 +45,13 @@ def bumps(seed: int = 0, count: int = 40, size_px: float = 5.0) -> Floats:
 
 
 def ridge(size_px: float = 5.0) -> Floats:
-    """Return the depth (h, w) of a ridge along y through the whole image: it tells nothing about motion along y."""
+    """Return the depth (h, w) of a ridge along y through the whole image: it does not determine motion along y."""
     x, _ = _grid(_FINE)
     return np.asarray(2.0 * np.exp(-((x - WIDTH / 2) ** 2) / 2 / size_px**2))
 
 
 def painted(depth: Floats, body: Motion, gel: Motion, *, seed: int = 0, noise: float = 1.0, seq: int = 0) -> Frame:
-    """Return the image of an object of that depth, and of the gel's dots, each moved on its own."""
+    """Return the image of an object of that depth and of the gel's markers, with separate motions."""
     x, y = _grid(1)
     at = [np.asarray(part * _FINE, np.float32) for part in body.undone(x, y)]
     seen = cv2.remap(depth.astype(np.float32), at[0], at[1], cv2.INTER_CUBIC)
@@ -68,7 +68,7 @@ def painted(depth: Floats, body: Motion, gel: Motion, *, seed: int = 0, noise: f
 
 
 def field(gel: Motion, reference: MarkerReference, seq: int = 0) -> DeformationField:
-    """Return the dots' field when the gel has moved so."""
+    """Return the markers' field after a motion of the gel."""
     rest = reference.xy_px
     cos, sin = np.cos(gel.turn), np.sin(gel.turn)
     dx, dy = rest[:, 0] - WIDTH / 2, rest[:, 1] - HEIGHT / 2
@@ -80,7 +80,7 @@ def field(gel: Motion, reference: MarkerReference, seq: int = 0) -> DeformationF
 
 
 def dots() -> MarkerReference:
-    """Return the reference of the painted dots."""
+    """Return the reference of the painted markers."""
     rows, columns = int(HEIGHT / PITCH), int(WIDTH / PITCH)
     cell = np.array([(row, column) for row in range(rows) for column in range(columns)])
     xy = PITCH / 2 + PITCH * cell[:, ::-1].astype(float)

@@ -20,7 +20,7 @@ def sub_pitch(name, shape="uniform", **look):
 
 
 def areas(seeds=range(1, 6)):
-    """Estimated less true contact area by seed, for ever firmer grips, at the default resolution."""
+    """Return estimated less true contact area by seed, for increasingly firm grips, at the default resolution."""
     table = {}
     for seed in seeds:
         bench = CellBench(seed, jitter_ms=0.0)

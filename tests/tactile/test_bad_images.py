@@ -1,4 +1,4 @@
-"""Bad images are no slip: while they last the imprint's detectors abstain or the gate refuses, and then they go on."""
+"""Bad images are not slip: the imprint's detectors abstain or the gate refuses them, and detection resumes after."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lsds.runtime.finger_pipeline import PATIENCE
 BOTH = pytest.mark.parametrize("backend", ["imprint", "fused"])
 Fault = Callable[[np.ndarray], np.ndarray]
 BEGINS, ENDS = 14, 9
-"""Frames before the end of the recording: the fault lasts five frames in between. The load has come on long before."""
+"""Frames before the end of the recording at which the fault begins and ends; the load is constant long before."""
 
 
 def held() -> list[np.ndarray]:
@@ -51,7 +51,7 @@ UNSEEN = {
     "no green": without(1),
     "no blue": without(2),
 }
-"""Faults with which nothing can be seen of the imprint."""
+"""Faults that hide the imprint."""
 HARMLESS = {"a fifth saturated": saturated(0.2), "brighter": brighter(1.3), "darker": brighter(0.6)}
 
 
@@ -62,36 +62,40 @@ HARMLESS = {"a fifth saturated": saturated(0.2), "brighter": brighter(1.3), "dar
 @pytest.mark.parametrize("name", UNSEEN)
 def test_what_cannot_be_seen_is_not_called_anything(tmp_path, backend, name):
     images, fault = held(), UNSEEN[name]
-    said = watched(tmp_path / "clip", [*images[:-BEGINS], *map(fault, images[-BEGINS:-ENDS]), *images[-ENDS:]], backend)
-    assert np.isnan(said.slip[-BEGINS:-ENDS]).all()
-    assert not (said.slip[-ENDS:] == 1).any()
-    # The first good frame has no good one before it, a second may be needed to find the dots.
-    assert (said.slip[2 - ENDS :] == 0).all()
-    assert not said.abstains[2 - ENDS :].any()
+    answers = watched(
+        tmp_path / "clip", [*images[:-BEGINS], *map(fault, images[-BEGINS:-ENDS]), *images[-ENDS:]], backend
+    )
+    assert np.isnan(answers.slip[-BEGINS:-ENDS]).all()
+    assert not (answers.slip[-ENDS:] == 1).any()
+    # The first good frame follows a bad one, and a second may be needed to find the markers.
+    assert (answers.slip[2 - ENDS :] == 0).all()
+    assert not answers.abstains[2 - ENDS :].any()
     if backend == "imprint":
-        assert said.abstains[-BEGINS:-ENDS].all()
+        assert answers.abstains[-BEGINS:-ENDS].all()
 
 
 @BOTH
 @pytest.mark.parametrize("name", HARMLESS)
 def test_what_hides_little_raises_no_alarm(tmp_path, backend, name):
     images, fault = held(), HARMLESS[name]
-    said = watched(tmp_path / "clip", [*images[:-BEGINS], *map(fault, images[-BEGINS:-ENDS]), *images[-ENDS:]], backend)
-    assert not (said.slip[-BEGINS:] == 1).any()
-    assert not said.abstains[2 - ENDS :].any()
+    answers = watched(
+        tmp_path / "clip", [*images[:-BEGINS], *map(fault, images[-BEGINS:-ENDS]), *images[-ENDS:]], backend
+    )
+    assert not (answers.slip[-BEGINS:] == 1).any()
+    assert not answers.abstains[2 - ENDS :].any()
 
 
 def test_a_slip_is_still_seen_beside_what_is_saturated(tmp_path):
     clip = recorded(1.6, LOOSE_M)
-    said = watched(tmp_path / "clip", [saturated(0.2)(image) for image in clip.images], "fused")
+    answers = watched(tmp_path / "clip", [saturated(0.2)(image) for image in clip.images], "fused")
     slips = clip.speed_m_s > 0.01
-    assert np.mean(said.slip[slips] == 1) > 0.9
+    assert np.mean(answers.slip[slips] == 1) > 0.9
 
 
 @pytest.mark.parametrize("colour", range(3))
 def test_a_recording_without_a_colour_is_refused_and_the_colour_named(tmp_path, colour):
-    said = watched(tmp_path / "clip", list(map(without(colour), held()[:4])), "fused")
-    refusals = said.engine.lines[0].gate.refusals
+    answers = watched(tmp_path / "clip", list(map(without(colour), held()[:4])), "fused")
+    refusals = answers.engine.lines[0].gate.refusals
     assert len(refusals) == 4
     assert ("red", "green", "blue")[colour] in refusals[0].reason
 
@@ -102,8 +106,8 @@ def test_a_recording_without_a_colour_is_refused_and_the_colour_named(tmp_path, 
 @BOTH
 @pytest.mark.parametrize(("rate_hz", "pad"), [(25.0, "7x9"), (60.0, "8x10")])
 def test_an_untouched_gel_never_slips(tmp_path, backend, rate_hz, pad):
-    said = watched(tmp_path / "clip", recorded(0.8, None, rate_hz, pad).images, backend, rate_hz)
-    assert not (said.slip == 1).any()
+    answers = watched(tmp_path / "clip", recorded(0.8, None, rate_hz, pad).images, backend, rate_hz)
+    assert not (answers.slip == 1).any()
 
 
 @BOTH
@@ -111,32 +115,32 @@ def test_an_untouched_gel_never_slips(tmp_path, backend, rate_hz, pad):
 def test_a_dim_start_raises_no_alarm_and_does_not_stay_the_reference(tmp_path, backend, gain):
     images, touched = held(), round(25 * (GRIPS_S - 0.15))
     dim = 4
-    said = watched(tmp_path / "clip", [*map(brighter(gain), images[:dim]), *images[dim:]], backend)
-    assert not (said.slip[:touched] == 1).any()
-    assert not (said.slip[-BEGINS:] == 1).any()
-    # Less than a recording may open with is taken anew; the rest does no harm.
-    assert said.engine.lines[0].taken_anew == ([dim] if gain < 1 / 1.6 else [])
-    shown = said.engine.perception.reference_frame.image.mean()
+    answers = watched(tmp_path / "clip", [*map(brighter(gain), images[:dim]), *images[dim:]], backend)
+    assert not (answers.slip[:touched] == 1).any()
+    assert not (answers.slip[-BEGINS:] == 1).any()
+    # The reference is renewed if the start is too dim; a slightly dim start does no harm.
+    assert answers.engine.lines[0].taken_anew == ([dim] if gain < 1 / 1.6 else [])
+    shown = answers.engine.perception.reference_frame.image.mean()
     assert shown == pytest.approx(images[0].mean() * (1 if gain < 1 / 1.6 else gain), rel=0.02)
 
 
 @BOTH
 def test_first_frames_of_another_state_are_noticed_and_mended(tmp_path, backend):
     images, other = held(), 3
-    # Half a pitch off along both axes: which dot is which cannot be told.
+    # An offset of half a pitch along both axes: the markers' identities are ambiguous.
     leapt = [np.roll(image, (16, 16), (0, 1)) for image in images[-other:]]
     untouched = recorded(0.9, None).images
-    said = watched(tmp_path / "clip", [*leapt, *untouched, *images], backend)
-    line = said.engine.lines[0]
+    answers = watched(tmp_path / "clip", [*leapt, *untouched, *images], backend)
+    line = answers.engine.lines[0]
     assert line.taken_anew == [other + PATIENCE]
     assert line.newest.tracks.valid.mean() > 0.95
-    assert not (said.slip[: other + len(untouched)] == 1).any()
-    assert not (said.slip[-BEGINS:] == 1).any()
+    assert not (answers.slip[: other + len(untouched)] == 1).any()
+    assert not (answers.slip[-BEGINS:] == 1).any()
 
 
 @BOTH
 def test_a_gel_that_was_pressed_at_first_raises_no_alarm_once_it_is_free(tmp_path, backend):
-    """The contact that vanishes within a frame may be called slip; what is left of it in the reference may not."""
+    """A contact that vanishes within a frame may be called slip; its remainder in the reference may not."""
     pressed, free = held()[-3:], recorded(0.9, None).images
-    said = watched(tmp_path / "clip", [*pressed, *free], backend)
-    assert not (said.slip[len(pressed) + 3 :] == 1).any()
+    answers = watched(tmp_path / "clip", [*pressed, *free], backend)
+    assert not (answers.slip[len(pressed) + 3 :] == 1).any()

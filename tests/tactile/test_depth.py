@@ -114,8 +114,8 @@ def test_the_contact_area_is_the_true_one_to_two_hundredths(seed, fidelity):
     print("area errors", [(round(e, 4), f"{1e3 * d:.3f} mm") for e, d in errors])
     judged = np.abs([error for error, depth in errors if 0.05e-3 < depth <= 0.35e-3])
     assert len(judged) >= 4
-    # The mock draws its surface on a grid of its own, which moves the edge of its contact by up to 0.006. And where an
-    # elastic gel lies flat cannot be told from slopes: it bulges by a tenth of the indentation all around.
+    # The mock draws its surface on its own grid, which moves the edge of its contact by up to 0.006. Slopes do not show
+    # the level of the flat gel either: an elastic gel bulges by a tenth of the indentation all around.
     assert judged.max() < 0.023
 
 
@@ -144,7 +144,7 @@ def test_depth_is_positive_where_pressed_and_of_the_right_size():
 
 
 @pytest.mark.parametrize("scale", [2, 4, 8, 16])
-def test_every_resolution_tells_much_the_same_area(scale):
+def test_every_resolution_gives_much_the_same_area(scale):
     bench = CellBench(1, jitter_ms=0.0)
     reference = average_frames(bench.frames(5, 400))
     bench.grip(0.0236)

@@ -76,7 +76,7 @@ def test_travel_beyond_a_pitch_is_followed_frame_by_frame(name):
         steps = [bench.move(displacement) for displacement in path]
         assert sum(step.wrong_unflagged for step in steps) == 0, label
         assert rms(steps) < 0.06, label
-        # What the image still shows is not given up: a travel of 41 px takes up to two columns out of view.
+        # Markers in view are not given up: a travel of 41 px takes up to two columns out of view.
         assert min(step.kept for step in steps) >= 40, label
 
 

@@ -1,4 +1,4 @@
-"""A gel that was let go is known by its dots, whatever they were taken for while something pressed on it."""
+"""The markers of a released gel are identified, even if they were confused while an object pressed on it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def lattice():
 
 
 def astray(home, count, pitch, seed):
-    """Positions (N, 2) of markers, `count` neighbours of which were led a pitch astray."""
+    """Return positions (N, 2) of markers, `count` neighbours of which are wrong by a pitch."""
     rng = np.random.default_rng(seed)
     middle = home[rng.integers(len(home))]
     led = np.argsort(((home - middle) ** 2).sum(axis=1))[:count]
@@ -35,7 +35,7 @@ def test_markers_that_were_led_astray_come_home(count):
         assert np.array_equal(found.expected_px, home)
 
 
-def test_a_few_worn_dots_are_lost_and_hold_nobody_up():
+def test_a_few_worn_dots_are_lost_and_do_not_affect_the_others():
     pad = lattice()
     predicted = astray(pad.home_px, 5, pad.pitch_px, 0)
     found = associate(predicted, pad.home_px[FEW:], pad, predicted)
@@ -45,7 +45,7 @@ def test_a_few_worn_dots_are_lost_and_hold_nobody_up():
 
 
 def test_dots_in_their_places_are_no_rest_after_a_leap_by_a_pitch():
-    """All but a line of dots seem not to have moved."""
+    """All but one line of markers seem at rest."""
     pad = lattice()
     home = pad.home_px
     leapt = home + np.array([0.0, pad.pitch_px])

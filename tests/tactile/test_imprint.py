@@ -61,7 +61,7 @@ def test_what_moves_with_the_gel_does_not_slip(x: float, y: float, turn: float) 
     slip=st.tuples(st.floats(-12, 12), st.floats(-12, 12)),
     turn=st.floats(-12, 12),
 )
-def test_slip_is_told_apart_from_what_the_gel_does(
+def test_slip_is_separated_from_the_motion_of_the_gel(
     gel: tuple[float, float], slip: tuple[float, float], turn: float
 ) -> None:
     motion = slid(gel, slip, turn)
@@ -83,14 +83,14 @@ def test_of_fast_slips_with_a_turn_nearly_all_are_followed() -> None:
     assert sum(is_right(slid(tuple(gel), tuple(slip), turn), tuple(slip), turn) for gel, slip, turn in cases) >= 38
 
 
-def test_a_ridge_tells_nothing_along_itself_and_says_so() -> None:
+def test_a_ridge_has_no_information_along_itself() -> None:
     motion = followed(ridge(), Motion(3.0, 7.0), STILL)
     assert motion.slip_m[0] / METRES_PER_PX == pytest.approx(3.0, abs=0.3)
     across, along = motion.information[0, 0], motion.information[1, 1]
     assert along < 0.05 * across
 
 
-def test_bumps_tell_every_direction() -> None:
+def test_bumps_have_information_in_every_direction() -> None:
     values = np.linalg.eigvalsh(followed(BUMPS, Motion(1.0, 1.0), STILL).information[:2, :2])
     assert values[0] > 0.3 * values[1]
 

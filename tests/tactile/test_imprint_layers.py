@@ -1,4 +1,4 @@
-"""What is left of the dots is taken off a relief, and an imprint that has leapt is found, on painted scenes."""
+"""The residue of the markers is subtracted from a relief, and an imprint that has leapt is found, in painted scenes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAKER = ReliefMaker()
 
 @lru_cache
 def fringed(pressed: bool, gel: Motion, fringe: float, body: Motion = STILL) -> Frame:
-    """A painted frame through a lens that draws the dots' colours apart: red and blue rims beside the dark."""
+    """Return a painted frame through a lens that separates the markers' colours: red and blue rims next to the dark."""
     plain = painted(BUMPS if pressed else NOTHING, body, gel, noise=0.5)
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
     image = plain.image.astype(float)
@@ -36,14 +36,14 @@ def fringed(pressed: bool, gel: Motion, fringe: float, body: Motion = STILL) -> 
 
 
 def reliefs(pressed: bool, gel: Motion, fringe: float = 1.0) -> tuple[Relief, Relief]:
-    """A frame's relief as it is, and with the residue of its dots taken off."""
+    """Return a frame's relief with and without the residue of its markers."""
     residue = DotResidue(REFERENCE, MAKER.relief(fringed(False, STILL, fringe)), METRES_PER_PX)
     relief = MAKER.relief(fringed(pressed, gel, fringe))
     return relief, residue.taken_off(relief, field(gel, REFERENCE))
 
 
 def strength(curvature: np.ndarray, relief: Relief) -> float:
-    """RMS of a curvature away from the border, where a dot has neighbours to be compared with."""
+    """Return the RMS of a curvature away from the border, where markers have neighbours to be compared with."""
     inside = relief.weight[16:-16, 16:-16]
     return math.sqrt(float((inside * curvature[16:-16, 16:-16] ** 2).sum() / inside.sum()))
 
@@ -62,8 +62,8 @@ def test_the_object_s_own_relief_stays() -> None:
     before, after = reliefs(True, gel)
     off = [strength(relief.curvature - clean.curvature, clean) for relief in (before, after)]
     assert off[1] < 0.5 * off[0]
-    told = np.corrcoef(after.curvature[16:-16, 16:-16].ravel(), clean.curvature[16:-16, 16:-16].ravel())[0, 1]
-    assert told > 0.9
+    match = np.corrcoef(after.curvature[16:-16, 16:-16].ravel(), clean.curvature[16:-16, 16:-16].ravel())[0, 1]
+    assert match > 0.9
 
 
 def test_an_object_in_the_reference_is_no_residue_of_the_dots() -> None:
@@ -81,7 +81,7 @@ def test_dots_without_fringes_and_too_few_dots_change_nothing() -> None:
     assert residue.taken_off(before, few) is before
 
 
-def test_with_fringes_what_slides_over_a_gel_that_moves_is_still_told() -> None:
+def test_with_fringes_slip_over_a_gel_that_moves_is_still_measured() -> None:
     gel, body = Motion(4.0, -3.0), Motion(9.0, -3.0)
     follower = ImprintFollower(METRES_PER_PX, REFERENCE, fringed(False, STILL, 1.0))
     follower.follow(fringed(True, STILL, 1.0), field(STILL, REFERENCE))
@@ -105,7 +105,7 @@ def test_the_gel_s_motion_is_the_same_in_pixels_of_any_size() -> None:
     gel = CarriedGel(position, 0.02 * position[:, ::-1] + np.sin(position), PITCH, (WIDTH, HEIGHT))
     x, y = np.array([10.0, 100.0, 300.0], np.float32), np.array([5.0, 200.0, 120.0], np.float32)
     assert gel.at(x / np.float32(4), y / np.float32(4), 4.0) * 4 == pytest.approx(gel.at(x, y), abs=1e-4)
-    # Even motion is told at a dot as everywhere else.
+    # An affine motion is exact at markers and elsewhere.
     even = CarriedGel(position, 0.02 * position[:, ::-1] + 1.0, PITCH, (WIDTH, HEIGHT))
     assert even.at(x, y) == pytest.approx(np.column_stack([0.02 * y + 1.0, 0.02 * x + 1.0]), abs=0.02)
 
@@ -113,12 +113,12 @@ def test_the_gel_s_motion_is_the_same_in_pixels_of_any_size() -> None:
 # -- what has leapt ----------------------------------------------------------------------------------------
 
 SCALE = 2.0
-"""Px of the image of a relief pixel."""
+"""Width of a relief pixel, px of the image."""
 CENTRE, RADIUS = (WIDTH / 2 / SCALE, HEIGHT / 2 / SCALE), 45 / SCALE
 
 
 def coarse(frame: Frame) -> Layer:
-    """The layer in which what has leapt is looked for."""
+    """Return the layer in which a leapt imprint is searched for."""
     relief = MAKER.relief(frame)
     assert relief.scale == SCALE
     return Layer(relief.curvature, relief.weight, 1.0, 1500).coarser(700)
@@ -138,7 +138,7 @@ def coarse(frame: Frame) -> Layer:
 def test_an_imprint_is_found_wherever_it_has_leapt(body: Motion, gel: Motion) -> None:
     first, second = (coarse(painted(BUMPS, where, under)) for where, under in ((STILL, STILL), (body, gel)))
     x, y, turn = leapt(first, second, CENTRE, RADIUS, (gel.x / SCALE, gel.y / SCALE))
-    # Told to a pixel or so of the coarser layer: it is a start, no answer.
+    # The search is only a start for the registration: it is accurate to about a pixel of the coarser layer.
     slip = (body.x - gel.x, body.y - gel.y)
     assert (x * SCALE, y * SCALE) == pytest.approx(slip, abs=1.5 * first.step * SCALE)
     assert turn == pytest.approx(body.turn, abs=math.radians(0.1))
@@ -153,7 +153,7 @@ def test_close_to_the_edge_of_the_image_it_is_found_too_and_nothing_is_not_a_cra
     assert all(map(math.isfinite, leapt(first, empty, (2.0, 118.0), RADIUS, (0.0, 0.0))))
 
 
-def test_a_leap_that_gradients_cannot_follow_is_told_by_the_follower() -> None:
+def test_a_leap_that_gradients_cannot_follow_is_measured_by_the_follower() -> None:
     body = Motion(48.0, -24.0, math.radians(12))
     follower = ImprintFollower(METRES_PER_PX, REFERENCE, painted(NOTHING, STILL, STILL))
     follower.follow(painted(BUMPS, STILL, STILL), field(STILL, REFERENCE))

@@ -1,4 +1,4 @@
-"""Detector and estimator `imprint`, and how sure an imprint's motion is, on motions that are known exactly."""
+"""Detector and estimator `imprint`, and the uncertainty of an imprint's motion, on motions that are known exactly."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from lsds.tactile.imprint.motion import RECENT, ImprintMotion
 from lsds.tactile.imprint.uncertainty import WIDEST_M, covariance, distance, drift, step_m
 
 CONTEXT = BuildContext(VirtualClock(), 0)
-#: Of an imprint that tells every direction well: 1/m^2 and 1.
+#: Information of an imprint that determines every direction well, 1/m^2 and 1.
 WELL = (2e9, 2e9, 2e9 * 4e-3**2)
 MM = 1e-3
 DT_S = 0.04
 
 
 def motion(x_mm=0.0, y_mm=0.0, turn_deg=0.0, *, known=WELL, dots_mm=0.0, **changes):
-    """An imprint that has moved so against the gel, its edges at a radius of gyration of 4 mm."""
+    """Return an imprint's motion against the gel, with edges at a radius of gyration of 4 mm."""
     made = ImprintMotion(
         slip_m=(x_mm * MM, y_mm * MM),
         turn_rad=math.radians(turn_deg),
@@ -47,7 +47,7 @@ def motion(x_mm=0.0, y_mm=0.0, turn_deg=0.0, *, known=WELL, dots_mm=0.0, **chang
 
 
 class Followed:
-    """An `Imprint` with those motions, the newest first; None is a motion that cannot be told."""
+    """An `Imprint` with those motions, the newest first; None is an unknown motion."""
 
     def __init__(self, *motions):
         self._motions = motions
@@ -87,15 +87,15 @@ angles = st.floats(-math.pi, math.pi)
     st.booleans(),
 )
 def test_a_covariance_is_one_and_less_knowledge_never_makes_it_smaller(known, residual, dots, share, redrawn):
-    told = motion(known=(known[0], known[1], known[2] * 1.6e-5), residual=residual, dots_mm=dots, redrawn=redrawn)
-    spread = covariance(told, share)
+    base = motion(known=(known[0], known[1], known[2] * 1.6e-5), residual=residual, dots_mm=dots, redrawn=redrawn)
+    spread = covariance(base, share)
     assert np.allclose(spread, spread.T, rtol=1e-9, atol=0)
     assert (np.linalg.eigvalsh(spread) > 0).all()
     worse = (
-        told._replace(residual=residual + 0.01),
-        told._replace(dots_m=told.dots_m + MM),
-        told._replace(redrawn=True),
-        told._replace(information=told.information / 2),
+        base._replace(residual=residual + 0.01),
+        base._replace(dots_m=base.dots_m + MM),
+        base._replace(redrawn=True),
+        base._replace(information=base.information / 2),
     )
     for other in worse:
         assert (np.diag(covariance(other, share)) >= np.diag(spread) * (1 - 1e-9)).all()
@@ -108,11 +108,11 @@ def test_along_an_edge_nothing_is_known_but_that_no_slip_is_huge():
 
 
 def test_the_dots_motion_is_in_doubt_by_the_share_and_a_key_frame_by_a_pixel():
-    quiet, carried, anew = (
+    quiet, carried, redrawn = (
         math.sqrt(covariance(each, 0.2)[0, 0]) for each in (motion(), motion(dots_mm=1.0), motion(redrawn=True))
     )
     assert math.sqrt(carried**2 - quiet**2) == pytest.approx(0.2 * MM, rel=1e-6)
-    assert math.sqrt(anew**2 - quiet**2) == pytest.approx(6e-5, rel=1e-6)
+    assert math.sqrt(redrawn**2 - quiet**2) == pytest.approx(6e-5, rel=1e-6)
     assert math.sqrt(covariance(motion(dots_mm=1.0), 0.0)[0, 0]) == pytest.approx(quiet)
 
 
@@ -166,7 +166,7 @@ def test_to_and_fro_and_a_slip_that_is_over_lead_nowhere(x, y):
     assert drift([still, still, still, motion(20 * x, 20 * y)]) == pytest.approx((0, 0), abs=1e-9)
 
 
-def test_a_slow_slide_that_no_frame_shows_is_told_by_four():
+def test_a_slow_slide_that_no_frame_shows_is_found_by_four():
     slow = motion(0.03)
     assert distance(slow) < drift([slow] * RECENT)[0]
 
@@ -186,9 +186,9 @@ def test_too_few_frames_and_one_in_which_the_imprint_was_lost_lead_nowhere():
 def test_the_score_is_never_less_for_a_longer_slip(x, y, turn, dots):
     short, far = (detect(motion(f * x, f * y, f * turn, dots_mm=dots)) for f in (0.5, 1.0))
     assert far.score >= short.score - 1e-9
-    for said in (short, far):
-        assert said.slip == (said.score > said.threshold)
-        assert 0 <= said.confidence <= 1
+    for answer in (short, far):
+        assert answer.slip == (answer.score > answer.threshold)
+        assert 0 <= answer.confidence <= 1
 
 
 def test_a_slide_is_slip_and_the_same_motion_under_a_gel_that_moves_much_is_not():
@@ -223,9 +223,9 @@ def test_a_slow_slide_is_found_once_it_goes_on():
 
 def test_an_imprint_that_was_lost_is_slip_where_it_is_as_strong_as_before():
     lost = motion(0.01, match=0.3)
-    said = detect(lost)
-    assert said.slip is True
-    assert said.confidence == 0.5
+    answer = detect(lost)
+    assert answer.slip is True
+    assert answer.confidence == 0.5
     for grown in (3.0, 0.2, 0.0):
         begun = detect(lost._replace(grown=grown))
         assert begun.slip is None, "a contact has begun or ended"
@@ -235,11 +235,11 @@ def test_an_imprint_that_was_lost_is_slip_where_it_is_as_strong_as_before():
 
 
 def test_the_detector_abstains_where_nothing_is_known():
-    for told in (seen(None), observation(None)):
-        said = ImprintDetector(ImprintDetectorOptions(), CONTEXT).update(told)
-        assert said.slip is None
-        assert math.isnan(said.score)
-        assert said.confidence == 0
+    for unknown in (seen(None), observation(None)):
+        answer = ImprintDetector(ImprintDetectorOptions(), CONTEXT).update(unknown)
+        assert answer.slip is None
+        assert math.isnan(answer.score)
+        assert answer.confidence == 0
 
 
 def test_the_detector_has_no_memory_of_its_own():
@@ -256,15 +256,15 @@ def test_the_detector_has_no_memory_of_its_own():
 @given(part, part, turns, st.floats(0.005, 0.5), st.floats(0, 1))
 def test_the_velocity_is_the_motion_by_the_measured_interval(x, y, turn, dt_s, dots):
     moved = motion(x, y, turn, known=(2e9, 3e7, 1e4), dots_mm=dots)
-    said = estimate(moved, dt_s=dt_s)
-    assert not said.abstained
-    assert said.velocity_m_s == pytest.approx((x * MM / dt_s, y * MM / dt_s))
-    assert said.angular_rad_s == pytest.approx(math.radians(turn) / dt_s)
-    assert said.speed_m_s == pytest.approx(math.hypot(x, y) * MM / dt_s)
+    answer = estimate(moved, dt_s=dt_s)
+    assert not answer.abstained
+    assert answer.velocity_m_s == pytest.approx((x * MM / dt_s, y * MM / dt_s))
+    assert answer.angular_rad_s == pytest.approx(math.radians(turn) / dt_s)
+    assert answer.speed_m_s == pytest.approx(math.hypot(x, y) * MM / dt_s)
     spread = np.sqrt(np.diag(covariance(moved))) / dt_s
-    assert [*said.velocity_std_m_s, said.angular_std_rad_s] == pytest.approx(spread.tolist())
+    assert [*answer.velocity_std_m_s, answer.angular_std_rad_s] == pytest.approx(spread.tolist())
     low, high = np.sqrt(np.linalg.eigvalsh(covariance(moved)[:2, :2])) / dt_s
-    assert low * (1 - 1e-9) <= said.speed_std_m_s <= high * (1 + 1e-9)
+    assert low * (1 - 1e-9) <= answer.speed_std_m_s <= high * (1 + 1e-9)
 
 
 def test_the_speed_is_as_sure_as_the_direction_of_the_slip():
@@ -286,7 +286,7 @@ def test_the_estimator_abstains_without_an_interval(dt_s):
 def test_the_estimator_abstains_where_the_imprint_is_not_found_again():
     assert estimate(None).abstained
     assert ImprintEstimator(ImprintOptions(), CONTEXT).update(observation(None)).abstained
-    said = estimate(motion(0.3, match=0.5))
-    assert said.abstained
-    assert math.isnan(said.speed_m_s)
+    answer = estimate(motion(0.3, match=0.5))
+    assert answer.abstained
+    assert math.isnan(answer.speed_m_s)
     assert not estimate(motion(0.3, match=0.5), least_match=0.4).abstained

@@ -118,7 +118,7 @@ def test_reset_forgets_everything_but_the_reference(name, recording):
 
 
 def evidence(seen, frames):
-    """What each frame's observation and both of its residuals hold, as numbers."""
+    """Return the content of each frame's observation and of both its residuals, as numbers."""
     taken = []
     for frame in frames:
         observation, tracks = seen.observe(frame)
@@ -128,7 +128,7 @@ def evidence(seen, frames):
 
 
 def rig(recording, mm_per_px):
-    """A perception with a scale of its own, and copies of the frames: nothing is shared but the process."""
+    """Return a perception with its own scale, and copies of the frames, so that rigs share only the process."""
     spec, reference, frames = recording
     seen = Perception(TRACKERS["lk"](), spec, TactileOptions(mm_per_px=mm_per_px))
     seen.start([copied(frame) for frame in reference])
@@ -158,7 +158,7 @@ def test_views_are_computed_once_and_go_along_with_the_frame(recording):
     grey = carried.grey.copy()
     seen.observe(frames[1])
     assert np.array_equal(carried.grey, grey)
-    assert np.array_equal(viewed(frames[0]).grey, grey), "with or without room of its own"
+    assert np.array_equal(viewed(frames[0]).grey, grey), "with or without its own buffers"
 
 
 def test_two_rigs_in_one_thread_do_not_disturb_each_other(recording):
@@ -238,7 +238,7 @@ def test_the_displacement_is_the_simulated_gel_s():
 
 
 @pytest.mark.parametrize(
-    ("image", "says"),
+    ("image", "reason"),
     [
         (np.zeros((240, 320), np.uint8), r"\(240, 320\)"),
         (np.zeros((240, 320, 3), np.float64), "float64"),
@@ -247,15 +247,15 @@ def test_the_displacement_is_the_simulated_gel_s():
         ([[1, 2], [3, 4]], "list"),
     ],
 )
-def test_a_frame_that_is_not_the_sensor_s_is_refused_by_name(image, says, recording):
+def test_a_frame_that_is_not_the_sensor_s_is_refused_by_name(image, reason, recording):
     spec, reference, _ = recording
     seen = perception("lk", spec, reference)
-    with pytest.raises(DataError, match=f"frame 77: .*{says}"):
+    with pytest.raises(DataError, match=f"frame 77: .*{reason}"):
         seen.observe(Frame(image, 10**12, 77))
 
 
 @pytest.mark.parametrize(
-    ("channels", "level", "says"),
+    ("channels", "level", "reason"),
     [
         ([0, 2], 255, "saturated"),
         ([0], 255, "saturated"),
@@ -265,12 +265,12 @@ def test_a_frame_that_is_not_the_sensor_s_is_refused_by_name(image, says, record
         ([0, 1, 2], 0, "black"),
     ],
 )
-def test_a_frame_without_the_colours_of_dots_or_contact_is_refused(channels, level, says, recording):
+def test_a_frame_without_the_colours_of_dots_or_contact_is_refused(channels, level, reason, recording):
     spec, reference, frames = recording
     seen = perception("lk", spec, reference)
     image = frames[0].image.copy()
     image[..., channels] = level
-    with pytest.raises(DataError, match=f"frame 77: .*{says}"):
+    with pytest.raises(DataError, match=f"frame 77: .*{reason}"):
         seen.observe(Frame(image, 10**12, 77))
 
 

@@ -1,4 +1,4 @@
-"""A recording whose first frames show another state of the gel: noticed, said, and mended."""
+"""A recording whose first frames show another state of the gel: the change is detected, reported and repaired."""
 
 from __future__ import annotations
 

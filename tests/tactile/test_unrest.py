@@ -42,7 +42,7 @@ def test_images_of_any_size_are_looked_at(size):
     assert any(seen) == (size[1] >= 8)
 
 
-def test_another_size_begins_anew():
+def test_another_size_starts_again():
     rng, unrest = np.random.default_rng(1), Unrest()
     for k in range(12):
         noisy = image(rng, 40)

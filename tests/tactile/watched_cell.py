@@ -1,4 +1,4 @@
-"""Recordings of the simulated cell, and what the imprint's detectors and estimators say of them, frame by frame."""
+"""Recordings of the simulated cell, and the answers of the imprint's detectors and estimators frame by frame."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from lsds.session.track import engine_of
 
 MS, FAR = 1_000_000, 10**15
 LOOSE_M, FIRM_M = 0.0236, 0.0215
-"""Apertures that grip the default pipe with about 80 % and about 230 % of what is needed."""
+"""Apertures that grip the default pipe with about 80 % and about 230 % of the required force, m."""
 GRIPS_S, LIFTS_S = 0.35, 1.0
 LOADED_S = 0.25
-"""After this time from the lift's start its load has come on, and the object has the arm's speed."""
+"""Time from the start of the lift until the object has its full load and the arm's speed, s."""
 SLIPS_M_S = 3e-3
-"""Of the object against the gel's base, as in measured labels."""
+"""Minimum speed of the object against the gel's base that is slip, m/s, as in measured labels."""
 
 
 class Recording(NamedTuple):
-    """Images (n, h, w, 3), when they were taken (s), and the object's true speed against the gel's base (m/s)."""
+    """Images (n, h, w, 3), their times (s), and the object's true speed against the gel's base (m/s)."""
 
     images: list[np.ndarray]
     t_s: np.ndarray
@@ -72,22 +72,25 @@ def recorded(end_s: float, aperture_m: float | None, rate_hz: float = 25.0, pad:
     t_ns = np.array([moment.t_ns for moment in truth])
     speed = np.array([np.hypot(*moment.slip_velocity_m_s) for moment in truth])
     taken = np.array([frame.t_ns for frame in frames])
-    # What a frame shows happened since the one before.
+    # A frame shows the motion since the last one.
     since = [speed[(t_ns > a) & (t_ns <= b)] for a, b in pairwise(taken)]
     return Recording([f.image for f in frames], taken * 1e-9, np.array([0.0, *(s.mean() for s in since)]), rate_hz)
 
 
-class Said(NamedTuple):
-    """What was said of each frame: `slip` (n,) 1, 0, or NaN where abstained or the frame was not used; `abstains` (n,)
-    whether the estimator had nothing to say; and the engine, afterwards."""
+class Answers(NamedTuple):
+    """Answers for each frame, and the engine at the end.
+
+    `slip` (n,) is 1, 0, or NaN if the detector abstained or the frame was refused; `abstains` (n,) is whether the
+    estimator abstained.
+    """
 
     slip: np.ndarray
     abstains: np.ndarray
     engine: Engine
 
 
-def watched(folder: Path, images: list[np.ndarray], backend: str, rate_hz: float = 25.0) -> Said:
-    """Write images as a recording and return what detector and estimator say of it, as `lsds track` does."""
+def watched(folder: Path, images: list[np.ndarray], backend: str, rate_hz: float = 25.0) -> Answers:
+    """Write images as a recording and return the answers of detector and estimator to it, as `lsds track` does."""
     folder.mkdir()
     for number, image in enumerate(images):
         cv2.imwrite(str(folder / f"{number:04}.png"), image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])
@@ -98,4 +101,4 @@ def watched(folder: Path, images: list[np.ndarray], backend: str, rate_hz: float
         slip[cycle.frame.seq] = np.nan if cycle.detection.slip is None else cycle.detection.slip
         abstains[cycle.frame.seq] = cycle.estimate.abstained
         assert cycle.estimate.abstained or np.isfinite([cycle.estimate.speed_m_s, *cycle.estimate.velocity_m_s]).all()
-    return Said(slip, abstains, engine)
+    return Answers(slip, abstains, engine)

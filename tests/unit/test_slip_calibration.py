@@ -228,7 +228,7 @@ def test_certainty_where_nothing_slips_cannot_be_calibrated_away():
     certain = [phase("a", "still", [0.0] * 100, moved=0.0), phase("b", "load", [1.0] * 100)]
     found = as_toml(calibrate_slip(certain))
     assert found.tables == {}
-    assert "calls slip with certainty where nothing slips" in found.problems[0]
+    assert "reports slip with certainty in frames without slip" in found.problems[0]
 
 
 def test_a_threshold_at_which_the_slides_are_lost_is_not_written():
@@ -269,7 +269,7 @@ def test_noise_beyond_what_is_tried_is_not_written():
     phases[1].motions[-400:] = [motion(rng, 4e-4, 1.5, 1e-5) for _ in range(400)]
     found = as_toml(calibrate_slip(phases))
     assert list(found.tables) == ["detector"]
-    assert "60% of the dots' motion" in found.problems[0]
+    assert "60% of the markers' motion" in found.problems[0]
 
 
 def test_how_many_frames_were_answered_is_counted():
@@ -349,4 +349,4 @@ def test_fewer_than_three_objects_promise_nothing(capsys):
     result = calibrate_slip(objects([0.5, 0.6]))
     assert not result.transfers
     print_result(result, {"detector": {"fused": {}}}, None)
-    assert "nothing is known of the false alarms on another object" in capsys.readouterr().out
+    assert "the false alarms on a new object are unknown" in capsys.readouterr().out

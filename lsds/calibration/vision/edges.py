@@ -1,9 +1,9 @@
 """A square marker's corners from its four sides, to hundredths of a pixel.
 
-Where two edges meet at a corner, blur rounds it, and a search for the corner itself ends inside it: by 0.2 px at a blur
-of 0.6 px, which makes the marker smaller and so farther away. The side of a square has no such bias, because blur is
-the same on both sides of a straight edge. So each side is located by the centroid of the grey gradient across it, at
-many places; a line is fitted; neighbours are intersected.
+Blur rounds a corner, so a direct search ends inside it: by 0.2 px at a blur of 0.6 px, which makes the marker appear
+smaller and so farther away. A side has no such bias, because blur is the same on both sides of a straight edge.
+Therefore the centroid of the grey gradient across a side locates it at many places; a line is fitted to these, and
+neighbouring lines are intersected.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _ENDS = 0.13
-"""Share of a side left out at each end, where the next side's blur reaches in."""
+"""Share of a side that is ignored at each end because of the next side's blur."""
 _STEP_PX = 0.5
 _WIDEST_PX = 4.0
 _MODULES = 12.0
@@ -33,7 +33,7 @@ _BEFORE, _AHEAD = np.array([3, 0, 1, 2]), np.array([1, 2, 3, 0])
 def refined_corners(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the corners (4, 2) of a dark square on light paper, found near `corners` in a grey picture.
 
-    Corners come back unchanged where no such edges are found within a twelfth of the side.
+    Returns the corners unchanged if there are no such edges within a twelfth of the side.
     """
     found = corners
     for _ in range(_ROUNDS):

@@ -12,7 +12,7 @@ _DEVICE = {
 _OVER_TCP = {"client.py": "device/client.py.j2", "options.py": "device/options.py.j2"}
 _MOVES = {"interface.py": "{kind}/interface.py.j2"}
 _ALSO_TESTED = ("fault", "wire_mock", "study", "command")
-"""Kinds whose scaffold has a test of its own besides the kit."""
+"""Kinds whose scaffold has its own test in addition to the kit."""
 _COMMON = {
     "pyproject.toml": "common/pyproject.toml.j2",
     "README.md": "common/readme.md.j2",

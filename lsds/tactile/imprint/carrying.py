@@ -1,4 +1,4 @@
-"""How the gel's surface moves between two frames, everywhere, from the dots that both show."""
+"""Motion of the gel's surface between two frames, interpolated from the markers that both show."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: The motion is worked out at nodes this far apart, px, and linear between them.
+#: Distance of the nodes at which the motion is computed, px; it is linear between them.
 NODE_PX = 32
-#: A dot's say at a distance is a Gaussian with this standard deviation, in pitches.
+#: Standard deviation of the Gaussian weight of a marker by distance, in pitches.
 REACH = 0.8
-#: Quantile of the dots' motions that tells whether the gel moves.
+#: Quantile of the markers' motions that decides whether the gel moves.
 FASTEST = 0.9
-#: Fewer dots than this do not tell how the gel moves.
+#: Minimum number of markers from which the gel's motion can be computed.
 LEAST_DOTS = 6
-#: Say of the even motion (affine) beside that of the dots around a node.
+#: Weight of the affine motion at a node, relative to one marker at the node.
 _EVEN = 0.05
 
 
 class CarriedGel:
-    """Motion of the gel from one frame to the next, px of the image. Affine, plus what the dots around deviate from it.
+    """Motion of the gel from one frame to the next, px of the image.
 
-    Interpolated by a Gaussian mean (Nadaraya 1964, Watson 1964).
+    It is the best affine motion plus the deviation of the markers nearby, interpolated by a Gaussian mean (Nadaraya
+    1964, Watson 1964).
     """
 
     def __init__(self, position: Floats, moved: Floats, pitch_px: float, image_size: tuple[int, int]) -> None:
-        """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` dots; `image_size` (width, height)."""
+        """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` markers; `image_size` (width, height)."""
         node_x, node_y, grid = _grid(image_size)
         count, columns = len(position), len(node_x)
         table = np.ones((5, count))
@@ -50,20 +51,20 @@ class CarriedGel:
         # A Gaussian of a distance is the product of those along x and y.
         near_x, near_y = near[:columns], near[columns:]
         table[3:] -= even @ table[:3]
-        # The deviations and, in the row of ones, how much say the dots have.
+        # The deviations and, in the row of ones, the sum of the weights.
         rest = table[[3, 4, 0]]
         deviation = ((near_y * rest[:, None]).reshape(-1, count) @ near_x.T).reshape(3, -1)
         nodes = deviation[:2] / (deviation[2] + _EVEN)
         nodes += even @ grid
         self._nodes = nodes.T.astype(np.float32, order="C").reshape(len(node_y), columns, 2)
-        #: How far the fastest tenth of the dots has moved at least, px.
+        #: Minimum motion of the fastest tenth of the markers, px.
         self.fastest_px = fastest(moved)
 
     def everywhere(self, shape: tuple[int, ...], scale: float) -> Plane:
-        """Return the motion (h, w, 2), in pixels of which each is `scale` px of the image."""
+        """Return the motion (h, w, 2), in pixels that are `scale` image pixels wide."""
         rows, columns = shape
         step = scale / NODE_PX
-        # Pixel centres to nodes: an affine look-up, which resizing with its own idea of the borders is not.
+        # An affine look-up maps pixel centres to nodes exactly; a resize would shift them at the borders.
         nodes = cv2.warpAffine(
             self._nodes,
             np.array([[step, 0.0, 0.0], [0.0, step, 0.0]]),
@@ -74,7 +75,7 @@ class CarriedGel:
         return np.asarray(nodes / np.float32(scale), np.float32)
 
     def at(self, x: Plane, y: Plane, scale: float = 1.0) -> Plane:
-        """Return the motion (n, 2) at positions (n,), all in pixels of which each is `scale` px of the image."""
+        """Return the motion (n, 2) at positions (n,), all in pixels that are `scale` image pixels wide."""
         per_node = np.float32(scale / NODE_PX)
         nodes = self._nodes if scale == 1.0 else self._nodes * np.float32(1 / scale)
         found = cv2.remap(nodes, x * per_node, y * per_node, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -83,7 +84,7 @@ class CarriedGel:
 
 @lru_cache(maxsize=8)
 def _grid(image_size: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
-    """Return where the nodes are, along x and along y, and (3, n) of each: one, x and y."""
+    """Return the nodes' positions along x and along y, and (3, n) of all nodes: one, x and y."""
     along_x, along_y = (NODE_PX * np.arange(length // NODE_PX + 2, dtype=np.float64) for length in image_size)
     grid = np.ones((3, len(along_y), len(along_x)))
     grid[1], grid[2] = along_x, along_y[:, None]
@@ -91,12 +92,12 @@ def _grid(image_size: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
 
 
 def _even(table: Floats) -> Floats:
-    """Return the affine motion (2, 3), by one, x and y, that fits a table (5, n) of one, position and motion best."""
+    """Return the best affine motion (2, 3), by one, x and y, for a table (5, n) of one, position and motion."""
     sums, by_x, by_y, *_ = (table @ table.T).tolist()
     x, y, *mean = (part / sums[0] for part in sums[1:])
     xx, xy, *along_x = (part - x * whole for part, whole in zip(by_x[1:], sums[1:], strict=True))
     _, yy, *along_y = (part - y * whole for part, whole in zip(by_y[1:], sums[1:], strict=True))
-    # Dots in one line tell nothing across it.
+    # Markers in one line do not determine the motion across it.
     xx, yy = xx + 1.0, yy + 1.0
     both = xx * yy - xy * xy
     even = np.empty((2, 3))
@@ -107,7 +108,7 @@ def _even(table: Floats) -> Floats:
 
 
 def fastest(moved: Floats) -> float:
-    """Return how far the fastest tenth of the dots has moved at least, in the unit of their motions (n, 2)."""
+    """Return the minimum motion of the fastest tenth of the markers, in the unit of their motions (n, 2)."""
     squared = moved[:, 0] ** 2
     squared += moved[:, 1] ** 2
     squared.sort()

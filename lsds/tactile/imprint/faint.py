@@ -1,6 +1,7 @@
-"""Dots that have lost ink: too light to be masked as dots, but their rims would be taken for an object at rest.
+"""Markers that have lost ink: too light for the markers' mask, but their rims would look like an object at rest.
 
-The grid tells where they are. One that the reference shows is left out of the relief, wherever the gel carries it.
+The printed grid predicts their positions. Those that the reference shows are excluded from the relief, wherever the
+gel carries them.
 """
 
 from __future__ import annotations
@@ -20,21 +21,22 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: A dot's middle is darker than its surroundings by this share at least, or there is none.
+#: Minimum contrast of a marker: the share by which its middle is darker than its surroundings.
 LEAST_DARKER = 0.03
-#: Less of a dot than this in the dots' mask, and it is faint: noise takes it in and out of the mask.
+#: Share of a marker in the markers' mask below which it is faint: noise adds it to the mask and removes it.
 COVERED = 0.85
-#: Dots that a curved grid is fitted to; to fewer, an even one.
+#: Minimum number of markers for the fit of a curved grid; with fewer, an affine one is fitted.
 CURVED = 18
-#: Where the tracker misses more than this share of the grid's dots, those are left out. Fewer hide no slip, and the
-#: shipped learners know reliefs with them: left out, 10 % of the grips that hold grow by false alarms instead of 2 %.
+#: Share of the grid's markers that the tracker misses above which they are excluded from the relief. Fewer hide no
+#: slip, and the shipped learners were trained with them: without them, false alarms tighten 10 % of the grips that
+#: hold instead of 2 %.
 MANY = 1 / 8
-#: A faint dot is looked for this far from where the grid has it, in radii.
+#: Radius of the search for a faint marker about its grid position, in marker radii.
 NEAR = 1.0
 
 
 class FaintDots:
-    """The faint dots of one reference. `radius_px` is that of a dot."""
+    """The faint markers of one reference. `radius_px` is the radius of a marker."""
 
     def __init__(self, reference: MarkerReference, image: Frame, metres_per_px: float) -> None:
         self._reference, self._metres_per_px = reference, metres_per_px
@@ -50,36 +52,36 @@ class FaintDots:
         faint = [n for n, place in enumerate(places) if _is_faint(darker, dark, place, radius)]
         #: Positions (n, 2) in the reference, px.
         self.xy_px = smaller(np.array([places[n] for n in faint]).reshape(-1, 2), 1 / HALF)
-        #: Which of them the tracker follows, and as which marker.
+        #: Mask (n,) of those that the tracker follows, and their indices as markers.
         self._followed = np.array([n < reference.count for n in faint], bool)
         self._marker = np.array([n for n in faint if n < reference.count], int)
 
     def carried(self, field: DeformationField) -> Floats:
-        """Return where they are in a frame (n, 2), px; as in the reference where too few dots tell the gel's motion."""
+        """Return their positions (n, 2) in a frame, px; those of the reference if too few markers are valid."""
         seen = field.valid
         if not len(self.xy_px) or np.count_nonzero(seen) < LEAST_DOTS:
             return self.xy_px
         moved = field.displacement_m / self._metres_per_px
-        told = self._followed.copy()
-        told[told] = seen[self._marker]
+        tracked = self._followed.copy()
+        tracked[tracked] = seen[self._marker]
         places = self.xy_px.copy()
-        places[told] += moved[self._marker[seen[self._marker]]]
-        if not told.all():
+        places[tracked] += moved[self._marker[seen[self._marker]]]
+        if not tracked.all():
             reference = self._reference
             gel = CarriedGel(reference.xy_px[seen], moved[seen], self._pitch_px, reference.image_size)
-            x, y = self.xy_px[~told].T.astype(np.float32)
-            places[~told] += gel.at(x, y)
+            x, y = self.xy_px[~tracked].T.astype(np.float32)
+            places[~tracked] += gel.at(x, y)
         return places
 
 
 def _radius(dark: NDArray[np.uint8], places: Floats, pitch: float) -> float:
-    """Return the radius of a dot with all its ink, px: that of the upper quarter of those found."""
+    """Return the radius of a marker with all its ink, px: the upper quartile over all markers."""
     areas = [np.count_nonzero(_patch(dark, place, pitch / 2)) for place in places]
     return float(np.sqrt(np.quantile(areas, 0.75) / np.pi)) if areas else 0.0
 
 
 def _missing(reference: MarkerReference) -> Floats:
-    """Return where the grid has dots (n, 2) that the reference has not, px, inside the image; none of only a few."""
+    """Return the positions (n, 2) of grid markers that the reference lacks, px, inside the image; none if few."""
     known = {(int(row), int(column)) for row, column in reference.cell}
     rows, columns = reference.shape
     cells = np.array([(r, c) for r in range(rows) for c in range(columns) if (r, c) not in known], float).reshape(-1, 2)
@@ -99,7 +101,7 @@ def _terms(cell: Floats, curved: bool) -> Floats:
 
 
 def _settled(darker: NDArray[np.float32], place: Floats, radius: float) -> Floats:
-    """Return the middle of what is dark about a place."""
+    """Return the centre of the dark region about a place."""
     for _ in range(2):
         near = (1 + NEAR) * radius
         patch = np.maximum(_patch(darker, place, near), 0)
@@ -113,7 +115,7 @@ def _settled(darker: NDArray[np.float32], place: Floats, radius: float) -> Float
 
 
 def _is_faint(darker: NDArray[np.float32], dark: NDArray[np.uint8], place: Floats, radius: float) -> bool:
-    """Tell whether the image shows a dot there that the dots' mask does not, or only in part."""
+    """Return whether the image shows a marker there that the markers' mask lacks at least in part."""
     middle = _patch(darker, place, 0.6 * radius)
     if not middle.size or float(middle.mean()) < LEAST_DARKER:
         return False
@@ -121,7 +123,7 @@ def _is_faint(darker: NDArray[np.float32], dark: NDArray[np.uint8], place: Float
 
 
 def _patch(image: NDArray[np.uint8] | NDArray[np.float32], place: Floats, half: float) -> NDArray[np.float32]:
-    """Return the square of an image, `half` px to each side of a place; less of it at the border."""
+    """Return the square of an image, `half` px to each side of a place, cropped at the border."""
     x, y = np.maximum(np.round(place - half).astype(int), 0)
     x_end, y_end = np.maximum(np.round(place + half).astype(int) + 1, 0)
     return np.asarray(image[y:y_end, x:x_end])

@@ -1,4 +1,4 @@
-"""A relief at several resolutions, and its edges: the pixels that tell how it has moved."""
+"""A relief at several resolutions, and its edges: the pixels from which its motion is estimated."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import numpy as np
 if TYPE_CHECKING:
     from lsds.tactile.imprint.relief import Plane, Relief
 
-#: At most this many edge pixels are looked at, from the finest layer to the coarsest.
+#: Maximum number of edge pixels per layer, from the finest to the coarsest.
 EDGE_PIXELS = (1500, 700, 300)
-#: How many resolutions there are.
+#: Number of resolutions.
 COUNT = len(EDGE_PIXELS)
-#: A pixel with less weight than this lies on a dot.
+#: Weight of a pixel below which it lies on a marker.
 LEAST_WEIGHT = 0.3
 
 
 class Layer:
-    """One resolution. `curvature` and `weight` (h, w); `step` relief pixels make one of its pixels."""
+    """One resolution: `curvature` and `weight` (h, w), and `step`, the width of its pixels in relief pixels."""
 
     def __init__(self, curvature: Plane, weight: Plane, step: float, most: int) -> None:
         self.curvature, self.weight, self.step = curvature, weight, step
@@ -35,19 +35,19 @@ class Layer:
 
     @cached_property
     def steepness(self) -> Plane:
-        """Squared gradient (h, w), zero on dots: what a pixel tells about motion."""
+        """Squared gradient (h, w), zero on markers: a pixel's information about motion."""
         along_x, along_y = self.gradient
-        told = cv2.multiply(along_x, along_x)
-        told = cv2.accumulateSquare(along_y, told)
-        return np.asarray(cv2.multiply(told, self.weight, dst=told), np.float32)
+        squared = cv2.multiply(along_x, along_x)
+        squared = cv2.accumulateSquare(along_y, squared)
+        return np.asarray(cv2.multiply(squared, self.weight, dst=squared), np.float32)
 
     @cached_property
     def edges(self) -> Edges:
-        """The pixels that tell most."""
+        """The pixels with the most information about motion."""
         return Edges(self, self._most)
 
     def coarser(self, most: int) -> Layer:
-        """Return the layer at half the resolution, dots left out of its means."""
+        """Return the layer at half the resolution; its means exclude the markers."""
         share = cv2.pyrDown(self.weight)
         curvature = cv2.pyrDown(cv2.multiply(self.curvature, self.weight))
         curvature = cv2.divide(curvature, np.maximum(share, np.float32(_LEAST_SHARE)))
@@ -61,8 +61,8 @@ class Edges:
     """The `most` steepest pixels of a layer: positions `x`, `y`, curvature, gradient and weight, each (n,)."""
 
     def __init__(self, layer: Layer, most: int) -> None:
-        told, all_weights = layer.steepness.ravel(), layer.weight.ravel()
-        index = np.flatnonzero(told > _bound(told, most) if told.size > most else told)
+        steepness, all_weights = layer.steepness.ravel(), layer.weight.ravel()
+        index = np.flatnonzero(steepness > _bound(steepness, most) if steepness.size > most else steepness)
         weight = all_weights.take(index)
         if len(weight) and weight.min() <= LEAST_WEIGHT:
             index = index[weight > LEAST_WEIGHT]
@@ -74,19 +74,19 @@ class Edges:
         self.weight = weight
         self.along_x, self.along_y = along_x.ravel().take(index), along_y.ravel().take(index)
         #: Squared gradient (n,) times weight.
-        self.squared = told.take(index)
+        self.squared = steepness.take(index)
         #: RMS gradient of these pixels.
         self.steepness = math.sqrt(float(self.squared.sum()) / max(len(index), 1))
 
 
-def _bound(told: Plane, most: int) -> np.float32:
-    """Return the steepness (n,) that about `most` pixels exceed."""
-    # The bound is taken from every fourth pixel: a good one costs more than a few pixels too many or too few.
-    some = told[::4].copy()
+def _bound(steepness: Plane, most: int) -> np.float32:
+    """Return the value of the steepness (n,) that about `most` pixels exceed."""
+    # The bound comes from every fourth pixel: an exact one takes longer than a few pixels too many or too few.
+    some = steepness[::4].copy()
     keep = max(1, most // 4)
     if some.size <= keep:
         return np.float32(0)
-    # Most pixels are flat. Without those below the mean there is less to sort, and the bound is the same.
+    # Most pixels are flat. Dropping those below the mean leaves less to sort and does not change the bound.
     steep = some.compress(some > cv2.mean(some)[0])
     if steep.size > keep:
         some = steep
@@ -94,7 +94,7 @@ def _bound(told: Plane, most: int) -> np.float32:
 
 
 class Layers:
-    """The layers of a relief by number, the finest first; each is made when it is first asked for."""
+    """The layers of a relief by number, the finest first; each is computed on first use."""
 
     def __init__(self, relief: Relief) -> None:
         self._made = [Layer(relief.curvature, relief.weight, 1.0, EDGE_PIXELS[0])]

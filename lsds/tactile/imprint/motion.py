@@ -1,4 +1,4 @@
-"""The imprint's motion from frame to frame: how far the object has slipped against the gel, and the gel itself."""
+"""Motion of the imprint between frames: the slip of the object against the gel, and the motion of the gel."""
 
 from __future__ import annotations
 
@@ -28,14 +28,17 @@ if TYPE_CHECKING:
 class ImprintMotion(NamedTuple):
     """Motion of the imprint between two frames, in the sensor's plane (x right, y down, turns clockwise).
 
-    `slip_m` (x, y) and `turn_rad` are the imprint's motion against the gel, about `centre_m`; `gel_m` is the gel's own
-    motion there, and `dots_m` how far the fastest tenth of the dots has moved. `information` (3, 3), in 1/m^2, 1/m and
-    1, is that of (x, y, turn) for white noise of unit variance: small along what the imprint does not tell. `match` is
-    the correlation of the two reliefs as registered,
-    `stuck_match` the one if nothing had slipped. `seen` is the share of the imprint's edges that is still in view,
-    `gain` the factor by which it became stronger, `strength` its RMS curvature, `residual` that of what is left,
-    `grown` the ratio of the two reliefs' edges, wherever they are, RMS; `radius_m` the edges' radius of gyration;
-    `redrawn` whether a video codec has drawn the second image anew, so that faint edges jump.
+    - `slip_m` (x, y) and `turn_rad`: motion of the imprint against the gel, about `centre_m`.
+    - `gel_m`: motion of the gel there; `dots_m`: minimum motion of the fastest tenth of the markers.
+    - `information` (3, 3) of (x, y, turn) for white noise of unit variance, in 1/m^2, 1/m and 1. It is small along
+      directions that the imprint does not determine.
+    - `match`: correlation of the two reliefs as registered; `stuck_match`: their correlation without slip.
+    - `seen`: share of the imprint's edges that is still in view.
+    - `gain`: factor by which the imprint became stronger; `strength`: its RMS curvature; `residual`: RMS curvature of
+      the difference.
+    - `grown`: ratio of the RMS gradients at the edges of the two reliefs, each at its own edges.
+    - `radius_m`: radius of gyration of the edges.
+    - `redrawn`: whether the second image is a video codec's key frame, in which faint edges jump.
     """
 
     slip_m: tuple[float, float]
@@ -56,20 +59,19 @@ class ImprintMotion(NamedTuple):
 
 
 Start = tuple[float, float, float]
-"""Where a registration starts: slip x, y (relief px) and turn (rad)."""
+"""Start of a registration: slip x, y (relief px) and turn (rad)."""
 
 Step = Callable[[Callable[[], ImprintMotion | None]], ImprintMotion | None]
-"""Makes the computation of a frame's motion: marks it, times it, and names it in errors."""
+"""Runs the computation of a frame's motion: marks it, times it, and names it in errors."""
 
 
 class ImprintFollower:
-    """Follows the imprint of one stream from frame to frame. Nothing is computed before somebody asks."""
+    """Follows the imprint of one stream from frame to frame. Motions are computed on first use."""
 
     def __init__(
         self, metres_per_px: float, reference: MarkerReference, image: Frame, step: Step | None = None
     ) -> None:
-        """`image` is the reference's frame; whether something touches it does not matter. `step` makes the computation
-        of a frame's motion, when it is asked for."""
+        """`image` is the reference's frame, with or without contact. `step` runs the computation of the motions."""
         self._metres_per_px = metres_per_px
         self._step = step
         self._maker = ReliefMaker()
@@ -85,7 +87,7 @@ class ImprintFollower:
         self._asked: tuple[FollowedImprint, ...] = ()
 
     def follow(self, frame: Frame, field: DeformationField) -> FollowedImprint:
-        """Return the imprint of the next frame, to be asked for its motion before the one after it."""
+        """Return the imprint of the next frame. Call it for its motion before the frame after that is followed."""
         now = Shown(frame, field, self._maker, self._faint, self._residue, self._metres_per_px, self._sharpness)
         before, self._last = self._last, now
         for asked in self._asked:
@@ -96,7 +98,7 @@ class ImprintFollower:
 
 
 class FollowedImprint:
-    """An `Imprint`: registers two frames when it is first asked, and remembers the answer."""
+    """An `Imprint`: registers two frames on the first call and keeps the result."""
 
     __slots__ = ("_answer", "_earlier", "_frames", "_step")
 
@@ -113,11 +115,11 @@ class FollowedImprint:
         self._earlier = earlier
 
     def forget(self) -> None:
-        """Let go of the frames before: they are asked for no more."""
+        """Release the earlier frames: their motions are no longer needed."""
         self._earlier = ()
 
     def recent(self) -> list[ImprintMotion]:
-        """Return the motions of this and the last frames, the newest first, up to where one is not known."""
+        """Return the motions of this and the last frames, the newest first, up to the first unknown one."""
         motions: list[ImprintMotion] = []
         for followed in (self, *self._earlier):
             motion = followed()
@@ -127,7 +129,7 @@ class FollowedImprint:
         return motions
 
     def __call__(self) -> ImprintMotion | None:
-        """Return the imprint's motion since the frame before; None on the first frame and where it cannot be told."""
+        """Return the imprint's motion since the last frame; None on the first frame and if it cannot be estimated."""
         if self._frames is not None:
             (before, now), self._frames = self._frames, None
             compute = partial(imprint_motion, before, now, self._earlier[0] if self._earlier else None)
@@ -136,7 +138,7 @@ class FollowedImprint:
 
 
 class Shown:
-    """What one frame shows of object and gel; the relief is made when it is first asked for."""
+    """Relief and field of one frame; the relief is computed on first use."""
 
     def __init__(
         self,
@@ -154,7 +156,7 @@ class Shown:
 
     @cached_property
     def sharpness(self) -> float:
-        """How sharp the image is relative to the reference, natural logarithm."""
+        """Sharpness of the image relative to the reference, natural logarithm."""
         return math.log(max(sharpness(self._frame), _FLAT) / max(self._reference_sharpness, _FLAT))
 
     @cached_property
@@ -167,43 +169,48 @@ class Shown:
 
 
 def sharpness(frame: Frame) -> float:
-    """Return the RMS difference of neighbouring pixels relative to their mean, nearly all of it from the dots' rims."""
+    """Return the RMS difference of neighbouring pixels relative to their mean; nearly all comes from markers' rims."""
     grey = viewed(frame).half_grey
     across, down = cv2.norm(grey[:, 1:], grey[:, :-1], cv2.NORM_L2), cv2.norm(grey[1:], grey[:-1], cv2.NORM_L2)
     return math.hypot(across, down) / math.sqrt(grey.size) / max(cv2.mean(grey)[0], 1.0)
 
 
 _FLAT = 1e-6
-#: Frames whose motions are remembered, to be added up.
+#: Number of frames whose motions are kept, to be added up.
 RECENT = 4
-#: A match this good on the finest layer, with this share of its edges still in view, needs no search from coarse to
-#: fine: in none of 469 such pairs of recorded frames did the search end more than half a relief pixel away.
-GOOD, IN_VIEW = 0.9, 0.8
-#: The imprint may have leapt if the match is worse than this, or if the finest layer alone and the search from coarse
-#: to fine end further apart than this, relief px. In 17977 recorded pairs, 228 look for the whole imprint; with a
-#: bound of 0.5, 20 of them would miss a place that matches better.
-POOR, APART_PX = 0.7, 0.5
-#: Another start has to match better by this.
+#: Match on the finest layer above which no search from coarse to fine is needed. In none of 469 such pairs of recorded
+#: frames did the search end more than half a relief pixel away.
+GOOD = 0.9
+#: Minimum share of the edges in view for such a match.
+IN_VIEW = 0.8
+#: Match below which the imprint may have leapt. Of 17977 recorded pairs, 228 then search for the whole imprint; with a
+#: bound of 0.5, 20 of them would miss a better match.
+POOR = 0.7
+#: Distance between the results of the finest layer alone and of all layers above which the imprint may have leapt,
+#: relief px.
+APART_PX = 0.5
+#: Minimum improvement of the match by another start.
 BETTER = 0.01
-#: Two images that differ more in sharpness, natural logarithm, show different things of one surface. A change of
-#: defocus by 1.4 px comes to as much; of a thousand pairs of recorded frames less than one does to half of it.
+#: Maximum difference in sharpness of two images to be registered, natural logarithm: beyond it they show different
+#: details of one surface. It equals a change of defocus by 1.4 px; fewer than one in a thousand pairs of recorded
+#: frames reach half of it.
 REFOCUSED = 0.25
-#: An image that much less sharp than the reference, natural logarithm, shows edges of dots and lamps alone.
+#: Loss of sharpness against the reference above which only edges of markers and lamps remain, natural logarithm.
 BLURRED = 0.6
-#: Less of the imprint's edges in view than this tells nothing of the rest.
+#: Minimum share of the imprint's edges in view for an estimate.
 LEAST_SEEN = 0.1
-#: Camera noise alone has up to this curvature (RMS at the edges it makes); the faintest of ten thousand frames recorded
-#: in contact has 1.3 times as much.
+#: Maximum RMS curvature that camera noise alone has at the edges that it makes. The faintest of ten thousand frames
+#: recorded in contact has 1.3 times as much.
 FAINT = 0.006
-#: Dots that are displaced by less than this, px, are at rest: noise moves them by as much.
+#: Displacement of markers below which they are at rest, px: noise moves them by as much.
 REST_PX = 0.15
 
 
 def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = None) -> ImprintMotion | None:
-    """Return how the imprint has moved from `before` to `now`; `earlier` knows its motion up to `before`.
+    """Return the imprint's motion from `before` to `now`; `earlier` gives its motion up to `before`.
 
-    None where too few dots tell how the gel did, there are no edges, the images are not of the same sharpness, or
-    nothing touches the gel: neither is there more relief than noise has, nor is a dot away from rest.
+    None if there are too few markers for the gel's motion, no edges, images of different sharpness, or no contact:
+    the relief is no stronger than noise and the markers are at rest.
     """
     if min(before.sharpness, now.sharpness) < -BLURRED or abs(now.sharpness - before.sharpness) > REFOCUSED:
         return None
@@ -211,23 +218,23 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
     gel = carried_gel(before.field, now.field, metres)
     first, second = before.layers, now.layers
     edges, px = first[0].edges, before.scale
-    told = edges.squared
-    total = float(told.sum())
+    squared = edges.squared
+    total = float(squared.sum())
     if gel is None or total <= 0:
         return None
-    centre = (float(told @ edges.x) / total, float(told @ edges.y) / total)
+    centre = (float(squared @ edges.x) / total, float(squared @ edges.y) / total)
     registration = Registration(first, second, gel, centre, px)
     rest = registration.at_rest()
     if rest is None or (rest.strength < FAINT and _rests(now.field, metres)):
         return None
     here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
-    radius = math.sqrt(float(told @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
+    radius = math.sqrt(float(squared @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
     unit = px * metres
 
     def starts() -> Iterator[Start]:
         last = None if earlier is None else earlier()
         if last is not None:
-            # A fast slide continues, so the last step is a good guess of this one, and costs less than the search.
+            # Fast slip continues, so the last step is a good guess of this one, and takes less time than the search.
             yield last.slip_m[0] / unit, last.slip_m[1] / unit, last.turn_rad
         yield leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))
 
@@ -256,9 +263,9 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
 
 
 def best_of(registration: Registration, seen: float, starts: Iterable[Start]) -> Registered | None:
-    """Return the registration with the best match, with no more work than the match of each attempt calls for.
+    """Return the registration with the best match; tries further starts only while the match is poor.
 
-    `seen` is the share of the edges that would be in view if nothing had slipped.
+    `seen` is the share of the edges in view without slip.
     """
     found = registration.slipped(layers=1)
     if found is None or (found.match > GOOD and found.seen > IN_VIEW * seen):
@@ -277,12 +284,12 @@ def best_of(registration: Registration, seen: float, starts: Iterable[Start]) ->
 
 
 def _rests(field: DeformationField, metres_per_px: float) -> bool:
-    """Tell whether nine tenths of the dots are where the reference has them."""
+    """Return whether nine tenths of the markers are at rest."""
     return fastest(field.displacement_m[field.valid]) < REST_PX * metres_per_px
 
 
 def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: float) -> CarriedGel | None:
-    """Return how the gel has moved between two fields of one reference; None where they share too few dots."""
+    """Return the gel's motion between two fields of one reference; None if they share too few markers."""
     position, moved = moved_dots(before, now, metres_per_px)
     if len(position) < LEAST_DOTS:
         return None
@@ -293,7 +300,7 @@ def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: 
 def moved_dots(
     before: DeformationField, now: DeformationField, metres_per_px: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where the dots that both fields show were in the first, and how far they have moved, (n, 2) each in px."""
+    """Return position in the first field and motion of the markers valid in both fields, (n, 2) each in px."""
     both = before.valid & now.valid
     shown = before.displacement_m[both]
     position = now.reference.xy_px[both] + shown / metres_per_px

@@ -1,10 +1,10 @@
-"""Registers the imprint of one frame on that of another, over and above what the gel has carried it.
+"""Registers the imprint of one frame on that of another, relative to the motion of the gel.
 
-Minimised is the squared difference of the reliefs at the first one's edges, each carried along by the gel's own motion,
-over a rigid motion and a gain (the imprint fades and grows), from coarse to fine. It is the inverse compositional
-Gauss-Newton method (Baker and Matthews 2004) with weights that forgive outliers (Geman and McClure 1987). The normal
-equations are the information on each direction: an edge tells nothing along itself, a disc nothing about its axis.
-There a weak prior, that nothing slips, decides.
+The registration minimises the squared difference of the reliefs at the edges of the first, which move with the gel. It
+estimates a rigid motion and a gain (the imprint fades and grows), from coarse to fine, by the inverse compositional
+Gauss-Newton method (Baker and Matthews 2004) with weights that suppress outliers (Geman and McClure 1987). The normal
+equations are the information on each direction: an edge gives none along itself, a disc none about its axis. In such
+directions a weak prior for no slip decides.
 """
 
 from __future__ import annotations
@@ -26,26 +26,31 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Noise of the curvature, finest layer first: beyond three times this a pixel is an outlier.
+#: Noise of the curvature, finest layer first: a pixel with more than three times this is an outlier.
 NOISE = (0.020, 0.015, 0.010)
-#: Standard deviations of the prior: a slip, in relief px, a turn (rad), a gain.
+#: Standard deviations of the prior: slip x, y (relief px), turn (rad), gain.
 PRIOR = (20.0, 20.0, 0.3, 0.5)
-#: Steps per layer, and the motion of an edge (px of the layer) below which the next is not worth it.
-MOST_STEPS, SETTLED = 6, 0.02
-#: No step moves an edge further than this, px of the layer: beyond it the gradient says nothing.
+#: Maximum number of steps per layer.
+MOST_STEPS = 6
+#: Motion of an edge in a step below which the layer has converged, px of the layer.
+SETTLED = 0.02
+#: Maximum motion of an edge in a step, px of the layer: beyond it the gradient is meaningless.
 LONGEST_STEP = 6.0
-#: A registration ends where the motion has become absurd.
-FURTHEST, WIDEST_TURN = 60.0, 1.0
+#: Slip at which a registration is given up, relief px.
+FURTHEST = 60.0
+#: Turn at which a registration is given up, rad.
+WIDEST_TURN = 1.0
+#: Minimum and maximum gain.
 _GAINS = (0.3, 3.0)
 
 
 class Registered(NamedTuple):
     """A registration. `slip` (x, y in relief px; turn in rad, clockwise on the image) is about the given centre.
 
-    `information` (3, 3) is the inverse covariance of the slip for white noise of unit variance; `match` the
-    correlation of the two reliefs at the edges, `seen` the share of the edges that the second one shows, `gain` the
-    factor by which the imprint is stronger in it, `residual` and `strength` RMS of the difference and of the first
-    relief.
+    `information` (3, 3) is the inverse covariance of the slip for white noise of unit variance. `match` is the
+    correlation of the two reliefs at the edges, `seen` the share of the edges that the second relief shows, and `gain`
+    the factor by which the imprint is stronger in it. `residual` and `strength` are the RMS of the difference and of
+    the first relief.
     """
 
     slip: tuple[float, float, float]
@@ -58,9 +63,9 @@ class Registered(NamedTuple):
 
 
 class Registration:
-    """The registration of `second` on `first`, carried along by the gel; each layer is prepared once, when needed.
+    """The registration of `second` on `first`, relative to the gel; each layer is prepared once, on first use.
 
-    `centre` in relief px, `px` image px a relief px.
+    `centre` is in relief px, and `px` is the number of image px per relief px.
     """
 
     def __init__(self, first: Layers, second: Layers, gel: CarriedGel, centre: tuple[float, float], px: float) -> None:
@@ -68,12 +73,12 @@ class Registration:
         self._problems: dict[int, _Problem | None] = {}
 
     def at_rest(self) -> Registered | None:
-        """Return how well the reliefs match if nothing has slipped; None where there are no edges."""
+        """Return the registration without slip; None if there are no edges."""
         problem = self._problem(0)
         return None if problem is None else problem.registered(_NOTHING, 1.0, problem.at_rest)
 
     def slipped(self, start: tuple[float, float, float] = (0.0, 0.0, 0.0), layers: int = COUNT) -> Registered | None:
-        """Return how `second` has slipped, from a start (relief px, rad), by so many of the layers, the finest last."""
+        """Return the registration from a start (relief px, rad) by the `layers` finest layers, the finest last."""
         slip, last = start, None
         for level in reversed(range(layers)):
             problem = self._problem(level)
@@ -103,9 +108,9 @@ _LEAST_EDGES = 20
 
 
 class _Compared(NamedTuple):
-    """What the second relief shows where the first one's edges would have slipped to, (n,) each.
+    """Curvature and weight (n,) of the second relief at the slipped edges of the first.
 
-    `normal` (4, 5): the normal equations, their right-hand side last.
+    `normal` (4, 5) are the normal equations, with the right-hand side as last column.
     """
 
     shown: NDArray[np.float32]
@@ -130,7 +135,7 @@ class _Problem:
         self._first, self._second, self._step = edges, second, step
         carried = gel.at(edges.x, edges.y, step * px)
         self._centre = (centre[0] / step, centre[1] / step)
-        #: Places (3, n) of the edges about the centre, a row of ones below: one product turns and moves them all.
+        #: Positions (3, n) of the edges about the centre, with a row of ones: one product turns and moves them all.
         self._places = np.ones((3, len(edges.x)), np.float32)
         x, y, _ = self._places
         np.add(edges.x, carried[:, 0], out=x)
@@ -138,7 +143,7 @@ class _Problem:
         x -= np.float32(self._centre[0])
         y -= np.float32(self._centre[1])
         self._radius = math.sqrt(float(x.dot(x) + y.dot(y)) / len(x)) + 1.0
-        #: Derivatives (4, n) of the difference by motion along x and y, turn and gain; the last row is its own.
+        #: Derivatives (4, n) of the difference by motion along x and y, turn and gain; the fifth row is the difference.
         self._rows = np.empty((5, len(x)), np.float32)
         self._rows[0], self._rows[1] = edges.along_x, edges.along_y
         np.multiply(edges.along_y, x, out=self._rows[2])
@@ -150,11 +155,11 @@ class _Problem:
 
     @cached_property
     def at_rest(self) -> _Compared:
-        """The reliefs compared as if nothing had slipped."""
+        """The comparison of the reliefs without slip."""
         return self._compared(0.0, 0.0, 0.0, 1.0)
 
     def solve(self, start: tuple[float, float, float]) -> tuple[tuple[float, float, float], float, _Compared]:
-        """Return slip (relief px, rad) and gain from a start, and the reliefs as last compared."""
+        """Return slip (relief px, rad) and gain from a start, and the last comparison of the reliefs."""
         x, y, turn = start[0] / self._step, start[1] / self._step, start[2]
         gain, compared = 1.0, self.at_rest if start == _NOTHING else self._compared(x, y, turn, 1.0)
         for _ in range(MOST_STEPS):
@@ -169,7 +174,7 @@ class _Problem:
             length = max(abs(d_x), abs(d_y), abs(d_turn) * self._radius)
             if length > LONGEST_STEP:
                 d_x, d_y, d_turn = (part * LONGEST_STEP / length for part in (d_x, d_y, d_turn))
-            # The step moves the first relief; undone, it moves the second: compose with its inverse.
+            # The step moves the first relief; its inverse moves the second.
             turn -= d_turn
             cos, sin = math.cos(turn), math.sin(turn)
             x, y = x - (cos * d_x - sin * d_y), y - (sin * d_x + cos * d_y)
@@ -204,7 +209,7 @@ class _Problem:
         return max(float(self._first.weight.sum()), 1e-9)
 
     def registered(self, slip: tuple[float, float, float], gain: float, compared: _Compared) -> Registered:
-        """Return the registration that ends in a slip (relief px, rad) and a gain."""
+        """Return the registration for a slip (relief px, rad) and a gain."""
         shown, weight, normal = compared
         first = self._first
         total = float(weight.sum())

@@ -1,9 +1,9 @@
-"""The relief of the gel's surface where an object presses: fine edges and grain, without dots, light and gentle slopes.
+"""Relief of the gel's surface under an object: fine edges and grain, without markers, lighting and gentle slopes.
 
-The lamps' colours code the direction of a slope, so an edge that turns changes its colours. The relief is the surface's
-curvature instead: the divergence of the slopes that photometric stereo gives (Johnson and Adelson 2009), a number that
-turns with the surface and stays what it is. Gentle slopes vanish in it, and the light of a pixel is taken from its own
-surroundings between the dots. No reference frame is needed, so an object held from the first frame on is seen, too.
+The lamps' colours encode the direction of a slope, so an edge that turns changes its colours. The relief is therefore
+the surface's curvature: the divergence of the slopes from photometric stereo (Johnson and Adelson 2009), which rotation
+does not change. Gentle slopes vanish in it. The light on a pixel is estimated from its surroundings between the
+markers. The relief needs no reference frame, so it also shows an object that is held from the first frame on.
 """
 
 from __future__ import annotations
@@ -23,28 +23,32 @@ if TYPE_CHECKING:
 
     Plane = NDArray[np.float32]
 
-#: The relief is no wider than this, px: finer detail is noise of camera and codec.
+#: Maximum width of the relief, px: finer detail is noise of camera and codec.
 WIDEST = 240
-#: The light around a pixel is the mean over blocks of this many relief pixels and their neighbours.
+#: Width of the blocks whose means, with those of the neighbours, are the light around a pixel; relief px.
 BLOCK = 8
-#: Darker surroundings than this (grey levels) are taken to be this bright: their noise would be made relief.
+#: Minimum light of the surroundings, grey levels. Darker ones get this value, or their noise would look like relief.
 LEAST_LIGHT = 8.0
 #: Grey level of the light for which the photometric calibration holds.
 CALIBRATED_LIGHT = 100.0
-#: Smoothing of the slopes: standard deviation and window, relief px.
-SMOOTH, WINDOW = 1.5, (7, 7)
-#: A pixel with a colour this bright (grey levels) is saturated and tells no slope. With more than this share of them
-#: the image is over-exposed: which pixels are saturated is chosen by noise, and their rims look like edges.
-SATURATED, MOST_SATURATED = 247, 0.25
-#: Pixels this close to the border have no neighbours to make a curvature of.
+#: Standard deviation of the slopes' smoothing, relief px.
+SMOOTH = 1.5
+#: Window of the slopes' smoothing, relief px.
+WINDOW = (7, 7)
+#: Level of a colour from which a pixel is saturated and has no slope, grey levels.
+SATURATED = 247
+#: Maximum share of saturated pixels. In an over-exposed image noise decides which pixels are saturated, and their rims
+#: look like edges.
+MOST_SATURATED = 0.25
+#: Width of the border that has no curvature for lack of neighbours, relief px.
 BORDER = 3
 _NONE = np.zeros((0, 2))
 
 
 class Relief(NamedTuple):
-    """Curvature (h, w), slope per relief pixel, and the weight (h, w) of each pixel: 1 on the gel, 0 on dots.
+    """Curvature (h, w) in slope per relief pixel, and the weight (h, w) of each pixel: 1 on the gel, 0 on markers.
 
-    `scale` is how many image pixels make a relief pixel.
+    `scale` is the width of a relief pixel in image pixels.
     """
 
     curvature: Plane
@@ -57,20 +61,20 @@ class ReliefMaker:
 
     def __init__(self, calibration: PhotometricCalibration | None = None) -> None:
         inverse = (calibration or PhotometricCalibration()).inverse() * CALIBRATED_LIGHT
-        # Light is one where nothing presses. What the sum of shares takes off is what that one would add.
+        # The relative light is 1 without slope. The last column subtracts the contribution of this 1.
         self._slopes = [np.array([[*shares, -shares.sum()]], np.float32) for shares in inverse.T]
 
     def relief(self, frame: Frame, faint_px: NDArray[np.float64] = _NONE, radius_px: float = 0.0) -> Relief:
-        """Return the relief that a frame shows. Discs around `faint_px` (n, 2) are left out as dots are."""
+        """Return the relief of a frame. Discs around `faint_px` (n, 2) are excluded, as markers are."""
         colours, dots, scale = _at_most(WIDEST, frame)
         if len(faint_px):
             dots = _with_discs(dots, smaller(faint_px, scale), radius_px / scale)
-        # A dot's soft rim is darker than the gel and not yet dark.
+        # A marker's soft rim is darker than the gel but not in the mask.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(dots, _ROUND)), np.uint8)
         if colours.max() >= SATURATED:
             free = np.asarray(cv2.bitwise_and(free, _unsaturated(colours)), np.uint8)
         weight = _unit(free)
-        # All three colours at once: apart, they take twice the time.
+        # Processing all three colours at once takes half the time.
         relative = cv2.copyTo(colours, free).astype(np.float32)
         cv2.divide(relative, _light(relative, weight), dst=relative)
         seen = cv2.GaussianBlur(weight, WINDOW, SMOOTH)
@@ -90,7 +94,7 @@ class ReliefMaker:
 
 
 def _at_most(widest: int, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.uint8], float]:
-    """Return colours (h, w, 3) and the dots' mask (h, w) at half resolution, or less, and the scale."""
+    """Return colours (h, w, 3) and the markers' mask (h, w) at half resolution or less, and the scale."""
     views = viewed(frame)
     colours, dots, scale = views.half_rgb, views.dark, HALF
     while colours.shape[1] > widest:
@@ -102,7 +106,7 @@ def _at_most(widest: int, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.u
 
 
 def _with_discs(dots: NDArray[np.uint8], places: NDArray[np.float64], radius: float) -> NDArray[np.uint8]:
-    """Return a mask of dots (h, w) with more of them, in px."""
+    """Return a mask of markers (h, w) with discs added at `places` (n, 2), px."""
     dots = dots.copy()
     for x, y in np.round(places * _SIXTEEN).astype(int).tolist():
         cv2.circle(dots, (x, y), round(radius * _SIXTEEN), 255, -1, shift=4)
@@ -110,17 +114,17 @@ def _with_discs(dots: NDArray[np.uint8], places: NDArray[np.float64], radius: fl
 
 
 def _unsaturated(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the pixels (h, w) with no saturated colour next to them; none where that leaves too few."""
-    told = cv2.inRange(colours, (0, 0, 0), (SATURATED - 1,) * 3)
-    if cv2.countNonZero(told) < (1 - MOST_SATURATED) * told.size:
-        told[:] = 0
-    return np.asarray(cv2.erode(told, _ROUND), np.uint8)
+    """Return the mask (h, w) of pixels without a saturated colour nearby; empty if the image is over-exposed."""
+    usable = cv2.inRange(colours, (0, 0, 0), (SATURATED - 1,) * 3)
+    if cv2.countNonZero(usable) < (1 - MOST_SATURATED) * usable.size:
+        usable[:] = 0
+    return np.asarray(cv2.erode(usable, _ROUND), np.uint8)
 
 
 def _light(shown: NDArray[np.float32], weight: Plane) -> NDArray[np.float32]:
-    """Return the light (h, w, 3) of each colour: that of the free pixels around, smooth over several blocks.
+    """Return the light (h, w, 3) of each colour: the mean of the free pixels nearby, smooth over several blocks.
 
-    `shown` (h, w, 3) are the colours, zero where `weight` (h, w) is.
+    `shown` (h, w, 3) are the colours; they are zero where `weight` (h, w) is zero.
     """
     height, width = weight.shape
     size = (max(1, width // BLOCK), max(1, height // BLOCK))
@@ -137,9 +141,9 @@ def _unit(mask: NDArray[np.uint8]) -> Plane:
 
 
 _SIXTEEN = 16
-#: A smoothed slope rests on at least this share of free pixels, or fades.
+#: Share of free pixels below which a smoothed slope fades.
 _LEAST_SEEN = 0.02
-#: The light of blocks with a smaller share of free pixels is taken to be dimmer.
+#: Share of free pixels below which the light of a block fades.
 _LEAST_FREE = BLOCK / 255
 _ROUND = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)), np.uint8)
 _AROUND = np.ones((3, 3), np.uint8)

@@ -1,7 +1,8 @@
-"""What is left of the dots in a relief: the same around each dot, carried along with it, and taken off.
+"""Residue of the markers in a relief: it is alike around each marker, moves with it, and is subtracted.
 
-A lens that bends blue more than red draws a dot's colours apart, which looks like a slope around it. What neighbouring
-dots have in common in the reference is the lens's doing; what only one of them shows may be an object, and stays.
+A lens that refracts blue more than red separates a marker's colours, which looks like a slope around it. The part that
+neighbouring markers share in the reference comes from the lens. A part that only one marker has may be an object, and
+stays.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ if TYPE_CHECKING:
     from lsds.contracts import DeformationField, MarkerReference
     from lsds.tactile.imprint.relief import Plane, Relief
 
-#: Dots up to this many cells away along rows and columns are asked what they have in common.
+#: Maximum distance of markers whose residue is compared, in cells along rows and columns.
 NEIGHBOURS = 2
-#: A residue weaker than this curvature (RMS) is left alone: it is no more than noise.
+#: Minimum RMS curvature of a residue that is subtracted: a weaker one is noise.
 WORTH = 0.004
 
 
 class DotResidue:
-    """The residue of one reference's dots."""
+    """The residue of one reference's markers."""
 
     def __init__(self, reference: MarkerReference, relief: Relief, metres_per_px: float) -> None:
         self._metres_per_px = metres_per_px
@@ -39,7 +40,7 @@ class DotResidue:
         self._y, self._x = (part.astype(np.float32) for part in np.mgrid[:rows, :columns])
 
     def taken_off(self, relief: Relief, field: DeformationField) -> Relief:
-        """Return the relief of a frame without the residue of its dots."""
+        """Return the relief of a frame without the residue of its markers."""
         seen = field.valid
         if self._shown is None or np.count_nonzero(seen) < LEAST_DOTS:
             return relief
@@ -51,7 +52,7 @@ class DotResidue:
 
 
 def _common(reference: MarkerReference, relief: Relief) -> Plane:
-    """Return (h, w) what each dot has in common with those around it, where the reference shows it."""
+    """Return the residue (h, w) that each marker shares with its neighbours, at its place in the reference."""
     rows, columns = relief.curvature.shape
     half = int(np.mean(reference.pitch_px) / 2 / relief.scale)
     size = 2 * half + 1

@@ -1,6 +1,6 @@
-"""A start for the registration where the imprint has leapt: the best place of it among all, at several turns.
+"""Start of the registration after a leap of the imprint: its best match over all places and several turns.
 
-Gradients lead no further than an edge is wide. Where that was not enough, the imprint is looked for as a whole
+Gradients lead no further than the width of an edge. If that is not enough, the whole imprint is searched for
 (normalised cross-correlation, Lewis 1995).
 """
 
@@ -16,30 +16,34 @@ if TYPE_CHECKING:
     from lsds.tactile.imprint.layers import Layer
     from lsds.tactile.imprint.relief import Plane
 
-#: Turns that are tried, rad: to 40 degrees a frame, so close together that the registration reaches what lies between.
+#: Turns that are tried, rad: up to 40 degrees per frame, close enough for the registration to reach those between.
 TURNS = tuple(math.radians(turn) for turn in range(-40, 41, 8))
-#: The imprint is looked for with what lies within this many radii of gyration of its centre, and within these px.
-_RADII, _LEAST, _MOST = 1.4, 8, 16
-_FAINT, _TINY = 0.3, 1e-9
+#: Half-width of the template in radii of gyration.
+_RADII = 1.4
+#: Minimum and maximum half-width of the template, px.
+_LEAST, _MOST = 8, 16
+#: Energy that is added to each place, as a share of the imprint's: it suppresses chance matches of few pixels.
+_FAINT = 0.3
+_TINY = 1e-9
 
 
 def leapt(
     first: Layer, second: Layer, centre: tuple[float, float], radius: float, gel: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return where the imprint has most likely gone, less the gel's motion: x, y (relief px) and turn (rad).
+    """Return the imprint's most likely motion against the gel: x, y (relief px) and turn (rad).
 
-    `centre`, `radius` and `gel` in relief px.
+    `centre`, `radius` and `gel` (motion of the gel) are in relief px.
     """
     step = first.step
     x, y = centre[0] / step, centre[1] / step
     half = int(min(max(_RADII * radius / step, _LEAST), _MOST))
     shown, image = first.curvature * first.weight, second.curvature * second.weight
     size = 2 * half + 1
-    # Beyond the image nothing is known: a border lets the imprint's centre come close to the edge.
+    # A border of zeros lets the imprint's centre come close to the edge of the image.
     around = cv2.copyMakeBorder(image, half, half, half, half, cv2.BORDER_CONSTANT, value=0.0)
     energy = cv2.sqrBoxFilter(image, cv2.CV_32F, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT)
     whole = cv2.norm(_turned(shown, x, y, 0.0, half, size), cv2.NORM_L2SQR)
-    # A few pixels at the edge may match by chance: where little is seen, little is matched.
+    # A few pixels at the edge may match by chance: a place with little energy gets a low match.
     scale = np.float32(1) / np.sqrt(np.maximum(energy, 0) + np.float32(_FAINT * whole + _TINY))
     best = (-math.inf, 0.0, 0.0, 0.0)
     for turn in TURNS:
@@ -53,7 +57,7 @@ def leapt(
 
 
 def _turned(shown: Plane, x: float, y: float, turn: float, half: int, size: int) -> Plane:
-    """Return what lies around (x, y), turned clockwise about it."""
+    """Return the square around (x, y), turned clockwise about it."""
     cos, sin = math.cos(turn), math.sin(turn)
     back = np.array([[cos, sin, x - cos * half - sin * half], [-sin, cos, y + sin * half - cos * half]])
     turned = cv2.warpAffine(shown, back, (size, size), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)

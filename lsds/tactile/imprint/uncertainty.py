@@ -1,9 +1,9 @@
-"""How sure an imprint's motion is: what image noise leaves open, and what the dots leave open of the gel's motion.
+"""Uncertainty of an imprint's motion, from image noise and from the gel's motion between the markers.
 
-Two errors add up. The registration's own is the inverse of its information, times the variance of what it left
-unexplained. The gel's motion under the object is known from dots around it, so a share of it is in doubt; that share,
-and the factor by which neighbouring pixels err together, were fitted on real recordings in frames in which nothing
-slipped (a Student distribution with four degrees of freedom, by maximum likelihood).
+The two errors add up. That of the registration is the inverse of its information times the variance of its residual.
+The gel's motion under the object is interpolated from the markers around it, so a share of it is uncertain. That share,
+and the factor for correlated errors of neighbouring pixels, were fitted on frames of real recordings without slip (a
+Student distribution with four degrees of freedom, by maximum likelihood).
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-#: Variance of the difference of reliefs counts this much more than for independent pixels.
+#: Factor on the variance of the reliefs' difference, since errors of neighbouring pixels are correlated.
 TOGETHER = 4.3
-#: The gel's motion under the object is in doubt by this share of how far the dots have moved.
+#: Standard deviation of the gel's motion under the object, as a share of the markers' motion.
 GEL_SHARE = 0.17
 #: Degrees of freedom of the errors' distribution.
 FREEDOM = 4
-#: Least noise of the relief: what the camera adds.
+#: Minimum noise of the relief, RMS curvature: that of the camera.
 LEAST_NOISE = 0.002
-#: What is known of a slip before looking: standard deviations in m and rad.
+#: Standard deviations of slip (m) and turn (rad) before the measurement.
 WIDEST_M, WIDEST_RAD = 2.5e-3, 0.3
-#: A codec's key frame makes faint edges jump by this much, m: a pixel.
+#: Jump of faint edges in a codec's key frame, m: a pixel.
 KEY_FRAME_M = 6e-5
-#: Faint edges tremble by this much from frame to frame where nothing moves, m: a fifth of a pixel of recorded video.
+#: Standard deviation of faint edges at rest between frames, m: a fifth of a pixel of recorded video.
 LEAST_M = 1.25e-5
 
 
 def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = LEAST_M) -> Floats:
     """Return the covariance (3, 3) of slip x, y (m) and turn (rad).
 
-    `share` of the dots' motion is in doubt, and `least_m` where nothing moves.
+    The gel's motion is uncertain by `share` of the markers' motion, and by `least_m` at rest.
     """
     per = 1 / (TOGETHER * max(motion.residual, LEAST_NOISE) ** 2)
     (xx, xy, xt), (yx, yy, yt), (tx, ty, tt) = (motion.information * per).tolist()
@@ -55,10 +55,10 @@ def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float =
 
 
 def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = LEAST_M) -> float:
-    """Return the logarithm of the density of the motion where the imprint sticks, but for a constant.
+    """Return the log-likelihood of the motion if the imprint sticks, up to a constant.
 
-    Errors are Student-distributed with `FREEDOM` degrees of freedom: a normal distribution makes too much of the few
-    large ones.
+    Errors are Student-distributed with `FREEDOM` degrees of freedom: a normal distribution gives too much weight to the
+    few large ones.
     """
     spread = _spread(motion, share, least_m)
     size = np.linalg.slogdet(spread)[1]
@@ -66,21 +66,22 @@ def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float =
 
 
 def step_m(motion: ImprintMotion) -> float:
-    """Return how far the imprint's edges have moved against the gel: slip and turn at their radius of gyration, RMS."""
+    """Return the RMS motion of the imprint's edges against the gel, m: slip, and turn at the radius of gyration."""
     return math.hypot(*motion.slip_m, motion.turn_rad * motion.radius_m)
 
 
 def distance(motion: ImprintMotion, share: float = GEL_SHARE) -> float:
-    """Return how far the motion is from sticking, in standard deviations (Mahalanobis 1936)."""
+    """Return the motion's distance from sticking, in standard deviations (Mahalanobis 1936)."""
     return _distance(_step(motion), _spread(motion, share))
 
 
 def drift(recent: Sequence[ImprintMotion], share: float = GEL_SHARE, least_match: float = 0.5) -> tuple[float, float]:
-    """Return how far the motions of the last frames have led from sticking, in standard deviations, and in m.
+    """Return the distance of the last frames' common motion from sticking, in standard deviations and in m.
 
-    What all have in common is their median, times their number. A load that comes and goes moves the gel to and fro,
-    and a slip that is over was one large step among small ones; but a slow slide goes on. Both zero where fewer than
-    `RECENT` frames are known, or the imprint was lost in one of them (a match below `least_match`).
+    The common motion is the median times the number of frames. It suppresses a load that comes and goes, which moves
+    the gel to and fro, and a slip that is over, which is one large step among small ones; slow slip continues. Both
+    results are zero if fewer than `RECENT` frames are known, or if the imprint was lost in one of them (a match below
+    `least_match`).
     """
     if len(recent) < RECENT or min(motion.match for motion in recent) < least_match:
         return 0.0, 0.0
@@ -95,12 +96,12 @@ _MEDIAN = math.pi / 2
 
 
 def _step(motion: ImprintMotion) -> Floats:
-    """Return slip x, y and turn, all as lengths (m): a turn moves the edges at their radius."""
+    """Return slip x, y and turn as lengths (m); the turn is multiplied by the edges' radius."""
     return np.array([*motion.slip_m, motion.turn_rad * motion.radius_m])
 
 
 def _spread(motion: ImprintMotion, share: float, least_m: float = LEAST_M) -> Floats:
-    """Return the covariance of that."""
+    """Return the covariance of `_step`."""
     spread = covariance(motion, share, least_m)
     spread[2] *= motion.radius_m
     spread[:, 2] *= motion.radius_m
@@ -119,7 +120,7 @@ def _inverse(
 ) -> tuple[float, float, float, float, float, float]:
     """Return the inverse of a symmetric matrix (3, 3), both by rows from the diagonal on.
 
-    By cofactors: NumPy's takes ten times as long for so few numbers.
+    Cofactors are ten times as fast as NumPy for this size.
     """
     minor_xx, minor_xy, minor_xt = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     per = 1 / (xx * minor_xx + xy * minor_xy + xt * minor_xt)
