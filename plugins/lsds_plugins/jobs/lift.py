@@ -75,7 +75,7 @@ class _Lift:
         if self._by_touch and task.lift_s > 0 and task.lift_speed_m_s > 0:
             if task.probe:
                 now = yield from self._take_up(min(SPEED_M_S, task.lift_speed_m_s), now)
-                # What may stand still, or may have risen by centimetres, is not opened on.
+                # The probe opens the fingers only if the object hangs, just above its support.
                 if self._hangs:
                     now = yield from self._probe(now)
             if task.take_up_speed_m_s < task.lift_speed_m_s:

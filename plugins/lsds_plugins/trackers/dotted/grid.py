@@ -35,7 +35,7 @@ class Grid:
 
 
 def identify_grid(xy_px: NDArray[np.float64]) -> Grid | None:
-    """Return the largest grid among points (M, 2), or None where there is none (fewer than four points in a block)."""
+    """Return the largest grid among points (M, 2), or None if no four points form a block."""
     count = len(xy_px)
     if count < 4:
         return None
