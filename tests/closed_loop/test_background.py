@@ -1,4 +1,4 @@
-"""The engine next to a program of one's own, in real time: it holds, ends with the program, and its errors come out."""
+"""The engine in the background of a user's program, in real time: it holds, ends with it, and reports its errors."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_what_ends_the_run_comes_out_in_the_program():
     assert not alive()
 
 
-def test_a_stage_that_does_not_come_is_an_error_that_says_where_the_job_is():
+def test_a_stage_that_is_not_reached_is_an_error_that_names_the_current_stage():
     with pytest.raises(DataError, match=r"did not reach 'dance' within 0\.2 s; it is at"):
         program(lsds.HoldJob(), lambda grip: grip.wait_for("dance", timeout_s=0.2))
 

@@ -33,7 +33,7 @@ PAIRS = list(fields(lambda kind: typing.get_origin(kind) is tuple))
 
 
 def complaints(model, name, value):
-    """What is wrong with one field's value; a field that others are needed with may still be right itself."""
+    """Return the errors of one field's value; missing other fields do not count."""
     try:
         model(**{name: value})
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""The examples run as they stand, in a process of their own."""
+"""The examples run unchanged, each in a separate process."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def test_a_slide_is_believed_and_its_end_too():
 
 
 def test_a_detector_that_only_alarms_is_no_evidence_for_long():
-    """A load that stays while the squeeze grows is that of an object that hangs, whatever the detector says."""
+    """A load that stays while the squeeze grows is that of an object that hangs, whatever the detector reports."""
     belief = GripBelief(OPTIONS, 0.105)
     hanging(belief, 0.8, 1.5)
     squeeze_mm = 1.5
@@ -135,14 +135,14 @@ def test_one_that_does_not_follow_it_hangs():
 
 
 def test_what_stands_while_the_arm_waits_keeps_its_load_and_does_not_slide():
-    told, untold = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
-    for belief, moved_mm in ((told, 0.0), (untold, math.inf)):
+    informed, uninformed = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
+    for belief, moved_mm in ((informed, 0.0), (uninformed, math.inf)):
         sliding(belief, 1.9)
         load_n = LIMIT * 1.9**OPTIONS.power / OPTIONS.kinetic
         # The squeeze has grown by half, and the detector takes the motion of the gel for slip.
         belief.update(load_n, 2.8, FRAME_S, 1.0, True, moved_mm)
-    assert told.slips < 0.1
-    assert told.slips < untold.slips
+    assert informed.slips < 0.1
+    assert informed.slips < uninformed.slips
 
 
 @pytest.mark.parametrize(("moved_mm", "explained"), [(0.4, True), (0.01, False)])

@@ -102,7 +102,7 @@ def test_it_follows_a_load_that_grows_before_anything_slips():
     assert grip.sent_mm > 1.5
 
 
-def test_a_load_that_falls_at_once_is_answered_before_a_detector_tells():
+def test_a_sudden_drop_of_load_is_answered_before_the_detector_reports_slip():
     grip = hanging(1.5, 1.0)
     grip.frame(0.45, slip=False)
     assert grip.frame(0.45, slip=False, speed=0.01) > 1.7

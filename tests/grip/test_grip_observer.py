@@ -1,4 +1,4 @@
-"""What the observer tells of a slide: how fast it would be, by the arm, the support and the estimator."""
+"""The observer's expected slide velocity, from the arm, the support and the estimator."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def slide_m_s(speeds_m_s, estimate_m_s: float, *, supported: bool) -> float:
     return grip.slip_m_s
 
 
-def test_what_stands_is_passed_at_the_arm_s_speed_whatever_the_estimator_says():
+def test_a_supported_object_slides_at_the_arm_s_speed_whatever_the_estimate():
     assert slide_m_s([0.01], 0.2, supported=True) == 0.01
 
 
-def test_the_arm_goes_on_for_a_while_after_it_was_told_to_wait():
+def test_the_arm_moves_on_for_a_while_after_a_command_to_wait():
     assert slide_m_s([0.01, 0.0], 0.0, supported=True) == 0.01
     assert slide_m_s([0.01, *[0.0] * 5], 0.0, supported=True) == 0.0
 

@@ -33,7 +33,7 @@ def test_a_torque_adds_to_the_force_never_takes_from_it(x, y, torque, share):
     assert pull_of(replace(load, torque_nm=-torque)) == pull
 
 
-def test_what_turns_slips_and_what_no_one_told_of_turning_is_left_out():
+def test_a_turn_counts_as_slip_and_an_unknown_one_is_left_out():
     still = replace(ABSTAINED, abstained=False, speed_m_s=0.0, speed_std_m_s=0.001, angular_rad_s=2.0)
     assert speed_of(replace(still, angular_std_rad_s=0.2)) == pytest.approx((2 * ARM_M, math.hypot(0.001, 0.2 * ARM_M)))
     assert speed_of(replace(still, angular_rad_s=math.nan, angular_std_rad_s=math.nan)) == (0.0, 0.001)

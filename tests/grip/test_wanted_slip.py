@@ -39,7 +39,7 @@ def test_what_is_faster_for_two_frames_falls():
     assert not any(falls(*[replace(SEEN, angular_rad_s=1.5)] * 4, slide=Slide(0.0, 0.5)))
 
 
-def test_an_estimate_that_is_not_sure_or_none_does_not_tell_of_a_fall():
+def test_an_uncertain_or_missing_estimate_is_not_a_fall():
     assert not any(falls(*[replace(SEEN, speed_m_s=0.06, speed_std_m_s=0.03)] * 5))
     assert not any(falls(*[replace(ABSTAINED, speed_m_s=1.0, speed_std_m_s=0.0)] * 5))
 
@@ -82,11 +82,11 @@ def test_without_an_arm_nothing_slides():
         SlideJob(SlideOptions()).begin(Setting(0, TaskOptions()))
 
 
-def test_the_study_tells_how_far_off_it_was(tmp_path, installed_host, capsys):
-    told = tmp_path / "slide.json"
-    command = ["study", "slide", "--object", "pvc-pipe", "--rate", "0.5", "--jobs", "1", "--json", str(told)]
+def test_the_study_reports_the_error_of_the_rate(tmp_path, installed_host, capsys):
+    summary = tmp_path / "slide.json"
+    command = ["study", "slide", "--object", "pvc-pipe", "--rate", "0.5", "--jobs", "1", "--json", str(summary)]
     assert main(command) == 0
-    runs = json.loads(told.read_text())["runs"]
+    runs = json.loads(summary.read_text())["runs"]
     assert [run["rms"] < 0.25 for run in runs] == [True, True]
     assert main(["study", "slide", "--object", "unicorn"]) != 0
     assert "pvc-pipe" in "".join(capsys.readouterr())

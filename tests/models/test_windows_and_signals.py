@@ -92,7 +92,7 @@ def test_names_units_and_sets_hang_together():
         assert signal_names(name) == signals
         assert [SIGNALS[i] for i in signal_indices(name)] == list(signals)
         if name != "nuisance":
-            # Rates of several frames need the time between them; what that alone tells is in the control.
+            # Rates of several frames need the time between them; the control measures the information in time alone.
             timed = {"dt"} if name.startswith("timed-field") else set()
             assert set(signals) & set(NUISANCES) == timed, "only the control looks at nuisances"
 

@@ -57,7 +57,7 @@ class Fall:
 
 @pytest.fixture(scope="module")
 def lsds(tmp_path_factory):
-    """Run `lsds` in a process of its own, with that distribution installed."""
+    """Return a function that runs `lsds` in a separate process, with that distribution installed."""
     folder = tmp_path_factory.mktemp("site")
     for name, text in FILES.items():
         (folder / name).parent.mkdir(exist_ok=True)

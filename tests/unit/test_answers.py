@@ -1,4 +1,4 @@
-"""What a brain answers is checked where it enters, and the error names the brain."""
+"""Results of algorithms are validated at the boundary, and the error names the algorithm."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_sound_answers_pass():
         (sound_estimate, replace(ESTIMATE, velocity_m_s=(math.inf, 0.0)), "NaN or infinite"),
     ],
 )
-def test_a_wrong_answer_is_an_error_that_names_the_brain_and_the_frame(look, answer, message):
+def test_a_wrong_result_is_an_error_that_names_the_algorithm_and_the_frame(look, answer, message):
     given = ("part 'x'", answer, 3, 7) if look is sound_tracks else ("part 'x'", answer, 7)
     with pytest.raises(PluginError, match=message) as raised:
         look(*given)

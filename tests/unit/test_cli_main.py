@@ -84,7 +84,7 @@ def test_an_interrupt_is_130(command, capsys):
     assert "interrupted" in capsys.readouterr().err
 
 
-def test_a_command_that_cannot_be_imported_says_so(monkeypatch, capsys):
+def test_a_command_that_cannot_be_imported_is_an_error(monkeypatch, capsys):
     monkeypatch.setitem(COMMANDS, "gone", ("lsds.cli.gone_module:gone", ""))
     assert main(["gone"]) == 1
     assert "the command 'gone' cannot be loaded" in capsys.readouterr().err

@@ -76,7 +76,7 @@ def test_a_wrong_name_is_compared_with_those_of_plugins_too(lsds):
     assert "Did you mean 'greet'?" in done.output
 
 
-def test_two_of_one_name_are_told_apart(lsds, host):
+def test_two_of_one_name_are_selected_by_distribution(lsds, host):
     host.register(plugin(BackendSpec("command", "greet", f"{HERE}:greet")), distribution="other")
     assert isinstance(lsds("greet").exception, PluginConflict)
     assert lsds("other:greet").exit_code == 0

@@ -36,7 +36,7 @@ def test_plugins_of_one_kind_as_json(capsys):
     assert data["failures"] == []
 
 
-def test_plugins_tells_what_failed_and_what_is_blocked(monkeypatch, capsys):
+def test_plugins_lists_what_failed_and_what_is_blocked(monkeypatch, capsys):
     def host():
         made = fake_host()
         made.register(object(), distribution="odd", name="odd")

@@ -74,8 +74,8 @@ def test_the_surer_finger_weighs_more_and_both_are_surer_than_one(a, b, std_a, s
 
 def test_who_abstains_is_not_asked_and_all_abstaining_is_abstaining():
     silent = finger(estimate=moving(0.05, abstained=True))
-    told = finger("right", opposite=True, estimate=moving(0.02, 0.01, 0.3))
-    both = fused_estimate([silent, told])
+    moves = finger("right", opposite=True, estimate=moving(0.02, 0.01, 0.3))
+    both = fused_estimate([silent, moves])
     assert both.velocity_m_s == pytest.approx((-0.02, 0.01))
     assert both.angular_rad_s == pytest.approx(-0.3)
     assert fused_estimate([silent, silent]).abstained

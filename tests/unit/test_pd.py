@@ -127,7 +127,7 @@ gains = st.fixed_dictionaries({"kp": st.floats(0, 50), "kd": st.floats(0, 50), "
 
 
 @given(gains, st.lists(steps, min_size=1, max_size=30), apertures)
-def test_it_never_opens_unless_told_to(options, sequence, start):
+def test_it_never_opens_unless_configured_to(options, sequence, start):
     pd, held = controller(**options), start
     assert not pd.may_open
     for slip, speed, dt_s, measured in sequence:

@@ -196,7 +196,7 @@ MODELS = {
         "class O(BaseModel):\n    @classmethod\n    def model_json_schema(cls, *a, **k): raise SystemExit",
         "SystemExit",
     ),
-    "a schema that is none": (
+    "a schema that is no dict": (
         "class O(BaseModel):\n    @classmethod\n    def model_json_schema(cls, *a, **k): return None",
         "",
     ),

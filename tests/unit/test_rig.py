@@ -70,7 +70,7 @@ def test_disarm(build):
 
 
 @pytest.mark.parametrize("step", ["connect", "arm"])
-def test_a_failed_bring_up_tells_of_all_devices_and_closes_them(build, step):
+def test_a_failed_bring_up_reports_all_devices_and_closes_them(build, step):
     rig = build(gripper=failing("fake-gripper", step))
     if step == "arm":
         rig.connect()

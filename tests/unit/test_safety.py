@@ -100,7 +100,7 @@ class Time:
         return self.now
 
 
-def test_the_watchdog_tells_what_was_late_the_loop_or_the_machine():
+def test_the_watchdog_reports_what_was_late_the_loop_or_the_machine():
     now = [0]
     dog = Watchdog(lambda: None, 0.4, lambda: now[0], lambda: "read() of sensor 'left'")
     for now[0] in range(0, 500_000_001, 100_000_000):
@@ -143,7 +143,7 @@ def test_feeding_keeps_it_quiet():
         dog.feed()
 
 
-def test_a_stop_that_raises_is_told():
+def test_a_stop_that_raises_is_reported():
     time = Time()
 
     def stop():

@@ -179,7 +179,7 @@ def test_a_grey_video_is_refused_with_the_remedy(tmp_path):
     assert len(list(sensor(path, grey=True).frames())) == 3
 
 
-def test_a_reference_without_dots_says_so(tmp_path):
+def test_a_reference_without_dots_is_an_error(tmp_path):
     plain = [render(np.empty((0, 2)), seed=i) for i in range(3)]
     result = track(write_video(tmp_path / "plain.avi", plain))
     assert "dots form a grid" in result.error
@@ -249,7 +249,7 @@ def test_run_reads_a_recording_through_the_same_loop(clip):
     assert session.summary["figures_are"] == "measured"
 
 
-def test_an_image_too_small_for_the_tracker_is_told_and_does_not_stop_a_batch(clip, tmp_path):
+def test_an_image_too_small_for_the_tracker_is_reported_and_does_not_stop_a_batch(clip, tmp_path):
     (tmp_path / "good.avi").write_bytes(clip.read_bytes())
     tiny = np.random.default_rng(0).integers(0, 255, (3, 16, 16, 3), np.uint8)
     write_video(tmp_path / "tiny.avi", list(tiny))
@@ -351,7 +351,7 @@ def test_frames_are_all_counted_and_distances_are_distances(tmp_path):
     assert summary["largest_displacement_px"] == pytest.approx(4.5, abs=0.1)
 
 
-def test_dim_first_frames_are_no_reference_and_a_single_one_is_taken_anew_in_the_light(tmp_path):
+def test_dim_first_frames_are_no_reference_and_a_single_one_is_retaken_in_the_light(tmp_path):
     frames = moving(9, step=0.0)
     for i, gain in enumerate((0.4, 0.7, 0.9)):
         frames[i] = np.rint(frames[i] * gain).astype(np.uint8)

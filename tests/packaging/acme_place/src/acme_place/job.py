@@ -1,4 +1,4 @@
-"""Lift what is there, put it down again, let go."""
+"""Lift the object, put it down again, release it."""
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,7 +14,7 @@ class PlaceOptions(BaseModel):
 
 
 class PlaceJob:
-    """Grasp, lift, lower, let go. Slip is answered on the way."""
+    """Grasp, lift, lower, release. The controller reacts to slip meanwhile."""
 
     def __init__(self, options, context):
         self._height_m = options.height_m
