@@ -79,7 +79,7 @@ def test_the_run_ends_with_the_program_that_it_is_next_to():
     assert not alive()
 
 
-def test_what_ends_the_run_comes_out_in_the_program():
+def test_the_error_that_ends_the_run_is_raised_in_the_program():
     class Broken(lsds.HoldJob):
         def step(self, now):
             raise ValueError("no idea what to do")

@@ -183,7 +183,7 @@ def test_frames_that_change_places_all_come_each_with_its_own_time():
 
 
 @pytest.mark.parametrize("name", ["gripper-late", "arm-lags"])
-def test_what_waits_when_a_fault_ends_never_comes_after_a_newer_command(name):
+def test_a_command_delayed_by_a_fault_never_arrives_after_a_newer_one(name):
     context = BuildContext(VirtualClock(), 0)
     shared_stages(context).enter("start", 0)
     taken = []

@@ -55,7 +55,7 @@ def test_the_controller_sees_both_fingers():
 
 
 @pytest.mark.parametrize("name", ["left", "right"])
-def test_one_finger_that_goes_blind_stops_the_cell_and_is_named(name):
+def test_a_finger_without_usable_frames_stops_the_cell_and_is_named(name):
     with lsds.bring_up(overrides=BOTH) as engine:
         finger = next(finger for finger in engine.rig.fingers if finger.name == name)
         read = finger.sensor.read

@@ -16,7 +16,7 @@ FOUND = sorted((Path(__file__).parent / "found").glob("*.toml"))
 
 
 @pytest.mark.parametrize("file", FOUND, ids=lambda file: file.stem)
-def test_what_failed_once_does_not_fail_again(file):
+def test_regression_scenarios_do_not_fail(file):
     session = run(file)
     way, margin = least(margins_of(session, Limits()))
     assert margin >= 0, f"{way}: {session.summary['outcome']}, {session.summary['fault']}"

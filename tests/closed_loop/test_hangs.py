@@ -120,7 +120,7 @@ def test_an_observer_of_a_run_is_called_by_its_caller():
     assert threads == {threading.current_thread()}
 
 
-def test_what_fails_after_the_watchdog_has_fired_fails_because_of_it(free):
+def test_failures_after_the_watchdog_has_fired_are_attributed_to_it(free):
     """In real time: the sensor takes longer than the watchdog waits, and then fails in another way."""
     with lsds.bring_up(overrides=[*QUICK, "clock=wall", "safety.watchdog_s=0.2"]) as engine:
         read, slow = engine.rig.sensor.read, []

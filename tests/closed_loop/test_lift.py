@@ -47,7 +47,7 @@ def test_the_stages_come_by_time_and_by_events():
 
 
 @pytest.mark.parametrize(("reference", "message"), [(False, "no reference frame"), (True, "nothing was grasped")])
-def test_what_takes_too_long_stops_the_cell(reference, message):
+def test_a_stage_that_takes_too_long_stops_the_cell(reference, message):
     job = lift(timeout_s=2.0)
     job.step(at(0, referenced=reference))
     assert job.step(at(2000, referenced=reference)).stage == ("grasp" if reference else "reference")

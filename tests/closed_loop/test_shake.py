@@ -97,7 +97,7 @@ def test_a_firmly_held_pipe_is_shaken_and_does_not_slip():
 FEW = ["job.shake.still_s=4.0", "job.shake.shakes=6"]
 
 
-def test_the_summary_counts_what_was_called_slip():
+def test_the_summary_counts_reported_slips():
     session = run(None, [*QUICK, "job.backend=shake", "job.shake.still_s=0.3", "job.shake.shakes=1"])
     called = session.summary["called_slip"]
     assert 0 <= called["slip"] < called["answered"]

@@ -87,7 +87,7 @@ def test_a_grip_that_holds_is_left_alone():
     assert hanging(3.0).quiet(0.5, 4.0) == pytest.approx(3.0)
 
 
-def test_it_closes_on_slip_and_then_opens_to_what_holds():
+def test_it_closes_on_slip_and_then_opens_to_the_least_grip_that_holds():
     grip = slipped()
     closed_mm = grip.sent_mm
     assert closed_mm > 1.9

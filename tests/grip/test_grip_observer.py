@@ -44,7 +44,7 @@ def test_the_arm_moves_on_for_a_while_after_a_command_to_wait():
 @pytest.mark.parametrize(
     ("arm_m_s", "estimate_m_s", "expected"), [(0.0, 0.0, FALLS_M_S), (0.08, 0.0, 0.08), (0.0, 0.3, 0.3)]
 )
-def test_what_hangs_falls(arm_m_s, estimate_m_s, expected):
+def test_a_hanging_object_falls(arm_m_s, estimate_m_s, expected):
     assert slide_m_s([arm_m_s], estimate_m_s, supported=False) == pytest.approx(expected)
 
 

@@ -71,7 +71,7 @@ def test_without_a_limit_everything_is_allowed():
 
 
 @given(positive, st.floats(1e-4, 5e-3), positive)
-def test_what_is_measured_stays_below_what_the_object_stands(fragile, squeeze, normal):
+def test_the_measured_force_stays_below_the_object_s_maximum(fragile, squeeze, normal):
     allowed = allowed_squeeze_m(fragile, squeeze, normal, math.nan)
     # The force grows at most with the power that is reckoned with.
     force = normal * (allowed / squeeze) ** (1.3 if allowed > squeeze else 1.0)
@@ -79,7 +79,7 @@ def test_what_is_measured_stays_below_what_the_object_stands(fragile, squeeze, n
 
 
 @given(positive, st.floats(1e-4, 5e-3))
-def test_what_is_not_measured_is_taken_for_the_hardest(fragile, squeeze):
+def test_an_unmeasured_object_counts_as_the_hardest(fragile, squeeze):
     hard = allowed_squeeze_m(fragile, squeeze, math.nan, math.nan)
     assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * STIFFEST_N_M * squeeze, math.nan)
     # An object that slid at a small load was pressed gently.

@@ -48,7 +48,7 @@ def test_the_carried_load_counts_torque():
 
 
 @pytest.mark.parametrize("squeeze_mm", [1.0, 2.0])
-def test_what_is_gripped_beside_its_middle_does_not_turn_far(squeeze_mm, installed_host):
+def test_an_object_gripped_off_centre_does_not_turn_far(squeeze_mm, installed_host):
     config = [
         "cell.simulated.fidelity=winkler",
         "cell.simulated.centre_x_mm=10.0",

@@ -109,7 +109,7 @@ def test_fingers_that_close_on_nothing_stop_the_cell():
         grasp.step(situation(2000, 0.0, moving=False))
 
 
-def test_fingers_that_stop_on_what_the_gel_does_not_feel_stop_the_cell():
+def test_fingers_that_stop_without_contact_on_the_gel_stop_the_cell():
     grasp = approaching()
     with pytest.raises(SafetyStop, match=r"20\.0 mm on something that the gel does not feel"):
         grasp.step(situation(1000, 0.02, moving=False, contact=Contact.CLOSING))

@@ -28,11 +28,11 @@ def falls(*estimates, slide=SLOWLY):
     return [wanted.falls(40_000_000 * at, estimate, slide) for at, estimate in enumerate(estimates)]
 
 
-def test_what_slides_as_wanted_does_not_fall():
+def test_an_intended_slide_is_not_a_fall():
     assert not any(falls(*[SEEN] * 10, *[replace(SEEN, speed_m_s=0.03)] * 10))
 
 
-def test_what_is_faster_for_two_frames_falls():
+def test_a_faster_slide_over_two_frames_is_a_fall():
     fast = replace(SEEN, speed_m_s=0.06)
     assert falls(SEEN, fast, SEEN, fast, fast) == [False, False, False, False, True]
     assert falls(*[replace(SEEN, angular_rad_s=3.0)] * 2, slide=Slide(0.0, 0.5)) == [False, True]

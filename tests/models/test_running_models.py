@@ -111,7 +111,7 @@ def test_the_threshold_is_configured_or_else_the_card_s(models, seen, tmp_path):
         assert second.slip == (second.score > 0.001)
 
 
-def test_a_detector_abstains_below_the_confidence_asked_for(models, seen):
+def test_a_detector_abstains_below_the_configured_confidence(models, seen):
     plain = backend(models, "gradient-boosting").update(seen[1])
     confidence = plain.confidence
     assert 0 < confidence < 1
@@ -121,7 +121,7 @@ def test_a_detector_abstains_below_the_confidence_asked_for(models, seen):
         assert (detection.score, detection.confidence) == (plain.score, confidence)
 
 
-def test_an_estimator_abstains_above_the_deviation_asked_for_and_its_card_widens_it(seen, tmp_path):
+def test_an_estimator_abstains_above_the_configured_deviation_which_its_card_widens(seen, tmp_path):
     kind, path, _ = fit_and_save("linear-window", tmp_path, intervals=(1.645, 1.645, 1.645, 1.645))
     narrow = HOST.build(kind, "onnx", {"model": str(path)}, CONTEXT).update(seen[1])
     _, wide_path, _ = fit_and_save("linear-window", tmp_path, intervals=(3.29, 1.645, 1.645, 4.935))

@@ -58,7 +58,7 @@ def test_a_call_that_hangs_is_named_and_left_behind(thread, stuck):
     assert named(LEFT)
 
 
-def test_what_is_not_marked_may_take_its_time(thread):
+def test_an_unmarked_call_has_no_deadline(thread):
     def often():
         for _ in range(5):
             thread.calls.make(QUICK, threading.Event().wait, 0.1)

@@ -41,7 +41,7 @@ def test_mocks_their_flags_and_their_choices_are_completed():
         (["ur5e", "--host", "198.51.100.1"], "is not an address of the loopback interface"),
     ],
 )
-def test_what_it_cannot_serve_is_one_clear_error(capsys, arguments, message):
+def test_a_mock_that_cannot_be_served_is_one_clear_error(capsys, arguments, message):
     assert main(["mock", *arguments]) == 2
     printed = capsys.readouterr().err
     assert message in printed

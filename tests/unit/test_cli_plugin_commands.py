@@ -63,7 +63,7 @@ def test_a_built_in_command_goes_first(lsds):
     assert lsds("acme:run").output == "hello \n"
 
 
-def test_one_that_fails_hurts_no_other(lsds):
+def test_one_failure_does_not_affect_the_others(lsds):
     assert "cannot be imported" in lsds("--help").output
     assert isinstance(lsds("gone").exception, PluginLoadError)
     assert isinstance(lsds("odd").exception, ContractMismatch)

@@ -204,7 +204,7 @@ def test_options_called_like_a_common_flag_are_set_by_set(lsds):
     assert parsed(done)["given"] == {"plot": "x", "overrides": 2, "set": 3}
 
 
-def test_all_are_listed_and_one_that_is_broken_hurts_no_other(lsds):
+def test_all_are_listed_and_a_broken_one_does_not_affect_the_others(lsds):
     for arguments in (["study"], ["study", "--help"], ["chart"]):
         done = lsds(*arguments)
         assert done.exit_code == 0

@@ -24,7 +24,7 @@ def without(monkeypatch):
     return use
 
 
-def test_what_is_installed_is_not_complained_of():
+def test_an_installed_extra_is_no_error():
     require("json", "click", extra="sim")
     assert not importable("a_library_nobody_has")
 

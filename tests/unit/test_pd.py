@@ -113,7 +113,7 @@ def test_it_closes_from_where_the_fingers_are_and_not_again_while_a_command_is_u
     assert pd.update(state(True, 0.02, held=first, measured=first), GripTask()) == pytest.approx(first - 6.2 * TICK_M)
 
 
-def test_it_goes_by_the_command_where_the_fingers_are_not_known():
+def test_it_uses_the_command_if_the_aperture_is_unknown():
     assert controller().update(state(True, 0.01, held=0.02, measured=NAN), GripTask()) == pytest.approx(
         0.02 - 3.1 * TICK_M
     )

@@ -42,7 +42,7 @@ def test_a_crash_costs_its_own_item_only():
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_what_work_raises_is_raised(jobs):
+def test_an_error_of_the_work_is_raised(jobs):
     with pytest.raises(ValueError, match="two is wrong"):
         list(spread(wrong, range(6), jobs))
 

@@ -140,7 +140,7 @@ def motion(rng, dots_m, share, still_m):
 
 
 @pytest.mark.parametrize(("share", "still_m"), [(0.08, 1e-5), (0.35, 2e-5)])
-def test_the_noise_is_learnt_from_what_sticks(share, still_m):
+def test_the_noise_is_estimated_from_sticking_frames(share, still_m):
     rng = np.random.default_rng(1)
     dots = np.concatenate([np.zeros(300), rng.uniform(1e-4, 5e-4, 400)])
     motions = [motion(rng, each, share, still_m) for each in dots]
@@ -263,7 +263,7 @@ def test_without_a_slide_nothing_is_lost():
     assert "fused" in as_toml(calibrate_slip(quiet)).tables["detector"]
 
 
-def test_noise_beyond_what_is_tried_is_not_written():
+def test_noise_outside_the_searched_range_is_not_written():
     rng = np.random.default_rng(1)
     phases = cell(rng)
     phases[1].motions[-400:] = [motion(rng, 4e-4, 1.5, 1e-5) for _ in range(400)]
@@ -334,7 +334,7 @@ def test_objects_that_differ_get_a_threshold_that_others_keep_to():
     assert unlike.left_out[0] <= 5.0
 
 
-def test_what_is_expected_of_other_objects_holds_on_average():
+def test_the_expected_rate_on_other_objects_holds_on_average():
     """Calibrated on five objects and tried on five others of the same kind, many times."""
     rates = []
     for seed in range(40):

@@ -117,7 +117,7 @@ def test_tracking_finds_the_motion(clip):
     assert np.allclose(moved[:, 1], 0.0, atol=0.02)
 
 
-def test_track_writes_what_it_found(clip, tmp_path):
+def test_track_writes_its_results(clip, tmp_path):
     out, picture = tmp_path / "out.json", tmp_path / "out.png"
     done = CliRunner().invoke(cli, ["track", str(clip), "--json", str(out), "--plot", str(picture)])
     assert done.exit_code == 0, done.output
@@ -147,7 +147,7 @@ def test_a_batch_goes_on_past_a_bad_recording(clip, tmp_path):
 # -- bad ones ---------------------------------------------------------------------------------------------
 
 
-def test_a_truncated_video_names_the_frame_and_keeps_what_came_before(clip, tmp_path):
+def test_a_truncated_video_names_the_frame_and_keeps_the_earlier_ones(clip, tmp_path):
     cut = tmp_path / "cut.avi"
     cut.write_bytes(clip.read_bytes()[: int(clip.stat().st_size * 0.6)])
     result = track(cut)
@@ -276,7 +276,7 @@ class Clumsy:
         return self._inner.update(frame)
 
 
-def test_what_a_plugin_trips_over_is_the_recordings_failure_with_frame_and_reason(clip, monkeypatch):
+def test_a_plugin_s_error_on_a_recording_is_reported_with_frame_and_reason(clip, monkeypatch):
     build = PluginHost.build
 
     def clumsy(host, kind, *rest):
