@@ -59,7 +59,7 @@ def test_hold_lets_go_after_its_time():
 
 
 def program(job, body, *overrides):
-    """Run a body next to the engine; return what the body was given."""
+    """Run a body next to the engine; return the values passed to it."""
     with lsds.bring_up(overrides=[*REAL_TIME, *overrides], job=job) as engine, engine.background() as grip:
         body(grip)
     return grip

@@ -1,4 +1,4 @@
-"""Scenarios that failed once, in a campaign or a search: none of them may fail again.
+"""Regression scenarios, found by a campaign or a search: none of them may fail.
 
 `lsds search --found tests/closed_loop/found` adds to them.
 """

@@ -112,7 +112,7 @@ class Bench:
         return [value for at, value in sent if at > t_s]
 
     def from_then_on(self, fault):
-        """Replace what the sensor reads by `fault(frame)` from `FAULT_S` on."""
+        """Replace the sensor's frames by `fault(frame)` from `FAULT_S` on."""
         read = self.rig.sensor.read
 
         def reading():

@@ -1,4 +1,4 @@
-"""Every mistake of a study or a command is found by the check that is about it, and honest ones pass all of them."""
+"""Every mistake of a study or a command is found by its check, and honest ones pass all of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every installed backend's options, and those of `[tactile]`, refuse what only looks like a number."""
+"""Every installed backend's options, and those of `[tactile]`, reject values that only look like numbers."""
 
 from __future__ import annotations
 

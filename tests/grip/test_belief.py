@@ -1,4 +1,4 @@
-"""The belief about a grip: it stays a probability, learns the limit from a slide, and asks for what a load needs."""
+"""The belief about a grip: a probability that learns the limit from a slide and gives the squeeze that a load needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controller `belief` with the engine's observer: it closes on slip, and never opens on a doubt."""
+"""Controller `belief` with the engine's observer: it closes on slip, and never opens when uncertain."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def test_an_arm_of_which_nothing_is_known_is_no_infinite_speed(supported):
 
 
 def controlled_m(slip_m_s: float) -> float | None:
-    """Return what the controller commands of a squeeze of 2 mm in which an object slides."""
+    """Return the controller's command for an object that slides in a squeeze of 2 mm."""
     controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock()))
     grip = GripEstimate(
         dt_s=0.04,

@@ -1,4 +1,4 @@
-"""Where the contact is, how hard it is pressed, and how far a fragile object may be squeezed."""
+"""Place and normal force of the contact, and the allowed squeeze of a fragile object."""
 
 from __future__ import annotations
 

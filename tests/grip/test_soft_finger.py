@@ -1,4 +1,4 @@
-"""Force and torque together: what is near the limit, how fast it slips, and that an off-centre pick does not turn."""
+"""Force and torque combined: distance from the limit, slip velocity, and off-centre picks that do not turn."""
 
 from __future__ import annotations
 

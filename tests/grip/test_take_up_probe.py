@@ -1,4 +1,4 @@
-"""Taking up the load, and looking for the least grip: when they are over, and what the controller does meanwhile."""
+"""Taking up the load, and probing for the least grip: their end, and the controller's commands meanwhile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A slip that is wanted is not caught; what falls is."""
+"""The controller does not stop intended slip, but it stops a fall."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A model's file and card: what is damaged, foreign or not its own is one clear ModelError."""
+"""A model's file and card: a damaged or foreign file, or another model's card, is one clear ModelError."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The thread in which devices are called: what hangs is named and left behind, what works is not disturbed."""
+"""The thread that calls devices: a call that hangs is named and abandoned, others are not disturbed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that plugins add to `lsds`: listed, run, and kept apart where they fail."""
+"""Commands that plugins add to `lsds`: listed, run, and isolated if they fail."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from lsds.registry import PluginHost
 
 
 class Options(BaseModel):
-    """Measure what was asked for.
+    """Measure the given things.
 
     \b
     Examples:
@@ -217,7 +217,7 @@ def test_all_are_listed_and_a_broken_one_does_not_affect_the_others(lsds):
 def test_help_has_flags_defaults_choices_and_examples(lsds):
     text = " ".join(lsds("study", "echo", "--help").output.split())
     for part in (
-        "Measure what was asked for.",
+        "Measure the given things.",
         "--of WHO Of whom; repeatable.",
         "--count N How many. [default: 3]",
         "--mode [fast|slow]",

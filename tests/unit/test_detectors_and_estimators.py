@@ -1,4 +1,4 @@
-"""Detectors and the estimator on fields that are known exactly."""
+"""Detectors and the estimator on exactly known fields."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several fingers give one answer: mirrored where they face each other, weighted by how sure they are."""
+"""Fusion of several fingers: mirrored if they face each other, weighted by their variance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Key frames of a codec are known in what is read, and only where there are frames between them."""
+"""Key frames of a codec are marked when read, but only if there are other frames between them."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def test_it_never_asks_for_less_than_closed(options, literal, release, sequence)
 
 
 def released(pd, quiet, held=0.02, **more):
-    """Ask for so many quiet frames of 0.1 s, commanding what is asked for; return the frames that released."""
+    """Run the controller over quiet frames of 0.1 s and follow its commands; return the frames that released."""
     answers = []
     for i in range(quiet):
         wanted = pd.update(state(False, 0.0, dt_s=0.1, held=held, **more), GripTask())

@@ -1,4 +1,4 @@
-"""One broken plugin never hurts the rest: a table of mistakes, each with one line of what, where and remedy."""
+"""A broken plugin never affects the others: a table of mistakes, each with one line of what, where and remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time synchronisation and velocity of poses: pure functions, tried on anything."""
+"""Time synchronisation and velocity of poses, on random input."""
 
 from __future__ import annotations
 

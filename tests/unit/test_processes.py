@@ -58,7 +58,7 @@ def test_after_a_crash_the_rest_is_done_together_again():
 
 
 def test_nothing_is_lost_where_a_crash_falls_between_a_result_and_what_follows_it(monkeypatch):
-    """The pool is found broken only when the next item is handed over; what came before and what comes next stay."""
+    """The pool is found broken only when the next item is submitted; earlier and later results are kept."""
     submit, calls = ProcessPoolExecutor.submit, []
 
     def breaks_once(self, *arguments):

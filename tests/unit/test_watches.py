@@ -1,4 +1,4 @@
-"""Devices that go quiet, blind or deaf are noticed; healthy ones are left alone."""
+"""Devices without data, usable images or reactions are detected; healthy ones are not stopped."""
 
 from __future__ import annotations
 

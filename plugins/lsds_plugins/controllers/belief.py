@@ -150,7 +150,7 @@ class BeliefController:
         return max(0.0, grip.touch_m - target_m)
 
     def _opened(self, grip: GripEstimate, wanted: GripTask, held_m: float, tick_m: float, dt_s: float) -> float | None:
-        """Open slowly to what is certain to hold; while the job lets it probe, until the object begins to slide."""
+        """Open slowly to a grip that is certain to hold; while the job probes, until the object begins to slide."""
         options = self._options
         probes = wanted.probes and not self._found
         if probes:

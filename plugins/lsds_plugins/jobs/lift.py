@@ -38,7 +38,7 @@ class LiftJob:
         next(self._stages)
 
     def step(self, now: Situation) -> Wanted:
-        """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
+        """Return the wanted motion and grip. Raises SafetyStop if reference or grasp takes too long."""
         try:
             wanted = self._stages.send(now)
         except StopIteration:
@@ -65,7 +65,7 @@ class _Lift:
         self._left_s = setting.task.lift_s
 
     def stages(self) -> Stage:
-        """Yield what is wanted, from the reference to the end of the hold."""
+        """Yield the wanted motion and grip, from the reference to the end of the hold."""
         task, grasp = self._task, self._grasp
         now = yield Wanted("begin")
         while not grasp.step(now):

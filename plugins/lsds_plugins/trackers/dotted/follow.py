@@ -82,7 +82,7 @@ class DotFollower:
         return self._reference
 
     def reset(self) -> None:
-        """Forget motion: the dots are expected where the reference shows them, with no velocity."""
+        """Clear the motion: the dots are expected at their places in the reference, at rest."""
         reference = self._started()
         self._xy = reference.xy_px.copy()
         self._velocity = np.zeros_like(self._xy)

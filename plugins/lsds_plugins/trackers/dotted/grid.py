@@ -102,7 +102,7 @@ def _neighbours(
 
 
 def _walk(start: int, neighbour: dict[tuple[int, int], list[tuple[int, int, int]]]) -> dict[int, tuple[int, int]]:
-    """Walk from one point over its neighbours; jump over a missing dot only where no single step leads on."""
+    """Walk from one point over its neighbours; jump over a missing dot only if no single step is possible."""
     cell = {start: (0, 0)}
     for length in (1, 2):
         queue = list(cell)

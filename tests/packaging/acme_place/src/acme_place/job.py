@@ -24,7 +24,7 @@ class PlaceJob:
         self._task, self._grasped_ns, self._open = setting.task, None, None
 
     def step(self, now):
-        """Say what is wanted now."""
+        """Return the wanted motion and grip."""
         task = self._task
         if not now.referenced:
             return Wanted("look")
