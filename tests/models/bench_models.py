@@ -2,7 +2,7 @@
 
 Not a test. The frames are those of one simulated run. Each frame is passed without cached results, so that every
 backend computes the evidence that detector and estimator share in the loop. On a busy machine use p10. The models are
-the shipped ones, or, if there is none, models fitted to synthetic windows (`--rows`; `--fit` always fits).
+the shipped ones, or else models fitted to synthetic windows (`--rows`; `--fit` always fits).
 """
 
 from __future__ import annotations
