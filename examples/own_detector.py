@@ -1,4 +1,4 @@
-"""A detector of one's own on a recording, next to the shipped one.
+"""Your own detector on a recording, next to the shipped one.
 
 python examples/own_detector.py clip.avi
 """

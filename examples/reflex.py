@@ -1,8 +1,8 @@
-"""A reflex next to an arm program of one's own: the program moves the arm, lsds keeps the grip. Figures are simulated.
+"""A slip reflex next to your own arm program: the program moves the arm, lsds keeps the grip. Figures are simulated.
 
-On hardware the arm would be yours and unknown to lsds (`[arm] backend = "none"`), and the grip would run in the
-background: `with engine.background() as grip: grip.wait_for("hold"); ...; job.let_go()`. The simulated cell lives on a
-virtual clock that this loop steps, so here the program is the loop's body.
+On hardware lsds does not know the arm (`[arm] backend = "none"`), and the grip runs in the background:
+`with engine.background() as grip: grip.wait_for("hold"); ...; job.let_go()`. The simulated cell has a virtual clock
+that this loop steps, so the arm program is the body of the loop.
 """
 
 import lsds
@@ -24,4 +24,4 @@ with lsds.bring_up(overrides=["task.grip_aperture_m=0.0234"], job=job) as engine
             job.let_go()
         if cycle.command_m is not None:
             print(f"{now_s - begun_s:.2f} s: slip, the grip closes to {1e3 * cycle.command_m:.2f} mm")
-print("let go" if engine.released else "still held")
+print("released" if engine.released else "still held")

@@ -191,7 +191,7 @@ class FakePoses(FakeDevice):
         return PoseSample(t_ns, seq, {"object": Pose((0.0, 0.0, 0.1))})
 
 
-class Brain:
+class Algorithm:
     """Enough of a tracker, detector, estimator and controller for a rig to be built."""
 
     def __init__(self, options: object, context: BuildContext) -> None:
@@ -261,10 +261,10 @@ SPECS = [
     _spec("arm", "fake-arm", "FakeArm"),
     _spec("pose_source", "fake-poses", "FakePoses"),
     _spec("cell", "fake-cell", "FakeCell", options=False),
-    _spec("tracker", "brain", "Brain", options=False),
-    _spec("detector", "brain", "Brain", options=False),
-    _spec("estimator", "brain", "Brain", options=False),
-    _spec("controller", "brain", "Brain", options=False),
+    _spec("tracker", "plain", "Algorithm", options=False),
+    _spec("detector", "plain", "Algorithm", options=False),
+    _spec("estimator", "plain", "Algorithm", options=False),
+    _spec("controller", "plain", "Algorithm", options=False),
 ]
 
 
@@ -292,8 +292,8 @@ FAKE_RIG = {
     "gripper": {"backend": "fake-gripper"},
     "arm": {"backend": "fake-arm"},
     "cell": {"backend": "fake-cell"},
-    "tracker": {"backend": "brain"},
-    "detector": {"backend": "brain"},
-    "estimator": {"backend": "brain"},
-    "controller": {"backend": "brain"},
+    "tracker": {"backend": "plain"},
+    "detector": {"backend": "plain"},
+    "estimator": {"backend": "plain"},
+    "controller": {"backend": "plain"},
 }

@@ -1,4 +1,4 @@
-"""What this package offers to lsds. Light on purpose: listing plugins must not import numpy or cv2."""
+"""The backends of this package. Listing plugins must not import numpy or cv2, so this module imports neither."""
 
 from __future__ import annotations
 

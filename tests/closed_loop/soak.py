@@ -1,4 +1,4 @@
-"""Long operation of one process: a job that grasps, lifts, lowers and lets go again and again, and what it costs."""
+"""Long operation of one process: a job that grasps, lifts, lowers and releases repeatedly, and its cost."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROUND_S = 6.0
 
 
 class AgainJob:
-    """Grasp, lift, lower, let go, and again, for `rounds` rounds; `each` is called at the end of each."""
+    """Grasp, lift, lower and release, for `rounds` rounds; `each` is called at the end of each round."""
 
     def __init__(self, rounds, each):
         self.rounds, self.each = rounds, each

@@ -1,4 +1,4 @@
-"""The engine next to a program of one's own, in real time: it holds, ends with the program, and its errors come out."""
+"""The engine in the background of a user's program, in real time: it holds, ends with it, and reports its errors."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_hold_lets_go_after_its_time():
 
 
 def program(job, body, *overrides):
-    """Run a body next to the engine; return what the body was given."""
+    """Run a body next to the engine; return the values passed to it."""
     with lsds.bring_up(overrides=[*REAL_TIME, *overrides], job=job) as engine, engine.background() as grip:
         body(grip)
     return grip
@@ -79,7 +79,7 @@ def test_the_run_ends_with_the_program_that_it_is_next_to():
     assert not alive()
 
 
-def test_what_ends_the_run_comes_out_in_the_program():
+def test_the_error_that_ends_the_run_is_raised_in_the_program():
     class Broken(lsds.HoldJob):
         def step(self, now):
             raise ValueError("no idea what to do")
@@ -89,7 +89,7 @@ def test_what_ends_the_run_comes_out_in_the_program():
     assert not alive()
 
 
-def test_a_stage_that_does_not_come_is_an_error_that_says_where_the_job_is():
+def test_a_stage_that_is_not_reached_is_an_error_that_names_the_current_stage():
     with pytest.raises(DataError, match=r"did not reach 'dance' within 0\.2 s; it is at"):
         program(lsds.HoldJob(), lambda grip: grip.wait_for("dance", timeout_s=0.2))
 

@@ -1,4 +1,4 @@
-"""Where no motion can be measured, the last estimate bridges three frames of the loop, and no more."""
+"""If no motion can be measured, the last estimate bridges at most three frames of the loop."""
 
 from __future__ import annotations
 

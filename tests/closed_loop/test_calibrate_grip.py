@@ -1,4 +1,4 @@
-"""`lsds calibrate grip`: a known weight tells how many newtons the dots' displacement is."""
+"""`lsds calibrate grip`: a known weight calibrates the dots' displacement in newtons."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def test_the_simulated_cell_finds_its_gel_and_the_config_takes_the_file(tmp_path
     assert 0 < found["noise"] < 0.1
     config = load_config(None, [f'calibration=["{out}"]'])
     assert config.grip.answer_s == pytest.approx(found["answer_s"], abs=1e-3)
-    assert config.grip.noise == 0.1, "one object does not tell how loads differ between objects"
+    assert config.grip.noise == 0.1, "one object does not show how loads differ between objects"
     assert config.tactile.shear_kpa_mm == pytest.approx(found["shear_kpa_mm"], abs=1e-3)
     own = load_config(None, [f'calibration=["{out}"]', "tactile.shear_kpa_mm=30.0"])
-    assert own.tactile.shear_kpa_mm == 30.0, "what the config says itself counts more"
+    assert own.tactile.shear_kpa_mm == 30.0, "the config's own value overrides the file"
 
 
 def test_a_weight_that_is_given_counts_as_that_of_the_cell_does(tmp_path, installed_host):
@@ -63,15 +63,15 @@ def test_two_fingers_share_the_weight_and_one_carries_half():
 
 
 @pytest.mark.parametrize(
-    ("carried", "says"),
+    ("carried", "message"),
     [
         (loads(2.0), "fewer than 10 frames"),
         (loads(*[0.1] * 20), "shows no load"),
         (loads(*[1.0, 3.0] * 10), "did it slip or swing"),
     ],
 )
-def test_a_lift_that_tells_nothing_gives_one_error(carried, says):
-    with pytest.raises(DataError, match=says):
+def test_a_lift_without_information_gives_one_error(carried, message):
+    with pytest.raises(DataError, match=message):
         _compared({BEFORE: {"left": loads(*[0.1, 0.12] * 10)}, CARRIED: {"left": carried}}, 3.0, 27.2)
 
 
@@ -100,15 +100,15 @@ def test_a_slide_needs_no_weight(tmp_path, installed_host):
 
 
 @pytest.mark.parametrize(
-    ("seen", "says"),
+    ("seen", "message"),
     [
         ([0.5] * 5, "only 5 frames"),
         ([0.0] * 40, "moves with the fingers"),
         ([0.1 * at for at in range(40)] + [4.0] * 40, "never gave way"),
     ],
 )
-def test_a_slide_that_shows_nothing_gives_one_error(seen, says):
-    with pytest.raises(DataError, match=says):
+def test_a_slide_that_shows_nothing_gives_one_error(seen, message):
+    with pytest.raises(DataError, match=message):
         compared_friction(seen)
 
 

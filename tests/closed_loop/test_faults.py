@@ -34,8 +34,8 @@ SHORT = ("task.lift_s=0.6", "task.hold_s=0.3")
 
 
 def with_fault(name, moment="take up", **keys):
-    told = "".join(f", {key} = {value}" for key, value in keys.items())
-    return run(None, [*SHORT, f'faults=[{{backend = "{name}", at = "{moment}"{told}}}]'])
+    options = "".join(f", {key} = {value}" for key, value in keys.items())
+    return run(None, [*SHORT, f'faults=[{{backend = "{name}", at = "{moment}"{options}}}]'])
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_a_fault_that_has_not_begun_changes_nothing():
     assert plain.truths == wrapped.truths
 
 
-def test_a_fault_begins_and_ends_when_it_was_told_to():
+def test_a_fault_begins_and_ends_as_configured():
     context = BuildContext(VirtualClock(), 3)
     host, stages = PluginHost(), shared_stages(context)
     options = {"at": "lift", "after_s": 0.5, "for_s": 1.0, "severity": 5}
@@ -183,7 +183,7 @@ def test_frames_that_change_places_all_come_each_with_its_own_time():
 
 
 @pytest.mark.parametrize("name", ["gripper-late", "arm-lags"])
-def test_what_waits_when_a_fault_ends_never_comes_after_a_newer_command(name):
+def test_a_command_delayed_by_a_fault_never_arrives_after_a_newer_one(name):
     context = BuildContext(VirtualClock(), 0)
     shared_stages(context).enter("start", 0)
     taken = []
@@ -206,7 +206,7 @@ def test_what_waits_when_a_fault_ends_never_comes_after_a_newer_command(name):
     assert taken == [2, 3]
 
 
-def test_every_fault_of_the_catalogue_can_be_built_and_says_what_it_afflicts():
+def test_every_fault_of_the_catalogue_can_be_built_and_names_its_target():
     host, context = PluginHost(), BuildContext(VirtualClock(), 0)
     kinds = {"sensor", "gripper", "arm", "tracker", "detector", "estimator", "controller", "observer"}
     for entry in CATALOGUE:

@@ -1,4 +1,4 @@
-"""Two fingers in one rig: each has perception and detector of its own, estimate and controller see both."""
+"""Two fingers in one rig: each has its own perception and detector; estimate and controller combine both."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BOTH = (
 )
 
 
-def test_both_fingers_hold_the_pipe_and_each_cycle_says_what_each_saw():
+def test_both_fingers_hold_the_pipe_and_each_cycle_has_the_results_of_both():
     cycles = []
     session = lsds.run(overrides=BOTH, observe=cycles.append)
     assert session.summary["outcome"] == "held"
@@ -55,7 +55,7 @@ def test_the_controller_sees_both_fingers():
 
 
 @pytest.mark.parametrize("name", ["left", "right"])
-def test_one_finger_that_goes_blind_stops_the_cell_and_is_named(name):
+def test_a_finger_without_usable_frames_stops_the_cell_and_is_named(name):
     with lsds.bring_up(overrides=BOTH) as engine:
         finger = next(finger for finger in engine.rig.fingers if finger.name == name)
         read = finger.sensor.read
@@ -69,7 +69,7 @@ def test_one_finger_that_goes_blind_stops_the_cell_and_is_named(name):
             engine.run()
 
 
-def test_a_finger_is_mirrored_where_a_config_says_so():
+def test_a_finger_is_mirrored_if_the_config_sets_opposite():
     with lsds.bring_up(overrides=[*BOTH, "sensors.left.opposite=true", "sensors.right.opposite=false"]) as engine:
         assert [finger.opposite for finger in engine.rig.fingers] == [True, False]
 

@@ -1,4 +1,4 @@
-"""Scenarios that failed once, in a campaign or a search: none of them may fail again.
+"""Regression scenarios, found by a campaign or a search: none of them may fail.
 
 `lsds search --found tests/closed_loop/found` adds to them.
 """
@@ -16,7 +16,7 @@ FOUND = sorted((Path(__file__).parent / "found").glob("*.toml"))
 
 
 @pytest.mark.parametrize("file", FOUND, ids=lambda file: file.stem)
-def test_what_failed_once_does_not_fail_again(file):
+def test_regression_scenarios_do_not_fail(file):
     session = run(file)
     way, margin = least(margins_of(session, Limits()))
     assert margin >= 0, f"{way}: {session.summary['outcome']}, {session.summary['fault']}"

@@ -20,7 +20,7 @@ AT_S = 2.6
 
 @pytest.fixture
 def free():
-    """What a hanging call waits for: the end of the test."""
+    """Yield the event that hanging calls wait for; it is set at the end of the test."""
     free = threading.Event()
     yield free
     free.set()
@@ -64,19 +64,19 @@ def beside(engine):
     [*((place, whole, "virtual") for place in PLACES), ("sensor", stepwise, "virtual"), ("sensor", beside, "wall")],
 )
 def test_whatever_hangs_the_arm_stops_and_the_grip_is_kept(place, run, clock, free):
-    device, name, says = PLACES[place]
-    told = []
+    device, name, expected = PLACES[place]
+    calls = []
     with lsds.bring_up(overrides=[*QUICK, *LIMITS, f"clock={clock}"]) as engine:
         rig = engine.rig
         hang_from(rig, device(rig), name, free, rig.clock.now() / 1e9 + AT_S)
         stop, command = rig.arm.stop, rig.gripper.command
-        rig.arm.stop = lambda: (told.append("arm.stop"), stop())[1]
+        rig.arm.stop = lambda: (calls.append("arm.stop"), stop())[1]
         grips = []
         rig.gripper.command = lambda asked: (grips.append(asked.aperture_m), command(asked))[1]
         with pytest.raises(CallHangs) as caught:
             run(engine)
-        assert says in str(caught.value)
-        assert "arm.stop" in told
+        assert expected in str(caught.value)
+        assert "arm.stop" in calls
         sent = len(grips)
         free.set()  # The call returns after all: too late for it to send anything.
         rig.clock.sleep_until(rig.clock.now() + 500_000_000)
@@ -120,7 +120,7 @@ def test_an_observer_of_a_run_is_called_by_its_caller():
     assert threads == {threading.current_thread()}
 
 
-def test_what_fails_after_the_watchdog_has_fired_fails_because_of_it(free):
+def test_failures_after_the_watchdog_has_fired_are_attributed_to_it(free):
     """In real time: the sensor takes longer than the watchdog waits, and then fails in another way."""
     with lsds.bring_up(overrides=[*QUICK, "clock=wall", "safety.watchdog_s=0.2"]) as engine:
         read, slow = engine.rig.sensor.read, []

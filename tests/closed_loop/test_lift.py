@@ -46,12 +46,12 @@ def test_the_stages_come_by_time_and_by_events():
     ]
 
 
-@pytest.mark.parametrize(("reference", "says"), [(False, "no reference frame"), (True, "nothing was grasped")])
-def test_what_takes_too_long_stops_the_cell(reference, says):
+@pytest.mark.parametrize(("reference", "message"), [(False, "no reference frame"), (True, "nothing was grasped")])
+def test_a_stage_that_takes_too_long_stops_the_cell(reference, message):
     job = lift(timeout_s=2.0)
     job.step(at(0, referenced=reference))
     assert job.step(at(2000, referenced=reference)).stage == ("grasp" if reference else "reference")
-    with pytest.raises(SafetyStop, match=f"{says}.* within 2.0 s"):
+    with pytest.raises(SafetyStop, match=f"{message}.* within 2.0 s"):
         job.step(at(2001, referenced=reference))
 
 

@@ -1,4 +1,4 @@
-"""Many runs in one process: each goes with its last reference, and what is kept between them is bounded."""
+"""Many runs in one process: each is freed with its last reference, and memory kept between them is bounded."""
 
 from __future__ import annotations
 

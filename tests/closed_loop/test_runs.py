@@ -1,4 +1,4 @@
-"""Whole runs of the default cell on the virtual clock, through the same door as `lsds run`."""
+"""Whole runs of the default cell on the virtual clock, through the same function as `lsds run`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def run(*overrides):
 
 
 def plain(summary):
-    """The summary as JSON, without what the machine's speed decides."""
+    """Return the summary as JSON, without values that depend on the machine's speed."""
     kept = {key: copy.deepcopy(value) for key, value in summary.items() if key not in TIMING}
     return json.loads(json.dumps(kept, default=str))
 
@@ -114,7 +114,7 @@ def test_a_gel_without_dots_is_watched_by_dense_flow():
 
 
 class Rigged:
-    """A run whose rig can still be looked at: `fault`, `state` of gripper and arm after the stop."""
+    """A run whose rig remains accessible: `fault`, `state` of gripper and arm after the stop."""
 
     def __init__(self, *overrides):
         config = load_config(None, overrides)

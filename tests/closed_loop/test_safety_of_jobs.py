@@ -112,7 +112,7 @@ class Bench:
         return [value for at, value in sent if at > t_s]
 
     def from_then_on(self, fault):
-        """Replace what the sensor reads by `fault(frame)` from `FAULT_S` on."""
+        """Replace the sensor's frames by `fault(frame)` from `FAULT_S` on."""
         read = self.rig.sensor.read
 
         def reading():
@@ -198,7 +198,7 @@ def wrong(bench):
 
 
 FAULTS = {
-    # fault: (how, limit in seconds, error, what it says)
+    # fault: (how, limit in seconds, error, its message)
     "dead": (dead, 0.25, SafetyStop, "sensor: nothing usable.*unplugged"),
     "blind": (blind, 0.25, SafetyStop, "sensor: nothing usable.*(dots can be followed|whole image changes)"),
     "black": (black, 0.25, SafetyStop, "sensor: nothing usable.*black"),
@@ -208,7 +208,7 @@ FAULTS = {
     "silent arm": (silent_arm, 0.25, SafetyStop, "arm: nothing usable.*unplugged"),
     "Ctrl-C": (interrupt, 0.06, KeyboardInterrupt, ""),
     "job raises": (raising, 0.02, PluginError, "job .*raised ValueError.*the job is broken"),
-    "job says nonsense": (wrong, 0.02, PluginError, "job .*not Wanted"),
+    "job returns nonsense": (wrong, 0.02, PluginError, "job .*not Wanted"),
 }
 
 
@@ -220,7 +220,7 @@ def requires_nothing(job, fault):
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("job", JOBS)
 def test_whatever_fails_nothing_runs_on_and_nothing_opens(job, fault):
-    wrap, limit_s, error, says = FAULTS[fault]
+    wrap, limit_s, error, message = FAULTS[fault]
     bench = Bench(job, wrap=wrap)
     if requires_nothing(job, fault):
         assert bench.error is None
@@ -228,13 +228,13 @@ def test_whatever_fails_nothing_runs_on_and_nothing_opens(job, fault):
     moving_before = [value for at, value in bench.moves if FAULT_S - 0.2 < at < FAULT_S]
     assert any(moving_before) == (job in MOVING), "the fault has to come while the arm moves"
     assert isinstance(bench.error, error)
-    assert re.search(says, str(bench.error)), str(bench.error)
+    assert re.search(message, str(bench.error)), str(bench.error)
     assert bench.ended_s < FAULT_S + limit_s + 0.05
     assert not any(bench.after(FAULT_S + limit_s, bench.moves)), "a moving command after the limit"
     assert bench.arm.tcp_twist.linear_m_s == pytest.approx((0, 0, 0), abs=1e-6)
     if job != "watch":
         held = [value for at, value in bench.grips if at <= FAULT_S][-1]
-        assert all(value <= held + 1e-9 for value in bench.after(FAULT_S, bench.grips)), "it was told to open"
+        assert all(value <= held + 1e-9 for value in bench.after(FAULT_S, bench.grips)), "it was commanded to open"
         assert bench.gripper.aperture_m <= held + 4e-4, "it opened"
 
 
@@ -266,7 +266,7 @@ def test_a_healthy_run_ends_by_itself(job):
     assert len(bench.seen) > 30
 
 
-def test_hold_leaves_the_arm_alone_answers_slip_and_lets_go_when_told():
+def test_hold_does_not_move_the_arm_reacts_to_slip_and_releases_on_request():
     bench_job = []
 
     def pull(bench):

@@ -33,19 +33,19 @@ SPEC_GRIPPER, SPEC_ARM = (Rig(RigConfig()).gripper.spec, Rig(RigConfig()).arm.sp
 
 
 class Arm:
-    """An arm that follows a wanted velocity with an acceleration, told 20 ms late."""
+    """An arm that follows a wanted velocity with an acceleration; its state is 20 ms old."""
 
     def __init__(self, acceleration):
-        self.height, self.speed, self.told, self._acceleration = 0.3, 0.0, [0.3] * 20, acceleration
+        self.height, self.speed, self.delayed, self._acceleration = 0.3, 0.0, [0.3] * 20, acceleration
 
     def state(self, t_ms):
-        return ArmState(t_ms * 1_000_000, t_ms, Pose((0.0, 0.0, self.told[0]), (0.0, 0.0, 0.0, 1.0)), Twist())
+        return ArmState(t_ms * 1_000_000, t_ms, Pose((0.0, 0.0, self.delayed[0]), (0.0, 0.0, 0.0, 1.0)), Twist())
 
     def step(self, wanted):
         limit = self._acceleration * 1e-3
         self.speed += min(max(wanted - self.speed, -limit), limit)
         self.height += 1e-3 * self.speed
-        self.told = [*self.told[1:], self.height]
+        self.delayed = [*self.delayed[1:], self.height]
 
 
 @pytest.mark.parametrize("acceleration", [0.15, 0.5, 3.0])
@@ -97,7 +97,7 @@ def test_a_firmly_held_pipe_is_shaken_and_does_not_slip():
 FEW = ["job.shake.still_s=4.0", "job.shake.shakes=6"]
 
 
-def test_the_summary_counts_what_was_called_slip():
+def test_the_summary_counts_reported_slips():
     session = run(None, [*QUICK, "job.backend=shake", "job.shake.still_s=0.3", "job.shake.shakes=1"])
     called = session.summary["called_slip"]
     assert 0 <= called["slip"] < called["answered"]
@@ -106,10 +106,10 @@ def test_the_summary_counts_what_was_called_slip():
 
 
 def test_calibrating_on_the_simulated_rig_writes_a_file_that_runs(tmp_path):
-    out, told = tmp_path / "slip.toml", tmp_path / "told.json"
+    out, written = tmp_path / "slip.toml", tmp_path / "result.json"
     flags = [part for each in (*QUICK, *FEW) for part in ("--set", each)]
-    assert main(["calibrate", "slip", *flags, "--out", str(out), "--json", str(told)]) == 0
-    summary = json.loads(told.read_text())
+    assert main(["calibrate", "slip", *flags, "--out", str(out), "--json", str(written)]) == 0
+    summary = json.loads(written.read_text())
     names = [each["name"] for each in summary["detectors"]]
     assert names == ["fused", "imprint"]
     assert summary["moving"] > 40
@@ -125,7 +125,7 @@ def test_calibrating_on_the_simulated_rig_writes_a_file_that_runs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (["--out", "slip.json"], "must end in .toml"),
         (["--set", "arm.backend=none"], "add --by-hand"),
@@ -143,18 +143,18 @@ def test_calibrating_on_the_simulated_rig_writes_a_file_that_runs(tmp_path):
         ([str(EXAMPLES / "hardware.toml")], "only a simulated rig moves by itself"),
     ],
 )
-def test_what_cannot_be_calibrated_is_said(tmp_path, monkeypatch, capsys, arguments, says):
+def test_what_cannot_be_calibrated_is_an_error(tmp_path, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(tmp_path)
     assert main(["calibrate", "slip", *arguments]) not in (0, 1)
-    assert says in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_by_hand_says_what_to_do_once_the_untouched_gel_was_seen():
-    said, config = [], load_config()
-    phases = watched_hand(config, by_hand(2.0), built(config, ["imprint"]), said.append)
+def test_by_hand_prints_each_instruction_after_the_untouched_gel_was_seen():
+    printed, config = [], load_config()
+    phases = watched_hand(config, by_hand(2.0), built(config, ["imprint"]), printed.append)
     asked = ["do not touch the gel", "put the object into the grip", "hold it still", "wriggle it:", "wriggle it ("]
-    assert [line[: len(each)] for line, each in zip(said, asked, strict=False)] == asked
+    assert [line[: len(each)] for line, each in zip(printed, asked, strict=False)] == asked
     with pytest.raises(DataError, match="0 of 40 frames in which the gel moves"):  # Nobody has moved anything.
         calibrate_slip(phases)
 
@@ -164,22 +164,27 @@ def test_an_object_that_slips_or_is_not_held_leaves_no_file(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     flags = [part for each in (*QUICK, *FEW, f"task.grip_aperture_m={aperture_m}") for part in ("--set", each)]
     assert main(["calibrate", "slip", *flags, "--firm-mm", "0"]) == DataError.exit_code
-    said = capsys.readouterr().err
-    assert "gripped 0 mm closer than usual, the object slipped or was not held at all" in said
-    assert "a larger --firm-mm" in said
+    printed = capsys.readouterr().err
+    assert "gripped 0 mm closer than usual, the object slipped or was not held at all" in printed
+    assert "a larger --firm-mm" in printed
     assert list(tmp_path.iterdir()) == []
 
 
 def test_of_a_flag_and_the_config_s_own_option_the_flag_counts(monkeypatch):
     asked = []
     monkeypatch.setattr(sources, "_moved", lambda config, job, *_, **__: asked.append(job) or 0.0)
-    said = []
+    printed = []
     for firm_mm in (None, 3.5):
-        watched_rig(load_config(None, ["job.shake.closer_mm=1.5", "job.shake.shakes=2"]), firm_mm, {}, said.append)
+        watched_rig(load_config(None, ["job.shake.closer_mm=1.5", "job.shake.shakes=2"]), firm_mm, {}, printed.append)
     shaken = [job.tables["shake"] for job in asked if job.backend == "shake"]
     assert [(each["closer_mm"], each["shakes"], each["still_s"]) for each in shaken] == [(1.5, 2, 8.0), (3.5, 2, 8.0)]
+<<<<<<< HEAD
     assert said[0].startswith("gripping 1.5 mm closer")
     assert "did not slide" in said[2]
+=======
+    assert printed[0].startswith("gripping 1.5 mm closer")
+    assert "nothing slid" in printed[2]
+>>>>>>> e4
 
 
 def test_a_config_may_name_the_file_before_there_is_one(tmp_path, capsys):
@@ -192,14 +197,14 @@ def test_a_config_may_name_the_file_before_there_is_one(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_the_simulated_rig_shows_enough_to_lower_a_threshold(tmp_path):
-    told = tmp_path / "told.json"
-    assert main(["calibrate", "slip", "--out", str(tmp_path / "slip.toml"), "--json", str(told)]) == 0
-    assert all(each["lowers"] for each in json.loads(told.read_text())["detectors"])
+    written = tmp_path / "result.json"
+    assert main(["calibrate", "slip", "--out", str(tmp_path / "slip.toml"), "--json", str(written)]) == 0
+    assert all(each["lowers"] for each in json.loads(written.read_text())["detectors"])
 
 
 def test_a_threshold_of_the_config_s_own_is_pointed_out(tmp_path):
-    rig, out, told = tmp_path / "rig.toml", tmp_path / "slip.toml", tmp_path / "told.json"
+    rig, out, written = tmp_path / "rig.toml", tmp_path / "slip.toml", tmp_path / "result.json"
     rig.write_text("[detector.fused]\nthreshold = 0.9\n")
     flags = [part for each in (*QUICK, *FEW) for part in ("--set", each)]
-    assert main(["calibrate", "slip", str(rig), *flags, "--out", str(out), "--json", str(told)]) == 0
-    assert "the config sets detector.fused.threshold itself" in json.loads(told.read_text())["warnings"][0]
+    assert main(["calibrate", "slip", str(rig), *flags, "--out", str(out), "--json", str(written)]) == 0
+    assert "the config sets detector.fused.threshold itself" in json.loads(written.read_text())["warnings"][0]

@@ -1,4 +1,4 @@
-"""Long operation and many starts leave nothing behind: no memory, thread, descriptor or child.
+"""Long operation and many starts leak no memory, thread, descriptor or child.
 
 The quick forms run always; an hour of operation and a thousand starts with `-m slow`.
 """

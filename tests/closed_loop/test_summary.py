@@ -13,8 +13,8 @@ from lsds.session.summary import Slip, _called_slip, _detection, _severity_mae, 
 MS = 1_000_000
 
 
-def sample(i, *, said=True, speed=0.0, true=0.0):
-    return Sample(40 * i * MS, "lift", True, True, 1.0, 0.2, said, speed, 0.0, true, None, 0.02, 0.02)
+def sample(i, *, detected=True, speed=0.0, true=0.0):
+    return Sample(40 * i * MS, "lift", True, True, 1.0, 0.2, detected, speed, 0.0, true, None, 0.02, 0.02)
 
 
 def test_the_zero_predictor_is_judged_on_the_same_frames_as_the_estimator():
@@ -32,9 +32,9 @@ def test_without_a_truth_there_is_no_error():
 
 
 def test_detections_are_counted_and_the_delay_is_from_slip_to_alarm():
-    said = [True, False, False, None, True, False]
+    detected = [True, False, False, None, True, False]
     true = [0.0, 0.0, 0.02, 0.02, 0.02, 0.02]
-    samples = [sample(i, said=s, true=t) for i, (s, t) in enumerate(zip(said, true, strict=True))]
+    samples = [sample(i, detected=s, true=t) for i, (s, t) in enumerate(zip(detected, true, strict=True))]
     onset = Slip(0.001, (samples[2].t_ns - samples[0].t_ns) * 1e-9 - 0.01, 0.1, 0.02)
     counts = _detection(samples, samples[0].t_ns, onset)
     assert counts == {
@@ -51,12 +51,15 @@ def test_detections_are_counted_and_the_delay_is_from_slip_to_alarm():
 
 def test_no_slip_has_no_onset():
     assert _slip([]) is None
-    assert _detection([sample(0, said=False)], 0, None)["onset_delay_s"] is None
+    assert _detection([sample(0, detected=False)], 0, None)["onset_delay_s"] is None
 
 
 def test_frames_called_slip_are_counted_since_the_lift_of_those_answered():
     before = replace(sample(0), acting=False, rising=False)
-    samples = [before, *(sample(i, said=said) for i, said in enumerate([True, False, None, False], start=1))]
+    samples = [
+        before,
+        *(sample(i, detected=detected) for i, detected in enumerate([True, False, None, False], start=1)),
+    ]
     called = {"slip": 1, "answered": 3, "lifted": True, "slipped_m": None}
     assert _called_slip(samples, []) == called
     still = [replace(each, acting=False, rising=False) for each in samples]

@@ -1,4 +1,4 @@
-"""A gripper of another distribution, with dynamics of its own, joins the cell by the public interface and lifts."""
+"""A gripper of another distribution, with its own dynamics, joins the cell by the public interface and lifts."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def test_a_gripper_that_cannot_be_reached_is_not_reported_to_keep_the_grip():
     assert "its last command was 2" in report
 
 
-def test_devices_that_answer_are_reported_as_told():
+def test_devices_that_answer_are_reported_as_commanded():
     report = run(fault("camera-gone")).summary["stop_report"]
     assert report.startswith("the arm was commanded to stop; the gripper was commanded to stay where it is")
     assert "reached" not in report
@@ -159,7 +159,7 @@ def test_a_failure_of_the_imprint_names_the_imprint_and_not_the_detector(monkeyp
     assert str(session.fault).startswith("imprint of sensor raised ZeroDivisionError: no edges (a bug in lsds")
 
 
-def test_the_imprint_has_its_own_time_and_none_if_nobody_asks():
+def test_the_imprint_has_its_own_time_and_none_if_it_is_not_used():
     assert run().summary["timing"]["imprint_us"]["p50"] > 0
     blind = run("detector.backend=threshold", "estimator.backend=field", "controller.backend=pd")
     assert blind.summary["timing"]["imprint_us"] == {"p50": None, "p99": None}

@@ -1,4 +1,4 @@
-"""What a job wishes is done safely: nothing opens by a late echo, nothing is sent after a stop, nonsense is refused."""
+"""The engine executes a job's wishes safely: no opening by a late echo, no command after a stop, no malformed wish."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Wants:
 
 
 @pytest.mark.parametrize(
-    ("wish", "says"),
+    ("wish", "message"),
     [
         (lsds.Wanted("up", twist=(0.0, 0.0, 0.1)), "stage 'up': twist is .* not a Twist"),
         (lsds.Wanted("close", grip=0.02), "stage 'close': grip is 0.02, not a Grip"),
@@ -90,10 +90,10 @@ class Wants:
         (lsds.Wanted("slide", slide=lsds.Slide(math.nan)), "not all finite"),
     ],
 )
-def test_a_malformed_wish_is_refused_before_anything_is_sent(wish, says):
+def test_a_malformed_wish_is_refused_before_anything_is_sent(wish, message):
     session = lsds.run(overrides=[WINKLER], job=Wants((9.0, wish)))
     assert isinstance(session.fault, PluginError)
-    with pytest.raises(PluginError, match=says):
+    with pytest.raises(PluginError, match=message):
         raise session.fault
 
 
@@ -122,7 +122,7 @@ def test_nothing_is_sent_after_the_watchdog_has_stopped_the_cell():
     assert "command" not in sent[sent.index("stop") :]
 
 
-def test_the_controller_starts_afresh_where_a_job_grips_anew():
+def test_the_controller_is_reset_when_a_job_grips_again():
     first, second = lsds.Grip(0.0225, 0.05, 60.0), lsds.Grip(0.0205, 0.05, 60.0)
     job = Wants(
         (0.7, lsds.Wanted("look")),

@@ -23,7 +23,7 @@ ABSTAINS = Detection(None, math.nan, 1e-3, 0.0)
 
 
 def speed_of(observation):
-    """Mean speed (m/s) of the markers, NaN where none is known."""
+    """Return the mean speed (m/s) of the markers, NaN if none is known."""
     known = observation.field.velocity_m_s[np.isfinite(observation.field.velocity_m_s).all(axis=1)]
     return float(np.linalg.norm(known, axis=1).mean()) if len(known) else math.nan
 
@@ -63,7 +63,7 @@ class HonestEstimator:
 
 
 class HonestTracker:
-    """Takes the dark pixels around where each marker was last."""
+    """Uses the dark pixels around the last place of each marker."""
 
     REACH, LEAST = 12, 60.0
 

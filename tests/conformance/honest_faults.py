@@ -19,7 +19,7 @@ class Options(BaseModel):
 
 
 class Around:
-    """A part; what is not said otherwise is its own."""
+    """A part that passes on all other attributes."""
 
     def __init__(self, part, fault):
         self.part, self.fault = part, fault

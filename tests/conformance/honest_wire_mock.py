@@ -55,7 +55,9 @@ class HonestWireMock:
     def inject(self, fault):
         kind = fault.get("kind")
         if kind not in KINDS:
-            raise ConfigError("honest", [ConfigIssue("fault.kind", f"{kind!r} is none", f"one of: {', '.join(KINDS)}")])
+            raise ConfigError(
+                "honest", [ConfigIssue("fault.kind", f"{kind!r} is unknown", f"one of: {', '.join(KINDS)}")]
+            )
 
     def close(self):
         for link in self.links:

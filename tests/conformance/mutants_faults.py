@@ -62,7 +62,7 @@ class FailsOnAnUnknownSeverity(Limits):
     def __init__(self, options, context):
         super().__init__(options, context)
         if options.severity in (-1, 6):
-            raise ConfigError("fault", [ConfigIssue("severity", "is none", "1 to 5")])
+            raise ConfigError("fault", [ConfigIssue("severity", "is invalid", "1 to 5")])
         if options.severity == 0:
             raise IndexError("tuple index out of range")
 
@@ -72,7 +72,7 @@ class RefusesTwice(Limits):
     def __init__(self, options, context):
         super().__init__(options, context)
         if not 1 <= options.severity <= 5:
-            raise ConfigError("fault", [ConfigIssue("severity", "is none"), ConfigIssue("level", "is none")])
+            raise ConfigError("fault", [ConfigIssue("severity", "is invalid"), ConfigIssue("level", "is invalid")])
 
 
 class ReadsOnly:
@@ -246,7 +246,7 @@ class ConfiguresLogging(OffsetFault):
         logging.basicConfig()
 
 
-class SeedsAnew(Late):
+class SeedsAgain(Late):
     def reset(self):
         super().reset()
         np.random.seed(1)  # noqa: NPY002
@@ -254,7 +254,7 @@ class SeedsAnew(Late):
 
 @caught_fault(fault_traces.check_fault_leaves_global_state, "numpy's global random state")
 class SeedsOnReset(LateFault):
-    wrapper = SeedsAnew
+    wrapper = SeedsAgain
 
 
 @caught_fault(fault_traces.check_fault_leaves_global_state, "the fault started .*left-over")

@@ -1,4 +1,4 @@
-"""Devices with a mistake in their life cycle, in what they leave behind, or in the time that calls take."""
+"""Devices with a mistake in their life cycle, in resources that they leak, or in the time of their calls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Grippers and arms with a mistake in what they do, report or declare."""
+"""Grippers and arms with a mistake in a motion, report or declaration."""
 
 from __future__ import annotations
 

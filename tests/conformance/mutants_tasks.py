@@ -130,7 +130,7 @@ class WantsNan(HonestJob):
 
 
 @caught("job", wishes.check_wants_are_sound, "done is 'yes'")
-class SaysYes(HonestJob):
+class DoneIsText(HonestJob):
     def step(self, now):
         return replace(super().step(now), done="yes")
 

@@ -149,6 +149,6 @@ def test_a_kind_without_checks_is_refused():
 
 
 def test_algorithms_have_checks_of_their_own():
-    names = {case.check.__name__ for case in cases(Bench("detector", "brain", host=HOST))}
+    names = {case.check.__name__ for case in cases(Bench("detector", "plain", host=HOST))}
     assert "check_detections_are_sound" in names
     assert "check_walks_through_its_life" not in names

@@ -1,4 +1,4 @@
-"""Every mistake is found by the check that is about it, with a remedy, and an honest device passes all of them."""
+"""Every mistake is found by its check, with a remedy, and an honest device passes all of them."""
 
 from __future__ import annotations
 

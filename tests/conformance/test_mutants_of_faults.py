@@ -1,4 +1,4 @@
-"""Every mistake of a fault is found by the check that is about it, and honest faults pass all of them."""
+"""Every mistake of a fault is found by its check, and honest faults pass all of them."""
 
 from __future__ import annotations
 

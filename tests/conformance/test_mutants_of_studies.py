@@ -1,4 +1,4 @@
-"""Every mistake of a study or a command is found by the check that is about it, and honest ones pass all of them."""
+"""Every mistake of a study or a command is found by its check, and honest ones pass all of them."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_a_study_runs_once_for_all_checks_but_that_of_the_seed(monkeypatch):
     assert len(runs) == 2
 
 
-def test_a_further_part_of_a_study_may_begin_anew(monkeypatch):
+def test_a_further_part_of_a_study_may_begin_again(monkeypatch):
     monkeypatch.setattr(mutants_studies.StopsOneShort, "ticks", lambda self: [(1, 2), (2, 2), (0, 5), (5, 5)])
     (result,) = run_checks(study_bench(mutants_studies.StopsOneShort), ["progress_reaches_its_end"])
     assert result.outcome == "passed", result

@@ -1,4 +1,4 @@
-"""Every mistake of a wire mock is found by the check that is about it, and an honest one passes all of them."""
+"""Every mistake of a wire mock is found by its check, and an honest one passes all of them."""
 
 from __future__ import annotations
 

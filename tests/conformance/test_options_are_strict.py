@@ -1,4 +1,4 @@
-"""Every installed backend's options, and those of `[tactile]`, refuse what only looks like a number."""
+"""Every installed backend's options, and those of `[tactile]`, reject values that only look like numbers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PAIRS = list(fields(lambda kind: typing.get_origin(kind) is tuple))
 
 
 def complaints(model, name, value):
-    """What is wrong with one field's value; a field that others are needed with may still be right itself."""
+    """Return the errors of one field's value; missing other fields do not count."""
     try:
         model(**{name: value})
     except ValidationError as error:

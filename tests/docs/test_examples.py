@@ -1,4 +1,4 @@
-"""The examples run as they stand, in a process of their own."""
+"""The examples run unchanged, each in a separate process."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def test_a_job_in_ten_lines(tmp_path):
 
 @pytest.mark.usefixtures("installed_host")
 def test_a_reflex_next_to_an_arm_program(tmp_path):
-    said = run("reflex.py", tmp_path)
-    assert "slip, the grip closes to" in said
-    assert said.rstrip().endswith("let go")
+    printed = run("reflex.py", tmp_path)
+    assert "slip, the grip closes to" in printed
+    assert printed.rstrip().endswith("released")
 
 
 def test_an_own_detector_on_a_recording(tmp_path):

@@ -137,7 +137,7 @@ def test_no_client_ends_the_wire_mock_of_the_page_and_a_fault_shows(served):
 
 
 @pytest.mark.parametrize("backend", ["fault"], indirect=True)
-def test_the_fault_of_its_page_ends_a_run_as_the_page_says(backend):
+def test_the_fault_of_its_page_ends_a_run_as_the_page_states(backend):
     host, spec = backend
     sessions = []
     for severity in (1, 5):

@@ -28,7 +28,7 @@ def commands(command, path, parent=None):
 
 
 def examples():
-    """Return the examples of all help texts, each with what is stated beside or below it."""
+    """Return the examples of all help texts, each with the result stated next to it or below."""
     found = {}
     for _, command in commands(cli, ("lsds",)):
         last = ""

@@ -58,13 +58,13 @@ STUDIES_IN_SHORT = {
     "frame": "--help",
     "scheduler": "--repeats 1",
 }
-"""Flags that make a study quick: that it measures what it says is asked of the study, here only that it runs."""
+"""Flags that make a study quick. These tests check only that it runs; the tests of each study check its results."""
 
 
 def in_short(command):
-    """A command, cut short where it runs a study that takes long."""
+    """Return the command, with flags that shorten a long study."""
     if re.match(r"lsds (evaluate|choose|search)\b", command):
-        # Campaigns of minutes, with tests of their own.
+        # Campaigns of minutes, which have separate tests.
         return f"{command} --help"
     found = re.fullmatch(r"lsds (?:study|chart) (\w+)", command)
     return f"{command} {STUDIES_IN_SHORT.get(found[1], '')}" if found else command

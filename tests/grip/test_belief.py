@@ -1,4 +1,4 @@
-"""The belief about a grip: it stays a probability, learns the limit from a slide, and asks for what a load needs."""
+"""The belief about a grip: a probability that learns the limit from a slide and gives the squeeze that a load needs."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_less_risk_more_margin_and_more_load_need_more_squeeze(risk, more, load_
     assert belief.squeeze_mm(risk, 1.2, load_n * more) >= squeeze - 1e-9
 
 
-def test_a_slide_is_believed_and_its_end_too():
+def test_a_slide_and_its_end_are_both_accepted():
     belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
     assert belief.slips > 0.9
@@ -72,7 +72,7 @@ def test_a_slide_is_believed_and_its_end_too():
 
 
 def test_a_detector_that_only_alarms_is_no_evidence_for_long():
-    """A load that stays while the squeeze grows is that of an object that hangs, whatever the detector says."""
+    """A load that stays while the squeeze grows is that of an object that hangs, whatever the detector reports."""
     belief = GripBelief(OPTIONS, 0.105)
     hanging(belief, 0.8, 1.5)
     squeeze_mm = 1.5
@@ -134,15 +134,15 @@ def test_one_that_does_not_follow_it_hangs():
     assert belief.slips < 0.1
 
 
-def test_what_stands_while_the_arm_waits_keeps_its_load_and_does_not_slide():
-    told, untold = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
-    for belief, moved_mm in ((told, 0.0), (untold, math.inf)):
+def test_a_supported_object_keeps_its_load_while_the_arm_waits_and_does_not_slide():
+    informed, uninformed = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
+    for belief, moved_mm in ((informed, 0.0), (uninformed, math.inf)):
         sliding(belief, 1.9)
         load_n = LIMIT * 1.9**OPTIONS.power / OPTIONS.kinetic
         # The squeeze has grown by half, and the detector takes the motion of the gel for slip.
         belief.update(load_n, 2.8, FRAME_S, 1.0, True, moved_mm)
-    assert told.slips < 0.1
-    assert told.slips < untold.slips
+    assert informed.slips < 0.1
+    assert informed.slips < uninformed.slips
 
 
 @pytest.mark.parametrize(("moved_mm", "explained"), [(0.4, True), (0.01, False)])
@@ -166,7 +166,7 @@ def detection(score: float, *, threshold: float = 0.75, slip: bool | None = True
     return Detection(slip, score, threshold, 0.6, score if score <= 1 else math.nan)
 
 
-def test_what_a_frame_repeats_counts_less():
+def test_repeated_evidence_counts_less():
     evidence = SlipEvidence(0.105)
     first, second = (evidence.take(detection(0.95), SLOW, 1.0) for _ in range(2))
     assert 0 < second < first / 2
@@ -196,7 +196,7 @@ def test_a_silent_detector_speaks_against_a_slide_only_as_far_as_it_sees_slides(
     assert blind.slips > silent.slips > 0.5 * OPTIONS.unseen * blind.slips
 
 
-def test_what_slides_fast_needs_more_to_be_stopped():
+def test_a_fast_slide_needs_more_grip_to_stop():
     belief = GripBelief(OPTIONS, 0.105)
     sliding(belief, 1.5)
     resting, braking = (belief.squeeze_mm(0.25, 1.2, 1.0, factor) for factor in (1.0, 2.0))

@@ -1,4 +1,4 @@
-"""Controller `belief` with the engine's observer: it closes on slip, and never opens on a doubt."""
+"""Controller `belief` with the engine's observer: it closes on slip, and never opens when uncertain."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_a_grip_that_holds_is_left_alone():
     assert hanging(3.0).quiet(0.5, 4.0) == pytest.approx(3.0)
 
 
-def test_it_closes_on_slip_and_then_opens_to_what_holds():
+def test_it_closes_on_slip_and_then_opens_to_the_least_grip_that_holds():
     grip = slipped()
     closed_mm = grip.sent_mm
     assert closed_mm > 1.9
@@ -102,7 +102,7 @@ def test_it_follows_a_load_that_grows_before_anything_slips():
     assert grip.sent_mm > 1.5
 
 
-def test_a_load_that_falls_at_once_is_answered_before_a_detector_tells():
+def test_a_sudden_drop_of_load_is_answered_before_the_detector_reports_slip():
     grip = hanging(1.5, 1.0)
     grip.frame(0.45, slip=False)
     assert grip.frame(0.45, slip=False, speed=0.01) > 1.7

@@ -1,4 +1,4 @@
-"""What the observer tells of a slide: how fast it would be, by the arm, the support and the estimator."""
+"""The observer's expected slide velocity, from the arm, the support and the estimator."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def slide_m_s(speeds_m_s, estimate_m_s: float, *, supported: bool) -> float:
     return grip.slip_m_s
 
 
-def test_what_stands_is_passed_at_the_arm_s_speed_whatever_the_estimator_says():
+def test_a_supported_object_slides_at_the_arm_s_speed_whatever_the_estimate():
     assert slide_m_s([0.01], 0.2, supported=True) == 0.01
 
 
-def test_the_arm_goes_on_for_a_while_after_it_was_told_to_wait():
+def test_the_arm_moves_on_for_a_while_after_a_command_to_wait():
     assert slide_m_s([0.01, 0.0], 0.0, supported=True) == 0.01
     assert slide_m_s([0.01, *[0.0] * 5], 0.0, supported=True) == 0.0
 
@@ -44,7 +44,7 @@ def test_the_arm_goes_on_for_a_while_after_it_was_told_to_wait():
 @pytest.mark.parametrize(
     ("arm_m_s", "estimate_m_s", "expected"), [(0.0, 0.0, FALLS_M_S), (0.08, 0.0, 0.08), (0.0, 0.3, 0.3)]
 )
-def test_what_hangs_falls(arm_m_s, estimate_m_s, expected):
+def test_a_hanging_object_falls(arm_m_s, estimate_m_s, expected):
     assert slide_m_s([arm_m_s], estimate_m_s, supported=False) == pytest.approx(expected)
 
 
@@ -54,7 +54,7 @@ def test_an_arm_of_which_nothing_is_known_is_no_infinite_speed(supported):
 
 
 def controlled_m(slip_m_s: float) -> float | None:
-    """Return what the controller commands of a squeeze of 2 mm in which an object slides."""
+    """Return the controller's command for an object that slides in a squeeze of 2 mm."""
     controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock()))
     grip = GripEstimate(
         dt_s=0.04,

@@ -63,7 +63,7 @@ def test_lost_dots_stand_for_the_mean_of_the_others(lost, y):
     )
 
 
-def test_with_too_few_dots_nothing_is_told():
+def test_with_too_few_dots_there_is_no_load():
     valid = np.zeros(63, bool)
     valid[:20] = True
     assert load_of(field([0, 1e-4], valid), M_PER_PX, SHEAR_N_M3) is None

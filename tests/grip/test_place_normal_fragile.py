@@ -1,4 +1,4 @@
-"""Where the contact is, how hard it is pressed, and how far a fragile object may be squeezed."""
+"""Place and normal force of the contact, and the allowed squeeze of a fragile object."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def test_a_contact_at_the_edge_is_named(at, edge):
     assert edge_of(bump(*at)) == edge
 
 
-def test_nothing_is_told_without_an_imprint():
+def test_without_an_imprint_there_is_no_offset_and_no_force():
     assert off_centre(None) == (0, 0)
     assert off_centre(ContactPatch(np.zeros((30, 40), np.float32), 5e-5, 0.0)) == (0, 0)
     assert normal_force_of(None, PAD_M2) is None
     assert normal_force_of(ContactPatch(np.full((30, 40), 4e-5, np.float32), 5e-5, 0.0), PAD_M2) is None
 
 
-def test_a_soft_object_that_shows_little_of_itself_tells_nothing():
+def test_a_soft_object_with_a_small_imprint_has_no_measured_force():
     depth = np.full((30, 40), 4.9e-5, np.float32)
     depth[:7, :7] = 1e-4
     assert normal_force_of(ContactPatch(depth, 5e-5, 49 / 1200), PAD_M2) is None
@@ -71,7 +71,7 @@ def test_without_a_limit_everything_is_allowed():
 
 
 @given(positive, st.floats(1e-4, 5e-3), positive)
-def test_what_is_measured_stays_below_what_the_object_stands(fragile, squeeze, normal):
+def test_the_measured_force_stays_below_the_object_s_maximum(fragile, squeeze, normal):
     allowed = allowed_squeeze_m(fragile, squeeze, normal, math.nan)
     # The force grows at most with the power that is reckoned with.
     force = normal * (allowed / squeeze) ** (1.3 if allowed > squeeze else 1.0)
@@ -79,19 +79,19 @@ def test_what_is_measured_stays_below_what_the_object_stands(fragile, squeeze, n
 
 
 @given(positive, st.floats(1e-4, 5e-3))
-def test_what_is_not_measured_is_taken_for_the_hardest(fragile, squeeze):
+def test_an_unmeasured_object_counts_as_the_hardest(fragile, squeeze):
     hard = allowed_squeeze_m(fragile, squeeze, math.nan, math.nan)
     assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * STIFFEST_N_M * squeeze, math.nan)
-    # What slid at a small load was pressed gently.
+    # An object that slid at a small load was pressed gently.
     assert allowed_squeeze_m(fragile, squeeze, math.nan, 10.0) >= hard
 
 
 def test_an_imprint_that_flickers_opens_nothing():
-    """Where the imprint tells nothing for a while, what it told counts on."""
+    """While the imprint has no information, its last result holds."""
     bearing = Bearing()
-    told = [bearing.allowed_m(3.0, 1e-3, 2.0, math.nan, 1e-3) for _ in range(5)][-1]
-    assert bearing.allowed_m(3.0, 1e-3, math.nan, math.nan, 1e-3) == pytest.approx(told)
-    assert bearing.allowed_m(3.0, 1e-3, 20.0, math.nan, 1e-3) == pytest.approx(told), "one frame may be wrong"
+    before_m = [bearing.allowed_m(3.0, 1e-3, 2.0, math.nan, 1e-3) for _ in range(5)][-1]
+    assert bearing.allowed_m(3.0, 1e-3, math.nan, math.nan, 1e-3) == pytest.approx(before_m)
+    assert bearing.allowed_m(3.0, 1e-3, 20.0, math.nan, 1e-3) == pytest.approx(before_m), "one frame may be wrong"
 
 
 def test_a_guess_takes_no_squeeze_back():
@@ -100,7 +100,7 @@ def test_a_guess_takes_no_squeeze_back():
     assert [bearing.allowed_m(1.0, 2e-3, 4.0, math.nan, 2e-3) for _ in range(3)][-1] < 1e-3
 
 
-def test_what_is_fragile_needs_touch_and_a_controller_that_heeds_it():
+def test_a_fragile_object_needs_a_grasp_by_touch_and_a_controller_that_supports_it():
     with pytest.raises(ConfigError, match="fragile_n"):
         load_config(None, ["task.fragile_n=2.0", 'task.grasp="aperture"'])
     with pytest.raises(ConfigError, match="belief"):

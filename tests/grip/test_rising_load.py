@@ -1,4 +1,4 @@
-"""The squeeze grows with a load that rises beyond what the grip has carried, and with nothing else."""
+"""The squeeze grows only with a load that rises beyond the largest carried load."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Force and torque together: what is near the limit, how fast it slips, and that an off-centre pick does not turn."""
+"""Force and torque combined: distance from the limit, slip velocity, and off-centre picks that do not turn."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_a_torque_adds_to_the_force_never_takes_from_it(x, y, torque, share):
     assert pull_of(replace(load, torque_nm=-torque)) == pull
 
 
-def test_what_turns_slips_and_what_no_one_told_of_turning_is_left_out():
+def test_a_turn_counts_as_slip_and_an_unknown_one_is_left_out():
     still = replace(ABSTAINED, abstained=False, speed_m_s=0.0, speed_std_m_s=0.001, angular_rad_s=2.0)
     assert speed_of(replace(still, angular_std_rad_s=0.2)) == pytest.approx((2 * ARM_M, math.hypot(0.001, 0.2 * ARM_M)))
     assert speed_of(replace(still, angular_rad_s=math.nan, angular_std_rad_s=math.nan)) == (0.0, 0.001)
@@ -48,7 +48,7 @@ def test_the_carried_load_counts_torque():
 
 
 @pytest.mark.parametrize("squeeze_mm", [1.0, 2.0])
-def test_what_is_gripped_beside_its_middle_does_not_turn_far(squeeze_mm, installed_host):
+def test_an_object_gripped_off_centre_does_not_turn_far(squeeze_mm, installed_host):
     config = [
         "cell.simulated.fidelity=winkler",
         "cell.simulated.centre_x_mm=10.0",

@@ -1,4 +1,4 @@
-"""Taking up the load, and looking for the least grip: when they are over, and what the controller does meanwhile."""
+"""Taking up the load, and probing for the least grip: their end, and the controller's commands meanwhile."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def test_nothing_is_taken_up_before_anything_pulls():
     assert 1800 < until_over(lambda t_ms: 0.0 if t_ms < 1600 else 1.0) < 2300
 
 
-def test_what_slips_is_not_lifted_faster():
+def test_a_slipping_object_is_not_lifted_faster():
     assert until_over(lambda t_ms: 1.0 if t_ms else 0.0, slips=lambda t_ms: 100 < t_ms < 6000) > 6200
 
 
-def test_what_may_slide_is_not_lifted_faster_for_a_time():
+def test_an_object_that_may_slide_is_not_lifted_faster_for_a_time():
     take_up = TakeUp(0)
     over = [take_up.step(seen(t, min(t / 100, 1.0), slips=0.3 if t < 2000 else 0.0)) for t in range(0, 4000, 40)]
     assert 2000 <= 40 * over.index(True) < 2600
@@ -107,7 +107,7 @@ def test_without_probing_nothing_opens():
     assert hanging.squeeze_mm == pytest.approx(3.0)
 
 
-def test_probing_that_finds_nothing_gives_what_held_its_margin():
+def test_a_probe_without_a_slip_adds_the_margin_to_the_grip_that_held():
     hanging = Hanging(0.9)
     hanging.stands = True
     hanging.probe()
@@ -122,7 +122,7 @@ def test_a_controller_that_never_opens_does_not_probe():
     assert hanging.squeeze_mm == pytest.approx(3.0)
 
 
-def test_a_fragile_object_is_not_squeezed_beyond_what_it_stands():
+def test_a_fragile_object_is_not_squeezed_beyond_its_maximum_force():
     hanging = Hanging(1.0)
     hanging.frame(0.0)
     for _ in range(30):

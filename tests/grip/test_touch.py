@@ -50,7 +50,7 @@ def test_a_touch_that_grows_slowly_does_not_become_what_the_gel_looks_like():
     assert all(touched[touched.index(True) :])
 
 
-def test_nothing_is_said_before_the_gel_is_known():
+def test_there_is_no_touch_before_the_gel_is_known():
     assert not TouchSense().update(frame(1, pressed=20.0))
 
 

@@ -1,4 +1,4 @@
-"""Grasp by touch in the simulated cell: placed, gentle where the object is fragile, and each failure said."""
+"""Grasp by touch in the simulated cell: placed, gentle if the object is fragile, and an error for each failure."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ def situation(t_ms, aperture_m, **more):
 
 
 class Finder:
-    """What a finder says, as told."""
+    """A finder with given results."""
 
-    def __init__(self, **told):
+    def __init__(self, **changes):
         self.frames, self.seen_ns, self.touching, self.apart, self.touch_m, self.std_m = 100, 10**12, False, (), 0.02, 0
         self.silent = 0.0
-        vars(self).update(told)
+        vars(self).update(changes)
 
     def see(self, now):
         self.frames += 1
@@ -97,9 +97,9 @@ def approaching(**options):
     return grasp
 
 
-def squeezing(**told):
+def squeezing(**changes):
     grasp = approaching()
-    grasp.stage, grasp._finder = "squeeze", Finder(**told)
+    grasp.stage, grasp._finder = "squeeze", Finder(**changes)
     return grasp
 
 
@@ -109,7 +109,7 @@ def test_fingers_that_close_on_nothing_stop_the_cell():
         grasp.step(situation(2000, 0.0, moving=False))
 
 
-def test_fingers_that_stop_on_what_the_gel_does_not_feel_stop_the_cell():
+def test_fingers_that_stop_without_contact_on_the_gel_stop_the_cell():
     grasp = approaching()
     with pytest.raises(SafetyStop, match=r"20\.0 mm on something that the gel does not feel"):
         grasp.step(situation(1000, 0.02, moving=False, contact=Contact.CLOSING))
@@ -134,7 +134,7 @@ def test_a_finger_without_touch_is_named():
         grasp.step(situation(100, 0.019, moving=False))
 
 
-def test_a_contact_at_the_edge_of_a_pad_is_said():
+def test_a_contact_at_the_edge_of_a_pad_is_an_error():
     depth = np.zeros((30, 40), np.float32)
     depth[10:20, 34:] = 3e-4
     seen = SimpleNamespace(
@@ -219,7 +219,7 @@ def test_the_least_aperture_of_the_cell_ends_the_approach_and_refuses_a_squeeze(
         grasp.step(situation(2000, 0.02))
 
 
-def test_an_aperture_that_is_told_is_meant():
+def test_a_configured_aperture_is_used():
     assert TaskOptions().grasp == "touch"
     assert TaskOptions(grip_aperture_m=0.02).grasp == "aperture"
     assert TaskOptions(grip_aperture_m=0.02, grasp="touch").grasp == "touch"

@@ -1,4 +1,4 @@
-"""A slip that is wanted is not caught; what falls is."""
+"""The controller does not stop intended slip, but it stops a fall."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ def falls(*estimates, slide=SLOWLY):
     return [wanted.falls(40_000_000 * at, estimate, slide) for at, estimate in enumerate(estimates)]
 
 
-def test_what_slides_as_wanted_does_not_fall():
+def test_an_intended_slide_is_not_a_fall():
     assert not any(falls(*[SEEN] * 10, *[replace(SEEN, speed_m_s=0.03)] * 10))
 
 
-def test_what_is_faster_for_two_frames_falls():
+def test_a_faster_slide_over_two_frames_is_a_fall():
     fast = replace(SEEN, speed_m_s=0.06)
     assert falls(SEEN, fast, SEEN, fast, fast) == [False, False, False, False, True]
     assert falls(*[replace(SEEN, angular_rad_s=3.0)] * 2, slide=Slide(0.0, 0.5)) == [False, True]
     assert not any(falls(*[replace(SEEN, angular_rad_s=1.5)] * 4, slide=Slide(0.0, 0.5)))
 
 
-def test_an_estimate_that_is_not_sure_or_none_does_not_tell_of_a_fall():
+def test_an_uncertain_or_missing_estimate_is_not_a_fall():
     assert not any(falls(*[replace(SEEN, speed_m_s=0.06, speed_std_m_s=0.03)] * 5))
     assert not any(falls(*[replace(ABSTAINED, speed_m_s=1.0, speed_std_m_s=0.0)] * 5))
 
@@ -82,11 +82,11 @@ def test_without_an_arm_nothing_slides():
         SlideJob(SlideOptions()).begin(Setting(0, TaskOptions()))
 
 
-def test_the_study_tells_how_far_off_it_was(tmp_path, installed_host, capsys):
-    told = tmp_path / "slide.json"
-    command = ["study", "slide", "--object", "pvc-pipe", "--rate", "0.5", "--jobs", "1", "--json", str(told)]
+def test_the_study_reports_the_error_of_the_rate(tmp_path, installed_host, capsys):
+    summary = tmp_path / "slide.json"
+    command = ["study", "slide", "--object", "pvc-pipe", "--rate", "0.5", "--jobs", "1", "--json", str(summary)]
     assert main(command) == 0
-    runs = json.loads(told.read_text())["runs"]
+    runs = json.loads(summary.read_text())["runs"]
     assert [run["rms"] < 0.25 for run in runs] == [True, True]
     assert main(["study", "slide", "--object", "unicorn"]) != 0
     assert "pvc-pipe" in "".join(capsys.readouterr())

@@ -1,9 +1,8 @@
-"""What a learned detector or estimator costs a frame, and a model to load: `python tests/models/bench_models.py`.
+"""Time per frame of learned detectors and estimators, and time to load a model: `python tests/models/bench_models.py`.
 
-Not a test. The frames are those of one simulated run, each handed over as if never seen, so that each backend pays
-itself for the evidence that detector and estimator share in the loop.
-On a busy machine look at p10. Shipped models where there are any, else ones fitted to
-synthetic windows (`--rows`, and `--fit` for those in any case).
+Not a test. The frames are those of one simulated run. Each frame is passed without cached results, so that every
+backend computes the evidence that detector and estimator share in the loop. On a busy machine use p10. The models are
+the shipped ones, or else models fitted to synthetic windows (`--rows`; `--fit` always fits).
 """
 
 from __future__ import annotations
@@ -66,12 +65,12 @@ def main():
     parser.add_argument("--rows", type=int, default=20_000)
     parser.add_argument("--repeats", type=int, default=30)
     parser.add_argument("--fit", action="store_true")
-    told = parser.parse_args()
+    arguments = parser.parse_args()
     host, context = PluginHost(), BuildContext(VirtualClock(), 0)
     seen = observations(host)
     with tempfile.TemporaryDirectory() as folder:
-        names = told.names or host.names("learner")
-        models = {name: model_of(name, host, context, Path(folder), told.rows, told.fit) for name in names}
+        names = arguments.names or host.names("learner")
+        models = {name: model_of(name, host, context, Path(folder), arguments.rows, arguments.fit) for name in names}
         backends, loads, times = {}, {}, {name: [] for name in names}
         for name, (kind, path) in models.items():
             loads[name] = []
@@ -80,7 +79,7 @@ def main():
                 backends[name] = host.build(kind, name, {"model": str(path)}, context)
                 loads[name].append((perf_ns() - begun) / 1e6)
         # In turns, so that a noisy machine disturbs all alike; the first turn warms up.
-        for turn in range(told.repeats + 1):
+        for turn in range(arguments.repeats + 1):
             for name, backend in backends.items():
                 for observation in seen:
                     fresh = replace(observation)

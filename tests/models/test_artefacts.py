@@ -1,4 +1,4 @@
-"""A model's file and card: what is damaged, foreign or not its own is one clear ModelError."""
+"""A model's file and card: a damaged or foreign file, or another model's card, is one clear ModelError."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def plain(inputs, outputs, nodes):
 
 def rewritten(path, **changes):
     card = path.with_suffix(".json")
-    told = json.loads(card.read_text())
+    content = json.loads(card.read_text())
     for key, value in changes.items():
         if value is None:
-            del told[key]
+            del content[key]
         else:
-            told[key] = value
-    card.write_text(json.dumps(told))
+            content[key] = value
+    card.write_text(json.dumps(content))
 
 
 def foreign(folder, content, **card):
@@ -80,9 +80,9 @@ def test_a_saved_model_is_loaded_as_it_was(model):
     assert loaded.card.trained_on == {"objects": ["book"]}
     y = loaded.run(np.zeros((3, 4, len(FIELD)), np.float32))
     assert y.shape == (3,)
-    told = json.loads(model.with_suffix(".json").read_text())
-    assert told["signals"] == {name: UNITS[name] for name in FIELD}
-    assert told["sha256"] == hashlib.sha256(model.read_bytes()).hexdigest()
+    card = json.loads(model.with_suffix(".json").read_text())
+    assert card["signals"] == {name: UNITS[name] for name in FIELD}
+    assert card["sha256"] == hashlib.sha256(model.read_bytes()).hexdigest()
 
 
 def test_a_card_of_a_fit_that_has_diverged_replaces_nothing(model):

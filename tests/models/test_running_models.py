@@ -41,7 +41,7 @@ def backend(models, name, **options):
 
 
 def offline(models, name, seen):
-    """What the training library says of the recording's windows, and the frames that they end in."""
+    """Return the training library's predictions for the recording's windows, and the last frame of each."""
     kind, path, fitted = models[name]
     card = load(path, "detect" if kind == "detector" else "estimate").card
     signals = np.array([signals_of(o) for o in seen])
@@ -51,14 +51,14 @@ def offline(models, name, seen):
 
 
 @pytest.mark.parametrize("name", DETECTORS)
-def test_a_detector_says_frame_by_frame_what_the_library_says_of_the_recording(models, seen, name):
+def test_a_detector_has_the_library_s_scores_frame_by_frame(models, seen, name):
     detector = backend(models, name)
     assert isinstance(detector, Detector)
-    said, rows = offline(models, name, seen)
+    predicted, rows = offline(models, name, seen)
     assert 25 < len(rows) < 40
     found = [detector.update(observation) for observation in seen]
     assert [i for i, detection in enumerate(found) if detection.slip is not None] == rows.tolist()
-    assert [found[i].score for i in rows] == pytest.approx(said, abs=1e-5)
+    assert [found[i].score for i in rows] == pytest.approx(predicted, abs=1e-5)
     for detection in found:
         if detection.slip is None:
             assert math.isnan(detection.score)
@@ -69,13 +69,13 @@ def test_a_detector_says_frame_by_frame_what_the_library_says_of_the_recording(m
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
-def test_an_estimator_says_frame_by_frame_what_the_library_says_of_the_recording(models, seen, name):
+def test_an_estimator_has_the_library_s_results_frame_by_frame(models, seen, name):
     estimator = backend(models, name)
     assert isinstance(estimator, Estimator)
-    said, rows = offline(models, name, seen)
+    predicted, rows = offline(models, name, seen)
     found = [estimator.update(observation) for observation in seen]
     assert [i for i, estimate in enumerate(found) if not estimate.abstained] == rows.tolist()
-    for i, row in zip(rows, said, strict=True):
+    for i, row in zip(rows, predicted, strict=True):
         e = found[i]
         numbers = (*e.velocity_m_s, e.angular_rad_s, e.speed_m_s)
         spreads = (*e.velocity_std_m_s, e.angular_std_rad_s, e.speed_std_m_s)
@@ -100,18 +100,18 @@ def test_two_backends_of_one_model_do_not_share_a_past(models, seen):
     assert other.update(seen[12]) == alone.update(seen[12])
 
 
-def test_the_threshold_can_be_told_and_else_is_the_cards(models, seen, tmp_path):
+def test_the_threshold_is_configured_or_else_the_card_s(models, seen, tmp_path):
     _, path, _ = fit_and_save("logistic", tmp_path, threshold=0.8)
     carded = HOST.build("detector", "onnx", {"model": str(path)}, CONTEXT)
-    told = HOST.build("detector", "onnx", {"model": str(path), "threshold": 0.001}, CONTEXT)
+    configured = HOST.build("detector", "onnx", {"model": str(path), "threshold": 0.001}, CONTEXT)
     for observation in seen[1:9]:
-        first, second = carded.update(observation), told.update(observation)
+        first, second = carded.update(observation), configured.update(observation)
         assert first.score == second.score
         assert (first.threshold, second.threshold) == (0.8, 0.001)
         assert second.slip == (second.score > 0.001)
 
 
-def test_a_detector_abstains_below_the_confidence_asked_for(models, seen):
+def test_a_detector_abstains_below_the_configured_confidence(models, seen):
     plain = backend(models, "gradient-boosting").update(seen[1])
     confidence = plain.confidence
     assert 0 < confidence < 1
@@ -121,7 +121,7 @@ def test_a_detector_abstains_below_the_confidence_asked_for(models, seen):
         assert (detection.score, detection.confidence) == (plain.score, confidence)
 
 
-def test_an_estimator_abstains_above_the_deviation_asked_for_and_its_card_widens_it(seen, tmp_path):
+def test_an_estimator_abstains_above_the_configured_deviation_which_its_card_widens(seen, tmp_path):
     kind, path, _ = fit_and_save("linear-window", tmp_path, intervals=(1.645, 1.645, 1.645, 1.645))
     narrow = HOST.build(kind, "onnx", {"model": str(path)}, CONTEXT).update(seen[1])
     _, wide_path, _ = fit_and_save("linear-window", tmp_path, intervals=(3.29, 1.645, 1.645, 4.935))
@@ -135,23 +135,23 @@ def test_an_estimator_abstains_above_the_deviation_asked_for_and_its_card_widens
         assert built.update(seen[1]).abstained == abstains
 
 
-def test_an_estimator_that_says_that_it_moves_has_the_intervals_of_what_moves(seen, tmp_path):
+def test_an_estimate_of_motion_has_the_intervals_of_moving_frames(seen, tmp_path):
     card = {"intervals": (NORMAL_90,) * 4, "moving_intervals": (3 * NORMAL_90,) * 4}
     kind, path, _ = fit_and_save("field-gru", tmp_path, **card)
     model, estimator = load(path, "estimate"), HOST.build(kind, "onnx", {"model": str(path)}, CONTEXT)
     window = Window(model.card.length, len(model.card.signals))
-    pick, told = Picker(model.card.signals), []
+    pick, moves = Picker(model.card.signals), []
     for observation in seen:
         estimate, picked = estimator.update(observation), pick(observation)
         if picked is None:
             continue
         window.push(picked)
-        said = model.run(window.frames.copy())
-        told.append(said[0, 3] > MOVES_M_S)
-        widths = model.card.factors.half_widths(said)[0] / NORMAL_90
+        output = model.run(window.frames.copy())
+        moves.append(output[0, 3] > MOVES_M_S)
+        widths = model.card.factors.half_widths(output)[0] / NORMAL_90
         found = (*estimate.velocity_std_m_s, estimate.angular_std_rad_s, estimate.speed_std_m_s)
         assert found == pytest.approx(widths, rel=1e-4)
-    assert len(told) > 3
+    assert len(moves) > 3
 
 
 def test_a_model_without_a_file_is_one_clear_error(tmp_path):

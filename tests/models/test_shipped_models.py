@@ -1,4 +1,4 @@
-"""The models that are shipped: each loads, fits its card, and says in the cell what its file says."""
+"""The shipped models: each loads, fits its card, and has the same results in the cell as its file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SHIPPED = [
 
 
 @pytest.mark.parametrize(("job", "name"), SHIPPED)
-def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job, name):
+def test_a_shipped_model_fits_its_card_and_the_script_that_trained_it(job, name):
     artefact = load(model_path(name, ""), job)
     card = artefact.card
     objects = set(card.trained_on["objects"])
@@ -47,36 +47,36 @@ def test_a_shipped_model_fits_its_card_and_learnt_from_what_the_script_says(job,
     for factors in card.factors:
         assert all(0.05 <= factor < 6 for factor in factors), "an interval is neither nothing nor everything"
         assert factors[0] == factors[1]
-    said = artefact.run(np.zeros((3, card.length, len(card.signals)), np.float32))
-    assert np.isfinite(said).all()
-    assert np.ptp(said, axis=0).max() == 0
+    output = artefact.run(np.zeros((3, card.length, len(card.signals)), np.float32))
+    assert np.isfinite(output).all()
+    assert np.ptp(output, axis=0).max() == 0
 
 
 # The made-up observations show no imprint.
 @pytest.mark.parametrize(("job", "name"), [each for each in SHIPPED if each[1] not in make.OWN])
-def test_a_shipped_model_says_in_the_cell_what_its_file_says(job, name):
+def test_a_shipped_model_has_the_results_of_its_file_in_the_cell(job, name):
     artefact = load(model_path(name, ""), job)
     running = HOST.build("detector" if job == "detect" else "estimator", name, {}, CONTEXT)
     window, pick = Window(artefact.card.length, len(artefact.card.signals)), Picker(artefact.card.signals)
     answered = 0
     for observation in observations(12):
-        told, picked = running.update(observation), pick(observation)
+        result, picked = running.update(observation), pick(observation)
         if picked is None:
             continue
         window.push(picked)
         answered += 1
-        said = artefact.run(window.frames.copy()).reshape(-1)
+        output = artefact.run(window.frames.copy()).reshape(-1)
         if job == "detect":
-            assert told.score == pytest.approx(said[0], abs=1e-5)
+            assert result.score == pytest.approx(output[0], abs=1e-5)
         else:
-            assert told.speed_m_s == pytest.approx(said[3], abs=1e-5)
-            width = artefact.card.factors.half_widths(said[None])[0, 3]
-            assert told.speed_std_m_s == pytest.approx(width / NORMAL_90, rel=1e-4)
+            assert result.speed_m_s == pytest.approx(output[3], abs=1e-5)
+            width = artefact.card.factors.half_widths(output[None])[0, 3]
+            assert result.speed_std_m_s == pytest.approx(width / NORMAL_90, rel=1e-4)
     assert answered >= 10
 
 
 @pytest.mark.parametrize(("job", "name"), SHIPPED)
-def test_a_shipped_card_says_on_what_real_frames_it_stands(job, name):
+def test_a_shipped_card_names_its_real_frames(job, name):
     card = load(model_path(name, ""), job).card
     assert card.real, f"python -m {make.__name__} --real FOLDER"
     learnt = card.real["fitted_on"]
@@ -89,7 +89,7 @@ def test_a_shipped_card_says_on_what_real_frames_it_stands(job, name):
         assert all(0 <= scores[f"false_alarms_per_100_{kind}"] <= 100 for kind in ("moving", "still"))
 
 
-def test_fused_says_in_a_recording_what_its_file_says(tmp_path):
+def test_fused_has_the_results_of_its_file_on_a_recording(tmp_path):
     for number in range(12):
         image = painted(bumps(), Motion(1.5 * number), Motion(0.5 * number), seq=number).image
         cv2.imwrite(str(tmp_path / f"{number:02}.png"), image[..., ::-1])

@@ -92,14 +92,14 @@ def test_names_units_and_sets_hang_together():
         assert signal_names(name) == signals
         assert [SIGNALS[i] for i in signal_indices(name)] == list(signals)
         if name != "nuisance":
-            # Rates of several frames need the time between them; what that alone tells is in the control.
+            # Rates of several frames need the time between them; the control measures the information in time alone.
             timed = {"dt"} if name.startswith("timed-field") else set()
             assert set(signals) & set(NUISANCES) == timed, "only the control looks at nuisances"
 
 
 @settings(max_examples=60)
 @given(st.lists(st.sampled_from([s for s in SIGNALS if s != "brightness"]), min_size=1, max_size=12, unique=True))
-def test_a_picker_gives_what_the_whole_vector_holds(names):
+def test_a_picker_returns_the_values_of_the_whole_vector(names):
     picker = Picker(names)
     for observation in SEEN:
         whole = signals_of(observation)[signal_indices(names)]

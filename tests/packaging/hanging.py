@@ -31,7 +31,7 @@ class Options(HandEOptions):
     hangs: str = Field(default="", description="call that hangs")
     from_call: int = Field(default=1, description="from which call on")
     leaves: str = Field(default="", description="what is left running: thread, process or program")
-    told: str = Field(default="", description="file that is made where it hangs")
+    marker: str = Field(default="", description="file that is created when it hangs")
 
 
 def for_ever():
@@ -58,8 +58,8 @@ def hanging(name):
         if self.options.hangs == name:
             self.left -= 1
             if self.left <= 0:
-                if self.options.told:
-                    Path(self.options.told).touch()
+                if self.options.marker:
+                    Path(self.options.marker).touch()
                 for_ever()
         return getattr(super(Acme, self), name)(*arguments)
 

@@ -1,4 +1,4 @@
-"""The public surface: what plugins and programs may rely on, with members and signatures.
+"""The public surface: the names that plugins and programs may rely on, with members and signatures.
 
 `python -m tests.packaging.surface` stores it.
 """

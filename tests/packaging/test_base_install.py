@@ -21,7 +21,7 @@ for name in ("numba", "llvmlite", "matplotlib"):
 
 
 def bare(code, *arguments):
-    """Run Python without the extras; return its exit code and what it printed."""
+    """Run Python without the extras; return its exit code and output."""
     command = [sys.executable, "-c", BARE + code, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.returncode, done.stdout, done.stderr

@@ -31,7 +31,7 @@ def site(tmp_path_factory):
 
 @pytest.fixture
 def start(site, tmp_path):
-    """Start `lsds run` with that gripper in a process of its own; return it."""
+    """Return a function that starts `lsds run` with that gripper in a separate process."""
     started = []
 
     def run(*overrides):
@@ -69,13 +69,13 @@ def test_a_hang_is_named_and_ends_the_run(start, call, tmp_path):
     assert "outcome" in out
 
 
-@pytest.mark.parametrize(("leaves", "says"), [("thread", "thread 'acme-pump'"), ("process", "'acme-child'")])
-def test_what_a_plugin_leaves_running_is_named_and_does_not_keep_the_process(start, leaves, says):
+@pytest.mark.parametrize(("leaves", "message"), [("thread", "thread 'acme-pump'"), ("process", "'acme-child'")])
+def test_what_a_plugin_leaves_running_is_named_and_does_not_keep_the_process(start, leaves, message):
     process = start(f"gripper.acme.leaves={leaves}")
     out, err = process.communicate(timeout=TOO_LONG_S)
     assert process.returncode == 0, out + err
     assert "warning: a plugin's" in err
-    assert says in err
+    assert message in err
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="needs /proc")
@@ -97,14 +97,14 @@ def test_a_program_that_a_plugin_leaves_running_is_named(start):
     ],
 )
 def test_one_signal_ends_it_in_every_phase(start, call, number, code, tmp_path):
-    told = tmp_path / "hangs"
+    marker = tmp_path / "hangs"
     late = 200 if call == "read" else 1
     generous = ["deadlines.connect_s=600.0", "deadlines.call_s=600.0", "deadlines.close_s=600.0"]
     process = start(
-        f"gripper.acme.hangs={call}", f"gripper.acme.from_call={late}", f"gripper.acme.told={told}", *generous
+        f"gripper.acme.hangs={call}", f"gripper.acme.from_call={late}", f"gripper.acme.marker={marker}", *generous
     )
     end = time.monotonic() + TOO_LONG_S
-    while not told.exists():
+    while not marker.exists():
         assert time.monotonic() < end
         assert process.poll() is None, process.communicate()
         time.sleep(0.02)

@@ -42,7 +42,7 @@ def test_a_run_needs_no_research_and_no_training_library(tmp_path):
     code, *modules = done.stdout.splitlines()[-1].split()
     assert code in ("0", "8"), "held or dropped"
     assert json.loads((tmp_path / "run.json").read_text())["cycles"] > 5
-    # The manifest is read to know what there is; it imports nothing of its own package.
+    # The manifest is imported to list the backends; it imports nothing else of its package.
     assert [name for name in modules if name.startswith("lsds_research.")] == ["lsds_research.manifest"]
     assert "onnxruntime" in modules
     assert not {"torch", "sklearn", "skl2onnx", "onnx", "pyarrow", "matplotlib"} & set(modules)

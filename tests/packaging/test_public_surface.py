@@ -1,4 +1,4 @@
-"""A change of what plugins rely on is never an accident: it shows here, and goes into the changelog."""
+"""A change of the public surface fails here, so that it is intended and in the changelog."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `lsds new` writes is a distribution that is clean, keeps its contracts and works when it is installed."""
+"""`lsds new` writes a distribution that is clean, keeps its contracts and works when installed."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Fall:
 
 @pytest.fixture(scope="module")
 def lsds(tmp_path_factory):
-    """Run `lsds` in a process of its own, with that distribution installed."""
+    """Return a function that runs `lsds` in a separate process, with that distribution installed."""
     folder = tmp_path_factory.mktemp("site")
     for name, text in FILES.items():
         (folder / name).parent.mkdir(exist_ok=True)
@@ -90,7 +90,7 @@ def test_its_study_runs_by_flags_and_by_set(lsds):
     lsds("study", "fall", "--set", "gravity_m_s2=-1.0", code=2)
 
 
-def test_its_command_runs_and_what_is_broken_is_only_listed(lsds):
+def test_its_command_runs_and_a_broken_one_is_only_listed(lsds):
     assert "says hello" in lsds("--help")
     assert lsds("acme-hello") == "hello from acme\n"
     assert "RuntimeError: not today" in lsds("plugins")

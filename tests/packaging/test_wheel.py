@@ -1,4 +1,4 @@
-"""What is shipped: the wheel holds our packages, the light manifests, and nothing else."""
+"""The wheel holds the packages of lsds, the light manifests, and nothing else."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ junk = st.recursive(
 
 
 def complaints(call):
-    """Return the issues that a call raises, empty where it raises none; anything but a ConfigError is a defect."""
+    """Return the issues that a call raises, empty if it raises none; any error but a ConfigError is a defect."""
     try:
         call()
     except ConfigError as error:

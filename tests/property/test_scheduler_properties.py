@@ -76,7 +76,7 @@ def test_the_order_is_the_same_every_time(tasks, delays):
     assert first == trace()
     for (now_a, a), (now_b, b) in pairwise(first):
         assert now_a <= now_b
-        if now_a == now_b and not any(delays):  # What starts late runs in order of its due time instead.
+        if now_a == now_b and not any(delays):  # Late tasks run in order of their due times instead.
             assert (tasks[a][1], a) < (tasks[b][1], b)
 
 

@@ -1,4 +1,4 @@
-"""Divergence, curl and the other features of fields that are known exactly."""
+"""Divergence, curl and the other features of exactly known fields."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def rigid_by_numpy(position, vector):
 
 
 def smooth_residual(offset, vector, motion):
-    """What the best smooth motion leaves of the vectors (N, 2) at the offsets (N, 2)."""
+    """Return the residual of the best smooth motion for the vectors (N, 2) at the offsets (N, 2)."""
     basis, scale = smooth_basis(as_complex(offset), motion)
     return (vector - basis @ (basis.T @ vector)) * scale
 

@@ -28,7 +28,7 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "exits": ("import sys; sys.exit(3)", "SystemExit: 3", "LSDS_BLOCK_PLUGINS=bad"),
     "raises a BaseException": ("class Own(BaseException): ...\nraise Own('x')", "Own: x", "LSDS_BLOCK_PLUGINS=bad"),
     "raises GeneratorExit": ("raise GeneratorExit", "GeneratorExit", "LSDS_BLOCK_PLUGINS=bad"),
-    "recurses for ever": ("def f(): f()\nf()", "RecursionError", "LSDS_BLOCK_PLUGINS=bad"),
+    "recurses endlessly": ("def f(): f()\nf()", "RecursionError", "LSDS_BLOCK_PLUGINS=bad"),
     "raises a text of many lines": ("raise ValueError('one\\ntwo\\nthree')", "ValueError: one two three", "upgrade it"),
     "raises an error without text": (
         "class E(Exception):\n    def __str__(self): raise KeyError\nraise E",

@@ -1,4 +1,4 @@
-"""What a brain answers is checked where it enters, and the error names the brain."""
+"""Results of algorithms are validated at the boundary, and the error names the algorithm."""
 
 from __future__ import annotations
 
@@ -43,8 +43,13 @@ def test_sound_answers_pass():
         (validated_estimate, replace(ESTIMATE, velocity_m_s=(math.inf, 0.0)), "NaN or infinite"),
     ],
 )
+<<<<<<< HEAD
 def test_a_wrong_answer_is_an_error_that_names_the_brain_and_the_frame(look, answer, message):
     given = ("part 'x'", answer, 3, 7) if look is validated_tracks else ("part 'x'", answer, 7)
+=======
+def test_a_wrong_result_is_an_error_that_names_the_algorithm_and_the_frame(look, answer, message):
+    given = ("part 'x'", answer, 3, 7) if look is sound_tracks else ("part 'x'", answer, 7)
+>>>>>>> e4
     with pytest.raises(PluginError, match=message) as raised:
         look(*given)
     assert "part 'x', frame 7" in str(raised.value)

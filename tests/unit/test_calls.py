@@ -1,4 +1,4 @@
-"""The thread in which devices are called: what hangs is named and left behind, what works is not disturbed."""
+"""The thread that calls devices: a call that hangs is named and abandoned, others are not disturbed."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def stuck():
 
 
 def test_results_errors_and_context_cross_over(thread):
-    said = contextvars.ContextVar("said")
-    said.set("by the caller")
-    assert thread.run(said.get) == "by the caller"
+    variable = contextvars.ContextVar("variable")
+    variable.set("by the caller")
+    assert thread.run(variable.get) == "by the caller"
     assert thread.run(threading.current_thread) is thread.run(threading.current_thread)
     with pytest.raises(KeyError):
         thread.run(lambda: {}["nothing"])
@@ -58,7 +58,7 @@ def test_a_call_that_hangs_is_named_and_left_behind(thread, stuck):
     assert named(LEFT)
 
 
-def test_what_is_not_marked_may_take_its_time(thread):
+def test_an_unmarked_call_has_no_deadline(thread):
     def often():
         for _ in range(5):
             thread.calls.make(QUICK, threading.Event().wait, 0.1)
@@ -100,6 +100,6 @@ def test_deadlines_by_call():
     assert real.of("cell 'wire'", "connect").limit_s == 60.0
     virtual = Deadlines(DeadlineOptions(), virtual=True)
     assert virtual.of("arm 'a'", "read").limit_s == 60.0
-    told = Deadlines(DeadlineOptions(call_s=1.0, connect_s=2.0), virtual=True)
-    assert told.of("arm 'a'", "read").limit_s == 1.0
-    assert told.of("cell 'wire'", "connect").limit_s == 2.0
+    given = Deadlines(DeadlineOptions(call_s=1.0, connect_s=2.0), virtual=True)
+    assert given.of("arm 'a'", "read").limit_s == 1.0
+    assert given.of("cell 'wire'", "connect").limit_s == 2.0

@@ -84,13 +84,13 @@ def test_an_interrupt_is_130(command, capsys):
     assert "interrupted" in capsys.readouterr().err
 
 
-def test_a_command_that_cannot_be_imported_says_so(monkeypatch, capsys):
+def test_a_command_that_cannot_be_imported_is_an_error(monkeypatch, capsys):
     monkeypatch.setitem(COMMANDS, "gone", ("lsds.cli.gone_module:gone", ""))
     assert main(["gone"]) == 1
     assert "the command 'gone' cannot be loaded" in capsys.readouterr().err
 
 
-def test_a_reader_that_goes_away_is_no_traceback():
+def test_a_closed_output_pipe_is_no_traceback():
     script = f"{sys.executable} -m lsds.cli.main schema | head -c 10"
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
     assert done.stderr == ""

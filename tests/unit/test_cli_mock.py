@@ -13,7 +13,7 @@ from lsds.cli.main import main
 
 
 def complete(words, index):
-    """What the shell is offered."""
+    """Return the completions that the shell receives."""
     environment = {**os.environ, "COMP_WORDS": words, "COMP_CWORD": str(index), "_LSDS_COMPLETE": "bash_complete"}
     done = subprocess.run(
         [Path(sys.executable).parent / "lsds"], capture_output=True, text=True, env=environment, check=False
@@ -41,8 +41,8 @@ def test_mocks_their_flags_and_their_choices_are_completed():
         (["ur5e", "--host", "198.51.100.1"], "is not an address of the loopback interface"),
     ],
 )
-def test_what_it_cannot_serve_is_one_clear_error(capsys, arguments, message):
+def test_a_mock_that_cannot_be_served_is_one_clear_error(capsys, arguments, message):
     assert main(["mock", *arguments]) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert "Traceback" not in said
+    printed = capsys.readouterr().err
+    assert message in printed
+    assert "Traceback" not in printed

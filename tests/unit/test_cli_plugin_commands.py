@@ -1,4 +1,4 @@
-"""Commands that plugins add to `lsds`: listed, run, and kept apart where they fail."""
+"""Commands that plugins add to `lsds`: listed, run, and isolated if they fail."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_built_in_command_goes_first(lsds):
     assert lsds("acme:run").output == "hello \n"
 
 
-def test_one_that_fails_hurts_no_other(lsds):
+def test_one_failure_does_not_affect_the_others(lsds):
     assert "cannot be imported" in lsds("--help").output
     assert isinstance(lsds("gone").exception, PluginLoadError)
     assert isinstance(lsds("odd").exception, ContractMismatch)
@@ -76,7 +76,7 @@ def test_a_wrong_name_is_compared_with_those_of_plugins_too(lsds):
     assert "Did you mean 'greet'?" in done.output
 
 
-def test_two_of_one_name_are_told_apart(lsds, host):
+def test_two_of_one_name_are_selected_by_distribution(lsds, host):
     host.register(plugin(BackendSpec("command", "greet", f"{HERE}:greet")), distribution="other")
     assert isinstance(lsds("greet").exception, PluginConflict)
     assert lsds("other:greet").exit_code == 0

@@ -36,7 +36,7 @@ def test_plugins_of_one_kind_as_json(capsys):
     assert data["failures"] == []
 
 
-def test_plugins_tells_what_failed_and_what_is_blocked(monkeypatch, capsys):
+def test_plugins_lists_what_failed_and_what_is_blocked(monkeypatch, capsys):
     def host():
         made = fake_host()
         made.register(object(), distribution="odd", name="odd")
@@ -86,7 +86,7 @@ def test_schema_to_a_file_and_example_to_stdout(capsys, tmp_path):
     assert example.model_copy(update={k: type(example.section(k))(**v) for k, v in bare.items()}) == RigConfig()
 
 
-def test_what_cannot_be_written_is_one_clear_error(capsys, tmp_path):
+def test_a_file_that_cannot_be_written_is_one_clear_error(capsys, tmp_path):
     assert main(["schema", "-o", str(tmp_path / "no" / "x.json")]) == 5
     err = capsys.readouterr().err
     assert err.count("\n") == 1

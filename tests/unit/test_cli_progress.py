@@ -13,12 +13,12 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize(("every_s", "told"), [(0, ["collecting", "collecting: 3 of 600"]), (20, ["collecting"])])
-def test_where_there_is_no_terminal_it_is_a_line_now_and_then(monkeypatch, capsys, every_s, told):
+@pytest.mark.parametrize(("every_s", "lines"), [(0, ["collecting", "collecting: 3 of 600"]), (20, ["collecting"])])
+def test_where_there_is_no_terminal_it_is_a_line_now_and_then(monkeypatch, capsys, every_s, lines):
     monkeypatch.setattr(progress, "EVERY_S", every_s)
     with progress.Progress("collecting") as shown:
         shown.to(3, 600)
-    assert capsys.readouterr().err.splitlines() == told
+    assert capsys.readouterr().err.splitlines() == lines
 
 
 @pytest.mark.parametrize("fails", [False, True])

@@ -17,7 +17,7 @@ from lsds.registry import PluginHost
 
 
 class Options(BaseModel):
-    """Measure what was asked for.
+    """Measure the given things.
 
     \b
     Examples:
@@ -55,16 +55,16 @@ class Echo:
 
     def run(self, tick):
         tick(1, 1)
-        told = {} if self.options is None else self.options.model_dump()
-        rows = [{"key": key, "value": str(value)} for key, value in told.items()] or [{"key": "none", "value": ""}]
-        draws = told.get("draws", True)
+        given = {} if self.options is None else self.options.model_dump()
+        rows = [{"key": key, "value": str(value)} for key, value in given.items()] or [{"key": "none", "value": ""}]
+        draws = given.get("draws", True)
         return StudyResult(
             "echo, simulated",
             (("key", "key", ""), ("value", "value", "")),
             rows,
             (lambda path: path.write_bytes(b"PNG")) if draws else None,
             ["a note"],
-            {"told": told, "seed": self.seed},
+            {"given": given, "seed": self.seed},
             [StudyTable((("n", "number", ".1f"),), [{"n": 1}])],
             ["a warning"],
         )
@@ -113,13 +113,13 @@ def lsds(host, tmp_path, monkeypatch):
     return lambda *arguments: CliRunner().invoke(cli, arguments, obj=host)
 
 
-def told(done):
+def parsed(done):
     assert done.exit_code == 0, (done.output, done.exception)
     return json.loads(done.stdout)
 
 
 def test_the_same_options_by_flags_and_by_set(lsds):
-    by_flags = told(
+    by_flags = parsed(
         lsds(
             "study",
             "echo",
@@ -142,7 +142,7 @@ def test_the_same_options_by_flags_and_by_set(lsds):
             "-",
         )
     )
-    by_set = told(
+    by_set = parsed(
         lsds(
             "study",
             "echo",
@@ -164,7 +164,7 @@ def test_the_same_options_by_flags_and_by_set(lsds):
             "-",
         )
     )
-    assert by_flags["told"] == {
+    assert by_flags["given"] == {
         "names": ["a", "b"],
         "count": 5,
         "step_ms": 1.0,
@@ -192,19 +192,19 @@ def test_tables_notes_files_and_the_picture_of_its_name(lsds, tmp_path):
 
 
 def test_the_seed_is_the_run_s_and_the_option_of_that_name(lsds):
-    assert told(lsds("study", "echo", "--seed", "3", "--json", "-"))["seed"] == 3
-    assert told(lsds("study", "needy", "--data", "x", "--json", "-"))["seed"] == 7
-    by_flag = told(lsds("study", "needy", "--data", "x", "--seed", "3", "--json", "-"))
-    assert (by_flag["seed"], by_flag["told"]["seed"]) == (3, 3)
-    assert told(lsds("study", "needy", "--set", "data=x", "--set", "seed=4", "--json", "-"))["seed"] == 4
+    assert parsed(lsds("study", "echo", "--seed", "3", "--json", "-"))["seed"] == 3
+    assert parsed(lsds("study", "needy", "--data", "x", "--json", "-"))["seed"] == 7
+    by_flag = parsed(lsds("study", "needy", "--data", "x", "--seed", "3", "--json", "-"))
+    assert (by_flag["seed"], by_flag["given"]["seed"]) == (3, 3)
+    assert parsed(lsds("study", "needy", "--set", "data=x", "--set", "seed=4", "--json", "-"))["seed"] == 4
 
 
 def test_options_called_like_a_common_flag_are_set_by_set(lsds):
     done = lsds("study", "clashing", "--set", "plot=x", "--set", "overrides=2", "--set", "set=3", "--json", "-")
-    assert told(done)["told"] == {"plot": "x", "overrides": 2, "set": 3}
+    assert parsed(done)["given"] == {"plot": "x", "overrides": 2, "set": 3}
 
 
-def test_all_are_listed_and_one_that_is_broken_hurts_no_other(lsds):
+def test_all_are_listed_and_a_broken_one_does_not_affect_the_others(lsds):
     for arguments in (["study"], ["study", "--help"], ["chart"]):
         done = lsds(*arguments)
         assert done.exit_code == 0
@@ -217,7 +217,7 @@ def test_all_are_listed_and_one_that_is_broken_hurts_no_other(lsds):
 def test_help_has_flags_defaults_choices_and_examples(lsds):
     text = " ".join(lsds("study", "echo", "--help").output.split())
     for part in (
-        "Measure what was asked for.",
+        "Measure the given things.",
         "--of WHO Of whom; repeatable.",
         "--count N How many. [default: 3]",
         "--mode [fast|slow]",
@@ -233,7 +233,7 @@ def test_help_has_flags_defaults_choices_and_examples(lsds):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (["ecko"], "Did you mean 'echo'?"),
         (["echo", "--count", "many"], "'many' is not a valid integer"),
@@ -242,14 +242,14 @@ def test_help_has_flags_defaults_choices_and_examples(lsds):
         (["echo", "--conut", "2"], "No such option"),
     ],
 )
-def test_what_was_mistyped_is_one_message(lsds, arguments, says):
+def test_what_was_mistyped_is_one_message(lsds, arguments, message):
     done = lsds("study", *arguments)
     assert done.exit_code == 2
-    assert says in done.output
+    assert message in done.output
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error", "says"),
+    ("arguments", "error", "message"),
     [
         (["echo", "--count", "0"], ConfigError, "study.echo.count: should be greater than or equal to 1, got 0"),
         (["echo", "--set", "conut=2"], ConfigError, r"unknown key \(did you mean 'count'\?\)"),
@@ -260,17 +260,17 @@ def test_what_was_mistyped_is_one_message(lsds, arguments, says):
         (["undrawable", "--plot", "p.png"], MissingExtra, r"lsds\[plot\]"),
     ],
 )
-def test_what_is_not_allowed_is_told_by_an_error_of_ours(lsds, monkeypatch, arguments, error, says):
+def test_what_is_not_allowed_is_an_error_of_lsds(lsds, monkeypatch, arguments, error, message):
     import sys
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     done = lsds("study", *arguments)
     assert isinstance(done.exception, error)
-    with pytest.raises(error, match=says):
+    with pytest.raises(error, match=message):
         raise done.exception
 
 
-def test_a_picture_nobody_asked_for_may_be_missing(lsds, monkeypatch):
+def test_a_picture_that_was_not_requested_may_be_missing(lsds, monkeypatch):
     import sys
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -280,10 +280,10 @@ def test_a_picture_nobody_asked_for_may_be_missing(lsds, monkeypatch):
     assert "no picture: this needs matplotlib" in done.stderr
 
 
-def test_two_of_one_name_are_told_apart(lsds, host):
+def test_two_of_one_name_are_selected_by_distribution(lsds, host):
     host.register(plugin(BackendSpec("study", "echo", f"{HERE}:Echo")), distribution="other")
     assert isinstance(lsds("study", "echo").exception, PluginConflict)
-    assert told(lsds("study", "other:echo", "--json", "-"))["told"] == {}
+    assert parsed(lsds("study", "other:echo", "--json", "-"))["given"] == {}
 
 
 def test_names_are_completed_without_importing_any(host):

@@ -14,7 +14,7 @@ def test_both_clocks_are_clocks():
     assert isinstance(WallClock(), Clock)
 
 
-def test_virtual_time_stands_still_until_somebody_sleeps():
+def test_virtual_time_stands_still_until_a_sleep():
     clock = VirtualClock(5)
     assert clock.now() == 5
     clock.sleep_until(1_000)

@@ -96,7 +96,7 @@ def test_all_problems_at_once(tmp_path, host):
     assert "'slow'" in found["gripper.real-gripper.latency_ms"].problem
 
 
-def test_an_option_outside_its_table_is_told_where_it_belongs(fake_rig, host):
+def test_an_option_outside_its_table_is_an_error_that_names_the_table(fake_rig, host):
     fake_rig["gripper"]["port"] = "/dev/ttyUSB0"
     found = issues(check_config, fake_rig, "rig", host)
     assert list(found) == ["gripper.port"]
@@ -168,7 +168,7 @@ def test_a_wrong_type_is_one_issue(tmp_path, host, override, path):
     assert list(issues(load_config, write(tmp_path, FAKES), [override], host=host)) == [path]
 
 
-def test_a_number_for_a_text_is_told_to_take_quotes(tmp_path, host):
+def test_a_number_for_a_text_is_an_error_that_asks_for_quotes(tmp_path, host):
     found = issues(load_config, write(tmp_path, FAKES), ["gripper.fake-gripper.fail=3"], host=host)
     assert found["gripper.fake-gripper.fail"].remedy == "put it in quotes: '\"3\"'"
 
@@ -281,7 +281,7 @@ def test_the_schema_is_sound_and_accepts_what_the_loader_accepts(host):
         {"gripper": {"backend": "fake-gripper", "fake-gripper": {"latency_ms": -3}}},
         {"gripper": {"backend": "fake-gripper", "port": "x"}},
         {"sensor": {"backend": "none"}},
-        {"detector": {"backend": "brain", "brain": {"x": 1}}},
+        {"detector": {"backend": "plain", "plain": {"x": 1}}},
         {"tactil": {}},
         {"seed": "x"},
     ],
@@ -327,6 +327,6 @@ def test_the_schema_allows_its_own_name():
     jsonschema.validate({"$schema": "rig.schema.json", "seed": 3}, json_schema())
 
 
-def test_a_missing_option_says_what_it_is():
+def test_a_missing_option_is_described():
     with pytest.raises(ConfigError, match=r"robotiq-2f\.port: is missing \(serial port .*lsds devices lists ports"):
         load_config(None, ["gripper.backend=robotiq-2f"])

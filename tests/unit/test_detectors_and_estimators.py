@@ -1,4 +1,4 @@
-"""Detectors and the estimator on fields that are known exactly."""
+"""Detectors and the estimator on exactly known fields."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def noise(seed, size=1e-4):
 
 
 def slip_along(shear, seed, size=2e-4):
-    """Velocities of markers that let go one by one: random along the shear, nothing across it."""
+    """Return velocities of markers that slip one by one: random along the shear, zero across it."""
     direction = shear / np.linalg.norm(shear, axis=1, keepdims=True)
     return size * np.random.default_rng(seed).standard_normal((len(shear), 1)) * direction
 

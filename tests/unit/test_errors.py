@@ -11,7 +11,7 @@ CLASSES = [c for _, c in inspect.getmembers(errors, inspect.isclass) if issubcla
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda c: c.__name__)
-def test_every_error_is_in_the_tree_and_says_when_it_is_raised(cls):
+def test_every_error_is_in_the_tree_and_documents_when_it_is_raised(cls):
     assert issubclass(cls, LsdsError)
     assert cls.__doc__
     assert 1 <= cls.exit_code <= 125
@@ -34,7 +34,7 @@ def test_a_config_error_shows_every_issue():
     assert "1 problem\n" in str(ConfigError("x", [ConfigIssue("a", "b")]))
 
 
-def test_a_device_error_says_what_where_and_what_to_do():
+def test_a_device_error_states_what_where_and_what_to_do():
     error = DeviceError("hand-e", "no answer", remedy="check the cable", code=0x0A)
     assert str(error) == "hand-e: no answer [code 10] (check the cable)"
     assert str(DeviceError("hand-e", "no answer")) == "hand-e: no answer"

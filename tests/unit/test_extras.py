@@ -24,7 +24,7 @@ def without(monkeypatch):
     return use
 
 
-def test_what_is_installed_is_not_complained_of():
+def test_an_installed_extra_is_no_error():
     require("json", "click", extra="sim")
     assert not importable("a_library_nobody_has")
 
@@ -53,7 +53,7 @@ def test_other_import_errors_are_left_alone(without):
 
 
 @pytest.mark.parametrize("debug", [False, True])
-def test_a_command_that_meets_one_says_so_in_one_line(without, monkeypatch, capsys, debug):
+def test_a_command_without_its_extra_is_an_error_of_one_line(without, monkeypatch, capsys, debug):
     without("pyarrow")
 
     @click.command()

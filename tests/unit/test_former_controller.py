@@ -1,4 +1,4 @@
-"""Controllers of contract 1 run for one more release, and say so."""
+"""Controllers of contract 1 run for one more release, with a warning."""
 
 from __future__ import annotations
 

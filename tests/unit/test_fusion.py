@@ -1,4 +1,4 @@
-"""Several fingers give one answer: mirrored where they face each other, weighted by how sure they are."""
+"""Fusion of several fingers: mirrored if they face each other, weighted by their variance."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ def test_the_surer_finger_weighs_more_and_both_are_surer_than_one(a, b, std_a, s
     assert abs(both.velocity_m_s[1] - nearer) <= abs(a - b) / 2 + 1e-12
 
 
-def test_who_abstains_is_not_asked_and_all_abstaining_is_abstaining():
+def test_abstaining_fingers_are_ignored_and_if_all_abstain_so_does_the_result():
     silent = finger(estimate=moving(0.05, abstained=True))
-    told = finger("right", opposite=True, estimate=moving(0.02, 0.01, 0.3))
-    both = fused_estimate([silent, told])
+    moves = finger("right", opposite=True, estimate=moving(0.02, 0.01, 0.3))
+    both = fused_estimate([silent, moves])
     assert both.velocity_m_s == pytest.approx((-0.02, 0.01))
     assert both.angular_rad_s == pytest.approx(-0.3)
     assert fused_estimate([silent, silent]).abstained

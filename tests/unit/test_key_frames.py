@@ -1,4 +1,4 @@
-"""Key frames of a codec are known in what is read, and only where there are frames between them."""
+"""Key frames of a codec are marked when read, but only if there are other frames between them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def whole_frames(path):
     return found
 
 
-def test_a_key_frame_after_frames_of_changes_is_drawn_anew_and_the_first_is_not(clip):
+def test_a_key_frame_after_frames_of_changes_is_redrawn_and_the_first_is_not(clip):
     whole = whole_frames(clip)
     assert whole[0] == 0
     assert 1 < len(whole) < COUNT / 2
@@ -46,7 +46,7 @@ def test_a_key_frame_after_frames_of_changes_is_drawn_anew_and_the_first_is_not(
     assert redrawn == whole[1:]
 
 
-def test_where_every_frame_is_whole_none_is_drawn_anew(frames, tmp_path):
+def test_if_every_frame_is_whole_none_is_redrawn(frames, tmp_path):
     for name, codec in (("a.avi", "MJPG"), ("b.avi", "FFV1")):
         path = write_video(tmp_path / name, frames[:6], codec=codec)
         assert whole_frames(path) == list(range(6))
@@ -56,7 +56,7 @@ def test_where_every_frame_is_whole_none_is_drawn_anew(frames, tmp_path):
     assert not any(picture.redrawn for picture in open_reader(str(tmp_path)).images())
 
 
-def test_each_reading_begins_anew(clip):
+def test_each_reading_begins_again(clip):
     reader = open_reader(str(clip))
     first, again = ([picture.redrawn for picture in reader.images()] for _ in range(2))
     assert first == again
@@ -70,8 +70,8 @@ def test_the_sensor_s_frames_say_so_at_any_size(clip, options):
 
 
 def test_the_perception_s_frames_say_so_too_and_the_imprint_is_less_sure_of_them(clip):
-    said = {cycle.frame.seq: (cycle.observation.frame.redrawn, cycle.observation.imprint()) for cycle in watch(clip)}
+    watched = {cycle.frame.seq: (cycle.observation.frame.redrawn, cycle.observation.imprint()) for cycle in watch(clip)}
     whole = whole_frames(clip)[1:]
-    assert [number for number, (redrawn, _) in said.items() if redrawn] == whole
-    known = {number: motion.redrawn for number, (_, motion) in said.items() if motion is not None}
+    assert [number for number, (redrawn, _) in watched.items() if redrawn] == whole
+    known = {number: motion.redrawn for number, (_, motion) in watched.items() if motion is not None}
     assert [number for number, redrawn in known.items() if redrawn] == [number for number in whole if number in known]

@@ -53,7 +53,7 @@ def test_the_whole_life():
         (lambda g: g.connecting().__enter__(), "closed", "connect.* while closed .*final"),
     ],
 )
-def test_a_call_in_the_wrong_state_says_what_to_do(call, state, words):
+def test_a_call_in_the_wrong_state_is_an_error_with_a_remedy(call, state, words):
     guard = LifecycleGuard("hand-e")
     if state in ("connected", "armed"):
         with guard.connecting():

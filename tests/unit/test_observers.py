@@ -19,7 +19,7 @@ def test_inline_observers_see_everything_in_order():
 
 
 @pytest.mark.parametrize("threaded", [False, True])
-def test_an_observer_that_raises_is_taken_off_and_hurts_nobody(threaded):
+def test_an_observer_that_raises_is_removed_and_the_others_go_on(threaded):
     seen = []
 
     def bad(item):
@@ -72,7 +72,7 @@ def test_one_that_hangs_is_left_behind():
     release.set()
 
 
-def test_close_is_told_once_and_trouble_in_it_is_kept():
+def test_close_is_called_once_and_its_error_is_kept():
     closes = []
 
     def close():
@@ -83,7 +83,7 @@ def test_close_is_told_once_and_trouble_in_it_is_kept():
     observers.add("a", print, close=close)
     observers.close()
     observers.close()
-    observers.publish("nobody hears this")
+    observers.publish("after close")
     assert closes == [1]
     assert observers.statistics()[0].failure == "closing: OSError: disk full"
 

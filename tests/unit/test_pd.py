@@ -113,7 +113,7 @@ def test_it_closes_from_where_the_fingers_are_and_not_again_while_a_command_is_u
     assert pd.update(state(True, 0.02, held=first, measured=first), GripTask()) == pytest.approx(first - 6.2 * TICK_M)
 
 
-def test_it_goes_by_the_command_where_the_fingers_are_not_known():
+def test_it_uses_the_command_if_the_aperture_is_unknown():
     assert controller().update(state(True, 0.01, held=0.02, measured=NAN), GripTask()) == pytest.approx(
         0.02 - 3.1 * TICK_M
     )
@@ -127,7 +127,7 @@ gains = st.fixed_dictionaries({"kp": st.floats(0, 50), "kd": st.floats(0, 50), "
 
 
 @given(gains, st.lists(steps, min_size=1, max_size=30), apertures)
-def test_it_never_opens_unless_told_to(options, sequence, start):
+def test_it_never_opens_unless_configured_to(options, sequence, start):
     pd, held = controller(**options), start
     assert not pd.may_open
     for slip, speed, dt_s, measured in sequence:
@@ -149,7 +149,7 @@ def test_it_never_asks_for_less_than_closed(options, literal, release, sequence)
 
 
 def released(pd, quiet, held=0.02, **more):
-    """Ask for so many quiet frames of 0.1 s, commanding what is asked for; return the frames that released."""
+    """Run the controller over quiet frames of 0.1 s and follow its commands; return the frames that released."""
     answers = []
     for i in range(quiet):
         wanted = pd.update(state(False, 0.0, dt_s=0.1, held=held, **more), GripTask())

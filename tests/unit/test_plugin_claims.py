@@ -1,4 +1,4 @@
-"""Names that a plugin claims: backends that lsds chooses by itself are its own, those that the user wrote unique."""
+"""Names that a plugin claims: lsds chooses its own backends by default; a name in a config has to be unique."""
 
 from __future__ import annotations
 

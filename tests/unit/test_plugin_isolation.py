@@ -1,4 +1,4 @@
-"""One broken plugin never hurts the rest: a table of mistakes, each with one line of what, where and remedy."""
+"""A broken plugin never affects the others: a table of mistakes, each with one line of what, where and remedy."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ MODELS = {
         "class O(BaseModel):\n    @classmethod\n    def model_json_schema(cls, *a, **k): raise SystemExit",
         "SystemExit",
     ),
-    "a schema that is none": (
+    "a schema that is no dict": (
         "class O(BaseModel):\n    @classmethod\n    def model_json_schema(cls, *a, **k): return None",
         "",
     ),

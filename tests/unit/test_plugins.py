@@ -81,7 +81,7 @@ def test_entry_points_are_loaded_on_the_first_question_only():
         (returning([BackendSpec("gripper", "a", "just_a_module")]), "'module:attribute'"),
     ],
 )
-def test_a_broken_plugin_is_listed_and_hurts_nobody(load, reason):
+def test_a_broken_plugin_is_listed_and_the_others_work(load, reason):
     host = PluginHost(entry_points=[FakeEntryPoint("bad", "bad-dist", load), good_entry_point()])
     assert [backend.spec.name for backend in host.backends] == ["good"]
     (failure,) = host.failures
@@ -123,7 +123,7 @@ def test_an_unknown_name_comes_with_a_suggestion_and_the_reasons_of_failures(hos
         broken.find("gripper", "x")
 
 
-def test_a_name_claimed_twice_is_an_error_until_the_config_says_whose():
+def test_a_name_claimed_twice_is_an_error_unless_the_config_names_the_distribution():
     host = PluginHost(entry_points=[good_entry_point("a", "dist-a"), good_entry_point("b", "dist-b")])
     with pytest.raises(PluginConflict, match="'dist-a:good' or 'dist-b:good'"):
         host.find("gripper", "good")
@@ -131,7 +131,7 @@ def test_a_name_claimed_twice_is_an_error_until_the_config_says_whose():
     assert isinstance(host.build("gripper", "dist-a:good", {}, context()), FakeGripper)
 
 
-def test_two_plugins_of_one_distribution_are_told_apart_by_plugin():
+def test_two_plugins_of_one_distribution_are_selected_by_plugin():
     host = PluginHost(entry_points=[good_entry_point("a", "dist"), good_entry_point("b", "dist")])
     with pytest.raises(PluginConflict, match="'a:good' or 'b:good'"):
         host.find("gripper", "good")
@@ -177,9 +177,9 @@ def test_building_validates_the_options(host):
 
 
 def test_a_backend_without_options_gets_none_and_takes_none(host):
-    assert host.build("detector", "brain", None, context()).options is None
-    with pytest.raises(ConfigError, match=r"detector.brain.x: this backend takes no options"):
-        host.build("detector", "brain", {"x": 1}, context())
+    assert host.build("detector", "plain", None, context()).options is None
+    with pytest.raises(ConfigError, match=r"detector.plain.x: this backend takes no options"):
+        host.build("detector", "plain", {"x": 1}, context())
 
 
 def test_missing_requirements_name_the_extra(host):
@@ -196,7 +196,7 @@ def test_missing_requirements_name_the_extra(host):
         ("refuses", "factory 'fake_cell:refuse' raised ValueError: no such luck"),
     ],
 )
-def test_what_cannot_be_built_says_why(host, name, message):
+def test_what_cannot_be_built_is_an_error_with_the_reason(host, name, message):
     with pytest.raises(PluginLoadError, match=message):
         host.build("gripper", name, {}, context())
 

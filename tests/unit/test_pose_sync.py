@@ -1,4 +1,4 @@
-"""Time synchronisation and velocity of poses: pure functions, tried on anything."""
+"""Time synchronisation and velocity of poses, on random input."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_the_nearest_is_the_nearest(times, t_ns, slop_ns):
 
 
 @pytest.mark.parametrize("time_constant_s", [0.0, 0.03, 0.1])
-def test_the_lag_is_the_one_told(time_constant_s):
+def test_the_lag_is_the_true_one(time_constant_s):
     """Under constant acceleration a lagging velocity equals the true one at an earlier time, and that time is
     reported."""
     velocity = PoseVelocity(time_constant_s)
@@ -54,7 +54,7 @@ def test_a_steady_velocity_is_exact_at_any_spacing(speed, gaps):
     assert 0 < motion.lag_s < 0.4
 
 
-def test_a_gap_begins_anew_and_an_old_sample_is_ignored():
+def test_a_gap_restarts_the_filter_and_an_old_sample_is_ignored():
     velocity = PoseVelocity(0.05, gap_s=0.25)
     assert velocity.update(0, (0.0, 0.0, 0.0)) is None
     assert velocity.update(10 * MS, (0.01, 0.0, 0.0)).velocity_m_s[0] == pytest.approx(1.0)

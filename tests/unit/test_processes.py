@@ -42,7 +42,7 @@ def test_a_crash_costs_its_own_item_only():
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_what_work_raises_is_raised(jobs):
+def test_an_error_of_the_work_is_raised(jobs):
     with pytest.raises(ValueError, match="two is wrong"):
         list(spread(wrong, range(6), jobs))
 
@@ -58,7 +58,7 @@ def test_after_a_crash_the_rest_is_done_together_again():
 
 
 def test_nothing_is_lost_where_a_crash_falls_between_a_result_and_what_follows_it(monkeypatch):
-    """The pool is found broken only when the next item is handed over; what came before and what comes next stay."""
+    """The pool is found broken only when the next item is submitted; earlier and later results are kept."""
     submit, calls = ProcessPoolExecutor.submit, []
 
     def breaks_once(self, *arguments):
@@ -96,25 +96,28 @@ def alive(pid):
 @pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks into /proc")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 @pytest.mark.parametrize("count", [2, 1000])
-def test_nobody_outlives_a_parent_that_is_interrupted_or_killed(tmp_path, how, count):
-    script, told = tmp_path / "sleeper.py", tmp_path / "told.txt"
+def test_no_worker_outlives_a_parent_that_is_interrupted_or_killed(tmp_path, how, count):
+    script, output = tmp_path / "sleeper.py", tmp_path / "output.txt"
     script.write_text(SLEEPER.format(guard=GUARD, count=count))
-    with told.open("w") as out, subprocess.Popen([sys.executable, script], stdout=out, stderr=subprocess.DEVNULL) as it:
+    with (
+        output.open("w") as out,
+        subprocess.Popen([sys.executable, script], stdout=out, stderr=subprocess.DEVNULL) as it,
+    ):
         deadline = time.monotonic() + 60
-        while len(told.read_text().split()) < 2 and time.monotonic() < deadline:
+        while len(output.read_text().split()) < 2 and time.monotonic() < deadline:
             time.sleep(0.05)
         it.send_signal(how)
-        begun = len(told.read_text().split())
+        begun = len(output.read_text().split())
     assert begun >= 2
-    workers = {int(word) for word in told.read_text().split() if word.isdigit()}
+    workers = {int(word) for word in output.read_text().split() if word.isdigit()}
     deadline = time.monotonic() + 20
     while any(map(alive, workers)) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(map(alive, workers))
-    assert len(told.read_text().split()) <= begun + 2, "none was begun after that"
+    assert len(output.read_text().split()) <= begun + 2, "none was begun after that"
 
 
-def test_a_script_without_a_guard_is_told_so(tmp_path):
+def test_a_script_without_a_guard_is_an_error(tmp_path):
     script = tmp_path / "bare.py"
     script.write_text(SLEEPER.format(guard="if True:", count=3))
     found = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60, check=False)

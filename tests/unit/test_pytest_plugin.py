@@ -155,7 +155,7 @@ def test_isolated_plugins_have_only_the_given_manifests(run):
     ).assert_outcomes(passed=2)
 
 
-def test_the_summary_says_what_skipped_checks_need(run):
+def test_the_summary_lists_what_skipped_checks_need(run):
     result = run(
         """
         from fake_cell import fake_host

@@ -70,7 +70,7 @@ def test_disarm(build):
 
 
 @pytest.mark.parametrize("step", ["connect", "arm"])
-def test_a_failed_bring_up_tells_of_all_devices_and_closes_them(build, step):
+def test_a_failed_bring_up_reports_all_devices_and_closes_them(build, step):
     rig = build(gripper=failing("fake-gripper", step))
     if step == "arm":
         rig.connect()
@@ -159,7 +159,7 @@ def test_the_clock_follows_the_devices(build):
         build(sensor=real, clock="virtual")
 
 
-def test_what_moves_outside_the_cell_of_a_simulated_sensor_is_refused(build):
+def test_a_moving_device_outside_the_cell_of_a_simulated_sensor_is_rejected(build):
     outside = "gripper 'real-gripper' is not part of the simulated cell that sensor 'fake-sensor' is in"
     with pytest.raises(ConfigError, match=outside + r" \(choose 'fake-gripper'") as refused:
         build(gripper={"backend": "real-gripper"})
@@ -168,7 +168,7 @@ def test_what_moves_outside_the_cell_of_a_simulated_sensor_is_refused(build):
 
 
 @pytest.mark.parametrize("kind", ["pose_source", "gripper"])
-def test_what_only_looks_or_is_not_there_may_be_outside(build, kind):
+def test_a_missing_or_passive_device_may_be_outside_the_cell(build, kind):
     assert build(**{kind: {"backend": "none"}}).sensor is not None
     assert build(sensor={"backend": "real-sensor"}, gripper={"backend": "real-gripper"}).gripper is not None
 
@@ -188,7 +188,7 @@ def test_seed_and_clock_reach_the_context(build):
     assert rig.context.clock is rig.clock
 
 
-def test_what_is_wrong_with_a_backend_comes_out_as_it_is(build, host, fake_rig):
+def test_an_error_of_a_backend_is_raised_unchanged(build, host, fake_rig):
     config = check_config(fake_rig, "test", host)
     with pytest.raises(ContractMismatch, match="incomplete"):
         build(gripper={"backend": "incomplete"})

@@ -24,7 +24,7 @@ def grip(aperture=0.02, speed=0.05, force=20.0):
     return GripperCommand(aperture, speed, force, expires_ns=10)
 
 
-def test_what_is_within_the_limits_is_left_alone():
+def test_values_within_the_limits_are_unchanged():
     guard = Guard(OPTIONS)
     assert guard.gripper(grip(), 0.03, allow_opening=False) == grip()
     command = ArmCommand(Twist((0.0, 0.0, 0.03)), 0.5, 10)
@@ -72,7 +72,7 @@ def test_the_arm_guard_keeps_directions(linear, angular, acceleration):
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_what_is_not_a_number_is_refused(bad):
+def test_nan_is_rejected(bad):
     guard = Guard(OPTIONS)
     for command in (grip(bad), grip(speed=bad), grip(force=bad)):
         with pytest.raises(LimitExceeded, match="not sent"):
@@ -100,7 +100,7 @@ class Time:
         return self.now
 
 
-def test_the_watchdog_tells_what_was_late_the_loop_or_the_machine():
+def test_the_watchdog_reports_what_was_late_the_loop_or_the_machine():
     now = [0]
     dog = Watchdog(lambda: None, 0.4, lambda: now[0], lambda: "read() of sensor 'left'")
     for now[0] in range(0, 500_000_001, 100_000_000):
@@ -143,7 +143,7 @@ def test_feeding_keeps_it_quiet():
         dog.feed()
 
 
-def test_a_stop_that_raises_is_told():
+def test_a_stop_that_raises_is_reported():
     time = Time()
 
     def stop():

@@ -119,12 +119,12 @@ def test_an_abstaining_frame_raises_no_alarm():
 
 
 @pytest.mark.parametrize(
-    ("load", "still", "says"),
+    ("load", "still", "message"),
     [(10, 100, "10 of 40 frames in which the gel moves"), (100, 20, "20 of 50 frames in which it rests")],
 )
-def test_too_little_to_learn_from_is_said(load, still, says):
+def test_too_few_frames_are_an_error(load, still, message):
     quiet = [phase("a", "still", [0.0] * still, moved=0.0), phase("b", "load", [0.1] * load)]
-    with pytest.raises(DataError, match=says):
+    with pytest.raises(DataError, match=message):
         calibrate_slip(quiet)
     with pytest.raises(DataError, match="too little"):
         calibrate_slip([])
@@ -140,14 +140,14 @@ def motion(rng, dots_m, share, still_m):
 
 
 @pytest.mark.parametrize(("share", "still_m"), [(0.08, 1e-5), (0.35, 2e-5)])
-def test_the_noise_is_learnt_from_what_sticks(share, still_m):
+def test_the_noise_is_estimated_from_sticking_frames(share, still_m):
     rng = np.random.default_rng(1)
     dots = np.concatenate([np.zeros(300), rng.uniform(1e-4, 5e-4, 400)])
     motions = [motion(rng, each, share, still_m) for each in dots]
     found = imprint_noise(motions)
     assert found.gel_share == pytest.approx(share, rel=0.35)
     assert found.still_m == pytest.approx(still_m, rel=0.45)
-    assert imprint_noise(motions[:300]).gel_share == GEL_SHARE, "of a gel at rest its share tells nothing"
+    assert imprint_noise(motions[:300]).gel_share == GEL_SHARE, "a gel at rest has no information on its share"
     assert imprint_noise(motions[:20]) is None
     assert imprint_noise([None] * 100) is None
 
@@ -185,7 +185,7 @@ def test_of_two_files_the_later_counts_more(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("[task]\nlift_s = 1.0\n", r"slip\.toml.*task: does not belong into a file of calibration"),
         ('[detector]\nbackend = "imprint"\n', "detector: holds something else than tables of options"),
@@ -194,15 +194,15 @@ def test_of_two_files_the_later_counts_more(tmp_path):
         ("[detector.fused\n", r"slip\.toml.*line"),
     ],
 )
-def test_a_file_that_is_none_is_said_by_its_own_name(tmp_path, text, says):
+def test_a_file_that_is_no_calibration_is_an_error_with_its_name(tmp_path, text, message):
     (tmp_path / "slip.toml").write_text(text)
     rig = tmp_path / "rig.toml"
     rig.write_text('calibration = ["slip.toml"]\n')
-    with pytest.raises(ConfigError, match=f"(?s){says}"):
+    with pytest.raises(ConfigError, match=f"(?s){message}"):
         load_config(rig)
 
 
-def test_a_missing_file_and_a_wrong_list_are_said(tmp_path):
+def test_a_missing_file_and_a_wrong_list_are_errors(tmp_path):
     with pytest.raises(ConfigError, match=r"(?s)none\.toml.*does not exist"):
         load_config(None, ['calibration=["none.toml"]'])
     with pytest.raises(ConfigError, match=r"calibration: should be a list, got 3"):
@@ -211,7 +211,7 @@ def test_a_missing_file_and_a_wrong_list_are_said(tmp_path):
         load_config(None, ["calibration=slip.toml"])
 
 
-def test_missing_files_are_said_with_the_config_and_the_folder(tmp_path):
+def test_missing_files_are_an_error_with_the_config_and_the_folder(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text('calibration = ["a.toml", "deep/b.toml"]\n')
     with pytest.raises(ConfigError) as raised:
@@ -252,9 +252,9 @@ def test_where_nothing_can_be_calibrated_no_file_is_left(tmp_path, monkeypatch, 
         flags += [f"--{each.phase}", each.name]
     monkeypatch.setattr(sources, "watched_recording", lambda *_: phases.pop(0))
     assert main(["calibrate", "slip", "--detector", "fused", *flags]) == DataError.exit_code
-    said = capsys.readouterr()
-    assert "fused, unwritten" in said.out
-    assert "nothing could be calibrated, and no file is written: detector 'fused'" in said.err
+    printed = capsys.readouterr()
+    assert "fused, unwritten" in printed.out
+    assert "nothing could be calibrated, and no file is written: detector 'fused'" in printed.err
     assert not (tmp_path / "slip.toml").exists()
 
 
@@ -263,7 +263,7 @@ def test_without_a_slide_nothing_is_lost():
     assert "fused" in as_toml(calibrate_slip(quiet)).tables["detector"]
 
 
-def test_noise_beyond_what_is_tried_is_not_written():
+def test_noise_outside_the_searched_range_is_not_written():
     rng = np.random.default_rng(1)
     phases = cell(rng)
     phases[1].motions[-400:] = [motion(rng, 4e-4, 1.5, 1e-5) for _ in range(400)]
@@ -305,10 +305,10 @@ def test_a_detector_without_a_threshold_is_marked_and_not_advised(capsys):
     (each,) = result.detectors
     detectors = (each, replace(each, name="monotone"))
     print_result(replace(result, detectors=detectors), {"detector": {"fused": {"threshold": 0.5}}}, None)
-    said = capsys.readouterr()
-    assert "fused, after" in said.out
-    assert "monotone, unwritten" in said.out
-    assert said.err == (
+    printed = capsys.readouterr()
+    assert "fused, after" in printed.out
+    assert "monotone, unwritten" in printed.out
+    assert printed.err == (
         "fused answered in 50 of 50 moving and 100 of 100 still frames; lowering its threshold takes 100 and 1000: "
         "record for longer\n"
     )
@@ -318,7 +318,7 @@ def test_a_detector_without_a_threshold_is_marked_and_not_advised(capsys):
 
 
 def objects(levels, seed=0):
-    """A recording of changing load for each object, on which scores lie about a level of its own."""
+    """Return a recording of changing load for each object, with scores around a different level for each."""
     rng = np.random.default_rng(seed)
     rest = phase("rests", "still", rng.uniform(0, 0.1, 2000), moved=0.0)
     loads = [phase(f"o{k}", "load", np.clip(rng.normal(level, 0.08, 400), 0, 0.999)) for k, level in enumerate(levels)]
@@ -334,7 +334,7 @@ def test_objects_that_differ_get_a_threshold_that_others_keep_to():
     assert unlike.left_out[0] <= 5.0
 
 
-def test_what_is_expected_of_other_objects_holds_on_average():
+def test_the_expected_rate_on_other_objects_holds_on_average():
     """Calibrated on five objects and tried on five others of the same kind, many times."""
     rates = []
     for seed in range(40):

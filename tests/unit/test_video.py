@@ -117,7 +117,7 @@ def test_tracking_finds_the_motion(clip):
     assert np.allclose(moved[:, 1], 0.0, atol=0.02)
 
 
-def test_track_writes_what_it_found(clip, tmp_path):
+def test_track_writes_its_results(clip, tmp_path):
     out, picture = tmp_path / "out.json", tmp_path / "out.png"
     done = CliRunner().invoke(cli, ["track", str(clip), "--json", str(out), "--plot", str(picture)])
     assert done.exit_code == 0, done.output
@@ -147,7 +147,7 @@ def test_a_batch_goes_on_past_a_bad_recording(clip, tmp_path):
 # -- bad ones ---------------------------------------------------------------------------------------------
 
 
-def test_a_truncated_video_names_the_frame_and_keeps_what_came_before(clip, tmp_path):
+def test_a_truncated_video_names_the_frame_and_keeps_the_earlier_ones(clip, tmp_path):
     cut = tmp_path / "cut.avi"
     cut.write_bytes(clip.read_bytes()[: int(clip.stat().st_size * 0.6)])
     result = track(cut)
@@ -179,7 +179,7 @@ def test_a_grey_video_is_refused_with_the_remedy(tmp_path):
     assert len(list(sensor(path, grey=True).frames())) == 3
 
 
-def test_a_reference_without_dots_says_so(tmp_path):
+def test_a_reference_without_dots_is_an_error(tmp_path):
     plain = [render(np.empty((0, 2)), seed=i) for i in range(3)]
     result = track(write_video(tmp_path / "plain.avi", plain))
     assert "dots form a grid" in result.error
@@ -249,7 +249,7 @@ def test_run_reads_a_recording_through_the_same_loop(clip):
     assert session.summary["figures_are"] == "measured"
 
 
-def test_an_image_too_small_for_the_tracker_is_told_and_does_not_stop_a_batch(clip, tmp_path):
+def test_an_image_too_small_for_the_tracker_is_reported_and_does_not_stop_a_batch(clip, tmp_path):
     (tmp_path / "good.avi").write_bytes(clip.read_bytes())
     tiny = np.random.default_rng(0).integers(0, 255, (3, 16, 16, 3), np.uint8)
     write_video(tmp_path / "tiny.avi", list(tiny))
@@ -276,7 +276,7 @@ class Clumsy:
         return self._inner.update(frame)
 
 
-def test_what_a_plugin_trips_over_is_the_recordings_failure_with_frame_and_reason(clip, monkeypatch):
+def test_a_plugin_s_error_on_a_recording_is_reported_with_frame_and_reason(clip, monkeypatch):
     build = PluginHost.build
 
     def clumsy(host, kind, *rest):
@@ -351,7 +351,7 @@ def test_frames_are_all_counted_and_distances_are_distances(tmp_path):
     assert summary["largest_displacement_px"] == pytest.approx(4.5, abs=0.1)
 
 
-def test_dim_first_frames_are_no_reference_and_a_single_one_is_taken_anew_in_the_light(tmp_path):
+def test_dim_first_frames_are_no_reference_and_a_single_one_is_retaken_in_the_light(tmp_path):
     frames = moving(9, step=0.0)
     for i, gain in enumerate((0.4, 0.7, 0.9)):
         frames[i] = np.rint(frames[i] * gain).astype(np.uint8)

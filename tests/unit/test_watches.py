@@ -1,4 +1,4 @@
-"""Devices that go quiet, blind or deaf are noticed; healthy ones are left alone."""
+"""Devices without data, usable images or reactions are detected; healthy ones are not stopped."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_a_source_may_be_without_for_its_limit_and_longer_at_the_start():
         fresh.require(3501 * MS)
 
 
-def test_where_the_loop_itself_was_late_the_error_says_so():
+def test_if_the_loop_itself_was_late_the_error_reports_it():
     fresh = Freshness("sensor left", 0, 200 * MS, remedy="look at the cable")
     for t_ms in range(0, 200, 10):
         fresh.require(t_ms * MS)
@@ -72,7 +72,7 @@ def gripper(t_ms, aperture, target, *, moving=False, contact=Contact.NONE):
     return GripperState(t_ms * MS, t_ms, aperture, target, moving, contact)
 
 
-def test_a_grasp_has_arrived_when_the_gripper_says_so():
+def test_a_grasp_has_arrived_when_the_gripper_reports_it():
     watch = ArrivalWatch(0.0002)
     assert not watch.arrived(gripper(10, 0.05, 0.05), 10 * MS), "nothing was sent"
     watch.sent(0.02, 0)
@@ -102,7 +102,7 @@ def test_a_command_that_is_not_echoed_is_lost_and_one_that_was_echoed_never_is()
     # A correction has closed the grip further: going back to what was sent would open it.
     assert not watch.lost(gripper(900, 0.018, 0.018), 2000 * MS)
     watch.sent(0.03, 2000 * MS)
-    assert watch.lost(gripper(2600, 0.018, 0.018), 2600 * MS), "a new command is heard anew"
+    assert watch.lost(gripper(2600, 0.018, 0.018), 2600 * MS), "a new command may be lost again"
 
 
 UP, TURN = Twist((0.0, 0.0, 0.038)), Twist(angular_rad_s=(0.0, 0.5, 0.0))

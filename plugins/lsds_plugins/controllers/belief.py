@@ -108,7 +108,7 @@ class BeliefController:
             return self._closed(grip, wanted, options.margin * grip.squeeze_m, held_m, tick_m)
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * wanted.answer_s, grip.load_n)
         risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
-        # What moves has to be braked within the accepted slip, too: energy over weight and way.
+        # A sliding object must also stop within the accepted slip: kinetic energy over weight and distance.
         braking = 1 + grip.slip_m_s**2 / (2 * GRAVITY_M_S2 * options.slip_m) if math.isfinite(grip.slip_m_s) else 1.0
         wanted_m = grip.required_m(risk, options.margin, ahead_n, braking)
         if not wanted.probes:
@@ -150,7 +150,7 @@ class BeliefController:
         return max(0.0, grip.touch_m - target_m)
 
     def _opened(self, grip: GripEstimate, wanted: GripTask, held_m: float, tick_m: float, dt_s: float) -> float | None:
-        """Open slowly to what is certain to hold; while the job lets it probe, until the object begins to slide."""
+        """Open slowly to a grip that is certain to hold; while the job probes, until the object begins to slide."""
         options = self._options
         probes = wanted.probes and not self._found
         if probes:
@@ -158,7 +158,7 @@ class BeliefController:
             sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N), 1.0)
-            # What has not slid is given back what it was closed by, and no more.
+            # Without a slip the fingers reopen at most to where they began to close.
             least_m = least_m if self._slid_n else max(least_m, self._began_m)
             sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes
         if not (sure and least_m < held_m and grip.detection.slip is False) or self._is_blind(grip):

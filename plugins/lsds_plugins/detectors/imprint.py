@@ -1,10 +1,10 @@
-"""Detector `imprint`: slip where the object's imprint moves against the gel by more than its errors explain.
+"""Detector `imprint`: slip if the object's imprint moves against the gel by more than its errors explain.
 
-Nothing is trained. Three explanations of what the imprint did are told apart. It stuck, and the load changed: then its
-motion against the gel is an error, of the size that `lsds.tactile.imprint.uncertainty` states. It slipped: then the
-motion is larger than that, or the imprint is as strong as before but not where it could be followed to. Or the contact
-began or ended: then the imprint is not found again and has become much stronger or weaker, and the detector abstains.
-So it does where there is no imprint: noise does not match that of the last frame.
+Nothing is trained. The detector distinguishes three cases. The object stuck, and the load changed: the imprint's motion
+against the gel is an error, of the size that `lsds.tactile.imprint.uncertainty` states. The object slipped: the motion
+is larger, or the imprint is as strong as before but was not found again. The contact began or ended: the imprint was
+not found again and has become much stronger or weaker, and the detector abstains. It also abstains without an imprint,
+because noise does not match that of the last frame.
 """
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ class ImprintDetectorOptions(BaseModel):
 
 
 class ImprintDetector:
-    """A `Detector` on the imprint's motion in the last frames; it keeps no state of its own."""
+    """A `Detector` on the imprint's motion in the last frames; it has no state."""
 
     def __init__(self, options: ImprintDetectorOptions, context: BuildContext) -> None:
         self._options = options
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is no state."""
 
     def update(self, observation: Observation) -> Detection:
-        """Detect slip; abstain where the imprint's motion is not known."""
+        """Detect slip; abstain if the imprint's motion is unknown."""
         options = self._options
         recent = observation.imprint.recent() if observation.imprint is not None else []
         abstained = Detection(None, math.nan, options.threshold, 0.0)
@@ -79,9 +79,9 @@ class ImprintDetector:
         return deviations * (min(1.0, moved_m / least) if least > 0 else 1.0)
 
 
-#: A contact begins or ends where the imprint's strength changes by more than this, natural logarithm.
+#: A contact begins or ends if the imprint's strength changes by more than this, natural logarithm.
 _BEGUN = 0.5
-#: Score of an imprint that is as strong as before and was not found again: a constant, so that a threshold can tell.
+#: Score of an imprint that is as strong as before and was not found again: constant, so that a threshold separates it.
 _LOST = 10.0
 #: Confidence in a slip that was too fast to be followed.
 _LOST_CONFIDENCE = 0.5

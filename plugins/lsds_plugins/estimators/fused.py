@@ -1,12 +1,12 @@
-"""Estimator `fused`: the motion of the imprint and a trained model, joined by their covariances.
+"""Estimator `fused`: the motion of the imprint and a trained model, fused by their covariances.
 
-The imprint tells motion across its edges to a fraction of a pixel and says nothing along them; the dots' tremble tells
-a speed roughly, in every direction. The mean weighted by inverse covariance lets each speak where it sees. The trained
-model learnt in simulation, so its standard deviations count more than it states (`doubt`).
+The imprint measures motion across its edges to a fraction of a pixel, and none along them. The dots' tremble gives a
+rough speed in every direction. The mean weighted by inverse covariance uses each where it is accurate. The model was
+trained in simulation, so the standard deviations that it states are multiplied by `doubt`.
 
-Where the imprint is not found again, the trained model speaks alone. Where it is found where it was, while the model is
-sure that something slides, the model alone tells the translation: what is seen is then the outline of the contact,
-which stays where it is while a smooth object slides through it.
+If the imprint is not found again, only the trained model is used. If the imprint rests while the model is sure of a
+slide, only the model gives the translation: the imprint is then the outline of the contact, which stays in place while
+a smooth object slides through it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class FusedOptions(ImprintOptions):
         default=0.6,
         ge=0,
         le=1,
-        description="correlation with the last frame's imprint below which the trained model speaks alone",
+        description="correlation with the last frame's imprint below which only the trained model is used",
     )
 
 
@@ -55,7 +55,7 @@ class FusedEstimator:
         self._model.reset()
 
     def update(self, observation: Observation) -> SlipEstimate:
-        """Estimate; abstain where neither imprint nor dots tell anything. Angles turn clockwise on the image."""
+        """Estimate; abstain if neither imprint nor dots have information. Angles are clockwise on the image."""
         model, found = self._model.update(observation), measured(observation, self._options)
         if found is None:
             return model
@@ -63,29 +63,30 @@ class FusedEstimator:
         if model.abstained:
             return estimate_of(moved, spread)
         std = np.maximum([*model.velocity_std_m_s, model.angular_std_rad_s], LEAST_STD)
-        told = np.array([*model.velocity_m_s, model.angular_rad_s])
-        if not (np.isfinite(std).all() and np.isfinite(told).all()):
+        modelled = np.array([*model.velocity_m_s, model.angular_rad_s])
+        if not (np.isfinite(std).all() and np.isfinite(modelled).all()):
             return estimate_of(moved, spread)
-        if model.speed_m_s > MOVES_M_S and np.linalg.norm(told[:2] / std[:2]) > SURE and _stays(observation):
-            # Of the imprint's translation nothing counts; a turn is not seen through an outline, but by it.
+        if model.speed_m_s > MOVES_M_S and np.linalg.norm(modelled[:2] / std[:2]) > SURE and _stays(observation):
+            # An outline hides the translation of the object but turns with it.
             spread[:2, :2] += np.eye(2) * _ANY_M_S**2
         weight = np.linalg.inv(spread)
         other = np.diag(1 / (self._options.doubt * std) ** 2)
         joined = np.asarray(np.linalg.inv(weight + other), float)
-        return estimate_of(np.asarray(joined @ (weight @ moved + other @ told), float), joined)
+        return estimate_of(np.asarray(joined @ (weight @ moved + other @ modelled), float), joined)
 
 
 def _stays(observation: Observation) -> bool:
-    """Tell whether the imprint matches that of the last frame as well where it was as where it was followed to."""
+    """Return whether the imprint matches the last frame's as well at its old place as at its new one."""
     motion = None if observation.imprint is None else observation.imprint()
     return motion is not None and motion.match - motion.stuck_match < REGAINED
 
 
 SURE = 1.5
-"""A trained model is sure that something slides from so many of its standard deviations on."""
+"""Speed, in standard deviations, above which a trained model is sure of a slide."""
 REGAINED = 0.1
-"""An imprint that truly moves matches better by more than this where it was followed to, unless it moves little."""
+"""An imprint that moves, unless slowly, matches better at its new place by more than this correlation."""
 _ANY_M_S = 1.0
-"""Standard deviation of what is not known at all, m/s."""
+"""Standard deviation of an unknown velocity, m/s."""
 LEAST_STD = (5e-4, 5e-4, 0.01)
-"""Of a trained model, m/s and rad/s: at rest it states next to none, and would hide a creep that the imprint shows."""
+"""Least standard deviation of a trained model, m/s and rad/s. At rest it states almost none, which would hide a creep
+that the imprint shows."""

@@ -49,7 +49,7 @@ class ImprintEstimator:
         """Nothing to forget."""
 
     def update(self, observation: Observation) -> SlipEstimate:
-        """Estimate; abstain where the imprint's motion is not known. Angles turn clockwise on the image (x to y)."""
+        """Estimate; abstain if the imprint's motion is unknown. Angles are clockwise on the image (x to y)."""
         found = measured(observation, self._options)
         return ABSTAINED if found is None else estimate_of(*found)
 
@@ -59,7 +59,7 @@ def measured(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Return the velocity (x, y in m/s, turn in rad/s) of the imprint against the gel and its covariance (3, 3).
 
-    None where the imprint's motion is not known.
+    None if the imprint's motion is unknown.
     """
     motion = None if observation.imprint is None else observation.imprint()
     dt = observation.dt_s

@@ -38,7 +38,7 @@ class LiftJob:
         next(self._stages)
 
     def step(self, now: Situation) -> Wanted:
-        """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
+        """Return the wanted motion and grip. Raises SafetyStop if reference or grasp takes too long."""
         try:
             wanted = self._stages.send(now)
         except StopIteration:
@@ -65,7 +65,7 @@ class _Lift:
         self._left_s = setting.task.lift_s
 
     def stages(self) -> Stage:
-        """Yield what is wanted, from the reference to the end of the hold."""
+        """Yield the wanted motion and grip, from the reference to the end of the hold."""
         task, grasp = self._task, self._grasp
         now = yield Wanted("begin")
         while not grasp.step(now):
@@ -75,7 +75,7 @@ class _Lift:
         if self._by_touch and task.lift_s > 0 and task.lift_speed_m_s > 0:
             if task.probe:
                 now = yield from self._take_up(min(SPEED_M_S, task.lift_speed_m_s), now)
-                # What may stand still, or may have risen by centimetres, is not opened on.
+                # The probe opens the fingers only if the object hangs, just above its support.
                 if self._hangs:
                     now = yield from self._probe(now)
             if task.take_up_speed_m_s < task.lift_speed_m_s:

@@ -1,7 +1,7 @@
 """Job `shake`: grip firmly, hold still, lift, shake, and lower again: the load changes and nothing slips.
 
-It shows what a detector calls slip that is none. `lsds calibrate slip` runs it on a simulated rig; with
-`corrects = true` a run's false alarms are its corrections.
+It shows the false alarms of a detector. `lsds calibrate slip` runs it on a simulated rig. With `corrects = true`, the
+corrections of a run are its false alarms.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from lsds.errors import ConfigError, ConfigIssue
 from lsds.jobs.grasp import GRASP_STAGES, Grasping, begin_grasp
 
 CLEAR_M = 1e-3
-"""The arm never goes down nearer than this to where it began, besides the way on which it comes to rest."""
+"""The arm comes to rest at least this far above where it began."""
 PATIENCE = 10.0
-"""Lowering takes at most so many times as long as lifting."""
+"""Lowering takes at most this many times as long as lifting."""
 
 
 class ShakeOptions(BaseModel):
@@ -47,7 +47,7 @@ class _Part(NamedTuple):
 
 
 class ShakeJob:
-    """A `Job` for a gripper and an arm. It ends a little above where it began, with the object in the grip.
+    """A `Job` for a gripper and an arm. It ends slightly above where it began, with the object in the grip.
 
     Ramps make a stroke down longer or shorter than one up, so the measured height decides how far down the arm goes.
     """
@@ -64,7 +64,7 @@ class ShakeJob:
             raise ConfigError("the rig", [issue])
         own, task = self._options, setting.task
         closer_m = own.closer_mm * 1e-3
-        # What a fragile object stands still limits the first squeeze: it is shaken as it is gripped.
+        # `task.fragile_n` still limits the first squeeze, so a fragile object may be shaken in a weaker grip.
         firm = task.model_copy(
             update={
                 "grip_aperture_m": max(0.0, task.grip_aperture_m - closer_m),
@@ -91,7 +91,7 @@ class ShakeJob:
         self._floor_m: float | None = None
 
     def step(self, now: Situation) -> Wanted:
-        """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
+        """Return the wanted motion and grip. Raises SafetyStop if reference or grasp takes too long."""
         if self._grasp is not None:
             if not self._grasp.step(now):
                 return Wanted(self._grasp.stage, grip=self._grasp.grip)
@@ -119,11 +119,11 @@ class ShakeJob:
         return late or (part.stage == "lower" and self._is_low(part, height_m))
 
     def _is_low(self, part: _Part, height_m: float | None) -> bool:
-        """Tell whether the arm, going down, has to stop now so as not to get below where it began."""
+        """Return whether the descending arm has to stop now to stay above where it began."""
         if height_m is None or self._floor_m is None:
             return True
         stopping_m = part.velocity_m_s**2 / (2 * self._acceleration_of(part))
-        # What the arm moves on until it hears of it.
+        # The arm moves this far before it receives the command to stop.
         heard_m = abs(part.velocity_m_s) * HEARD_S
         return height_m - self._floor_m <= CLEAR_M + stopping_m + heard_m
 

@@ -50,7 +50,7 @@ class SlideJob:
         self._ends_ns = 0
 
     def step(self, now: Situation) -> Wanted:
-        """Return what is wanted now. Raises SafetyStop if reference or grasp takes too long."""
+        """Return the wanted motion and grip. Raises SafetyStop if reference or grasp takes too long."""
         if self._grasp is not None:
             if not self._grasp.step(now):
                 return Wanted(self._grasp.stage, grip=self._grasp.grip)

@@ -18,8 +18,8 @@ IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
 class Picture(NamedTuple):
-    """An image as read: uint8 (height, width, 3) RGB, seconds by the file (NaN where it has no times), and whether the
-    codec has drawn it anew after frames in which it drew only what had changed."""
+    """An image as read: uint8 (height, width, 3) RGB, seconds by the file (NaN if it has no times), and whether it is a
+    key frame after frames in which the codec stored only changes."""
 
     image: NDArray[np.uint8]
     time_s: float

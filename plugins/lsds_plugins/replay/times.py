@@ -12,7 +12,7 @@ Timestamps = Literal["nominal", "file", "list"]
 
 
 class FrameTimes:
-    """Seconds since the first frame. `nominal` counts frames; the others take what was stored, which must increase."""
+    """Seconds since the first frame. `nominal` counts frames; the others use the stored times, which must increase."""
 
     def __init__(self, path: str, kind: Timestamps, rate_hz: float, listed: list[float] | None) -> None:
         self._path = path

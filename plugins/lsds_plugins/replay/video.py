@@ -64,7 +64,7 @@ class VideoSensor(MotionlessLife):
 
     @property
     def spec(self) -> SensorSpec:
-        """Size of the frames, nominal rate and scale. Opens the recording for a look where it is not connected."""
+        """Size of the frames, nominal rate and scale. Opens the recording briefly if it is not connected."""
         if self._spec is None:
             image = next(self._images(self._open())).image
             height, width = image.shape[:2]
@@ -74,7 +74,7 @@ class VideoSensor(MotionlessLife):
 
     @property
     def frame_count(self) -> int:
-        """How many frames the recording claims, 0 where it does not say."""
+        """Number of frames that the recording states, 0 if it states none."""
         return self._open().count
 
     def connect(self) -> None:

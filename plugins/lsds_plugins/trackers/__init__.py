@@ -1,1 +1,1 @@
-"""Trackers: where the dots, or the gel itself, are in each frame."""
+"""Trackers: positions of the dots, or of the gel itself, in each frame."""

@@ -50,7 +50,7 @@ class DenseFlowTracker:
         self._reference: MarkerReference | None = None
 
     def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
-        """Lay the grid of sample points over the untouched frame. Raises DataError where nothing has texture."""
+        """Lay the grid of sample points over the untouched frame. Raises DataError if nothing has texture."""
         options = self._options
         height, width = frame.image.shape[:2]
         if min(width, height) < _LEAST_PX:

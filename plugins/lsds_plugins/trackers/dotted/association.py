@@ -1,10 +1,10 @@
-"""Which dot of this frame is which dot of the reference, where prediction alone does not say.
+"""Matches the dots of a frame with those of the reference if prediction alone is ambiguous.
 
 Dots repeat every pitch, so a wrong match one pitch away looks perfect to optical flow, forward-backward checks
-included. Two things do tell: a gel does not tear, so neighbours move nearly alike; and a pad has an edge, so under a
-wrong shift a whole row or column goes missing in plain view. Labels are grown over the grid from the best-predicted
-marker, then every shift by one pitch competes. Where the runner-up is close, only anchored markers are believed: those
-that are where they rested, or where they were last certain, and those connected to them over neighbours.
+included. Two facts resolve this: a gel does not tear, so neighbours move nearly alike; and a pad has an edge, so under
+a wrong shift a whole row or column is missing in view. Labels are grown over the grid from the best-predicted marker,
+then every shift by one pitch competes. If the runner-up is close, only anchored markers are accepted: those at their
+place of rest or at their last certain place, and those connected to them over neighbours.
 """
 
 from __future__ import annotations
@@ -25,25 +25,27 @@ if TYPE_CHECKING:
 
 #: How far, in pitches, a dot may lie from where its labelled neighbours expect it.
 GROW_GATE = 0.35
-#: The gel moves as a whole where no marker moves this much, in pitches, unlike the middle one.
+#: The gel moves as a whole if no marker's motion differs from the median by this much, in pitches.
 ALIKE = 0.25
-#: Weight of a marker that should be in view and is not, of a dot that should not be there, and of the squared
-#: sudden motion (in pitches): a lost column of seven outweighs a jump of a whole pitch.
+#: Cost of a marker that should be in view and is not, or of a dot without a marker.
 MISS_WEIGHT = 1.5
+#: Cost of the squared sudden motion (in pitches): a lost column of seven outweighs a jump of a whole pitch.
 MOTION_WEIGHT = 8.0
-#: A hypothesis must beat every other by this much to be believed, and no other may explain this many more dots.
+#: A hypothesis is accepted if it beats every other by this cost.
 MARGIN = 3.0
+#: It is doubtful if another one explains this many more dots.
 EVIDENCE = 4
-#: With nothing against it and this little motion (a quarter pitch), no shift by a pitch can come near.
+#: Below this cost (a quarter pitch of motion, nothing against it) no shift by a pitch can compete.
 CALM = MOTION_WEIGHT * 0.25**2
-#: All dots within this many pitches of the reference are the gel at rest.
+#: The gel is at rest if all dots lie within this many pitches of the reference.
 HOME = 0.15
+#: Share of dots in place that suffices when the gel was away from rest.
 MOST = 0.8
-#: Share of all markers that must be anchored before a doubtful match is believed.
+#: Share of all markers that must be anchored before a doubtful match is accepted.
 ANCHORED = 0.3
-#: And the share that must lie between the places of rest: a leap by a whole pitch leaves none there.
+#: Share of markers that must lie between the places of rest: a leap by a whole pitch leaves none there.
 BETWEEN = 0.1
-#: A gel at rest may show this many dots less than the reference: worn off, hidden. A shift by a pitch hides a line.
+#: Number of dots that a gel at rest may lack (worn off, hidden). A shift by a pitch hides a whole line.
 FEW = 2
 _EDGE_PX = 1.0
 _STAY = [(0, 0)]
@@ -54,9 +56,9 @@ _SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row o
 class Association:
     """Result of matching.
 
-    `dot` (N,) index of each marker's dot, -1 where it has none; `expected_px` (N, 2) where each marker is, or would
-    be; `ambiguous` true where a shift by a pitch explains the picture about as well; `sure` (N,) the markers that are
-    believed all the same, all of them where it is not ambiguous.
+    `dot` (N,) index of each marker's dot, -1 for none; `expected_px` (N, 2) the place of each marker, measured or
+    expected; `ambiguous` true if a shift by a pitch explains the image about as well; `sure` (N,) the markers that are
+    accepted nevertheless, or all of them if the match is not ambiguous.
     """
 
     dot: NDArray[np.intp]
@@ -74,9 +76,9 @@ def associate(
 ) -> Association:
     """Match predicted markers (N, 2) with dots (M, 2) found in the frame.
 
-    `trusted_px` (N, 2) is where the markers were when last they were sure; the gel may have stopped anywhere on the
-    way from there to the prediction, so motion is held against a hypothesis only beyond that way. `hidden` (half-size
-    image) tells where a dot could not be seen if it were there: saturated or black places say nothing.
+    `trusted_px` (N, 2) is the last certain place of each marker. The gel may have stopped anywhere between there and
+    the prediction, so only motion off that path counts against a hypothesis. `hidden` (half-size image) marks pixels
+    where no dot can be visible: saturated or black ones.
     """
     count = len(predicted_px)
     if not len(dots_px):
@@ -102,10 +104,10 @@ def associate(
 
 
 def _anchored(best: _Hypothesis, seen: _Seen) -> NDArray[np.bool_]:
-    """Return which markers (N,) are anchored under the best hypothesis: none where that cannot be believed.
+    """Return which markers (N,) are anchored under the best hypothesis: none if it cannot be accepted.
 
-    A gel that has moved by exactly one pitch, as a whole or in part, shows all its dots at places of rest, too. One of
-    which some dots are in place and others lie between the places is deformed: the first hold it.
+    A gel that has moved by exactly one pitch, as a whole or in part, also shows all its dots at places of rest. If some
+    dots are in place and others lie between the places, the gel is deformed, and the first are anchors.
     """
     lattice = seen.lattice
     found = best.dot >= 0
@@ -113,7 +115,7 @@ def _anchored(best: _Hypothesis, seen: _Seen) -> NDArray[np.bool_]:
     reach = HOME * lattice.pitch_px
     away = at - lattice.home_px
     anchors = found & (_within(away, reach) | _within(at - seen.trusted, reach))
-    # Less whole pitches: what is left of a leap by a pitch, as a whole or in part, is nothing.
+    # Displacement modulo the pitch: zero after a leap by a pitch, of all dots or of some.
     left = away - lattice.pitch_px * np.round(away / lattice.pitch_px)
     held, between = np.count_nonzero(anchors), np.count_nonzero(found & ~anchors & ~_within(left, reach))
     if held < ANCHORED * lattice.count or between < BETWEEN * lattice.count:
@@ -126,7 +128,7 @@ def _within(offset: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
 
 
 def _explains(rival: _Hypothesis, best: _Hypothesis) -> bool:
-    """Tell whether a rival leaves next to nothing unexplained where the best leaves a whole line of dots.
+    """Return whether a rival explains almost all dots while the best leaves a whole line unexplained.
 
     A torn or dazzled stretch of gel leaves something unexplained under every shift; a jump by a pitch does not.
     """
@@ -134,11 +136,11 @@ def _explains(rival: _Hypothesis, best: _Hypothesis) -> bool:
 
 
 def _at_home(dots: NDArray[np.float64], trusted: NDArray[np.float64], lattice: Lattice) -> Association | None:
-    """Return the gel at rest, where the dots show it whatever was predicted; None where they do not.
+    """Return the gel at rest if the dots show it, whatever was predicted; otherwise None.
 
-    A marker that was led astray is expected there again, and labels grown from that expectation confirm it. Markers
-    that found no way back under a contact would be lost for good, also on a gel that was let go. A gel last seen nearer
-    to the next pitch than to rest may have moved on by a whole one, and is left to the hypotheses.
+    A misplaced marker is expected at its wrong place again, and labels grown from that expectation confirm it. Without
+    this check, markers lost under a contact would stay lost after it ends. A gel last seen nearer to the next pitch
+    than to rest may have moved on by a whole one, so the hypotheses decide.
     """
     if np.abs(np.median(trusted - lattice.home_px, axis=0)).max() > 0.5 * lattice.pitch_px:
         return None
@@ -155,7 +157,7 @@ def _at_home(dots: NDArray[np.float64], trusted: NDArray[np.float64], lattice: L
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Hypothesis:
-    """One shift of all labels: what it costs, how many dots speak against it, what it says."""
+    """One shift of all labels: its cost, the number of dots against it, each marker's dot and expected place."""
 
     cost: float
     against: int
@@ -164,10 +166,10 @@ class _Hypothesis:
 
 
 def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lattice) -> NDArray[np.intp] | None:
-    """Label the extended lattice's nodes where the whole gel has moved alike; None where it has not.
+    """Label the extended lattice's nodes if the whole gel has moved alike; otherwise None.
 
-    The common leap is one of the whole gel: then every marker's nearest dot lies where the others' do, to a fraction
-    of a pitch, and growing labels over the grid would come to the same.
+    Usually the whole gel leaps. Then the offsets of all markers to their nearest dots agree to a fraction of a pitch,
+    and growing labels over the grid would give the same result.
     """
     to_dot = dots[None, :, :] - extended[:, None, :]
     nearest = np.einsum("nmk,nmk->nm", to_dot, to_dot).argmin(axis=1)
@@ -180,7 +182,7 @@ def _carried(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: 
         return None
     label = np.full(len(extended), -1)
     label[:inner] = nearest[:inner]
-    # The ring around the markers: what lies there now, and belongs to no marker.
+    # Dots in the ring around the markers that belong to no marker.
     away = dots[None, :, :] - (extended[inner:] + middle)[:, None, :]
     squared = np.einsum("nmk,nmk->nm", away, away)
     squared[:, nearest[:inner]] = np.inf
@@ -240,7 +242,7 @@ def _grow(extended: NDArray[np.float64], dots: NDArray[np.float64], lattice: Lat
 
 
 class _Seen(NamedTuple):
-    """What all hypotheses are held against; see `associate`. `grown` (nodes,) dot of each node, -1 for none."""
+    """Inputs that all hypotheses share; see `associate`. `grown` (nodes,) dot of each node, -1 for none."""
 
     grown: NDArray[np.intp]
     extended: NDArray[np.float64]
@@ -251,9 +253,10 @@ class _Seen(NamedTuple):
 
 
 def _hypotheses(shifts: Sequence[tuple[int, int]], seen: _Seen) -> list[_Hypothesis]:
-    """What follows if the true cell of every grown label were its cell plus a shift, for each shift (S of them).
+    """Return a hypothesis for each shift: the true cell of every grown label is its cell plus the shift.
 
-    All shifts at once: a leap that needs them is a frame that has no time. One that explains too little is left out.
+    Shifts that explain too few dots are left out. All shifts are computed at once, because frames after a leap take the
+    longest.
     """
     lattice, count = seen.lattice, seen.lattice.count
     source = np.stack([lattice.shifted(shift) for shift in shifts])
@@ -287,8 +290,8 @@ def _hypotheses(shifts: Sequence[tuple[int, int]], seen: _Seen) -> list[_Hypothe
         against = int(missing[i] + surplus[i])
         cost = MISS_WEIGHT * against + MOTION_WEIGHT * _off_segment(moved[i], foretold[i]) / lattice.pitch_px**2
         if share[i] == 1 or (share[i] >= MOST and away):
-            # Every dot back in its place, or most of them where the gel was away: an elastic gel at rest needs no other
-            # witness. Most alone would not do: after a jump by a pitch, all but a line of dots seem not to have moved.
+            # All dots in place, or most of them if the gel was away, prove that the gel is at rest. Most dots alone do
+            # not: after a jump by a pitch, all but a line of dots seem not to have moved.
             off = np.abs(at[i] - lattice.home_px)[found[i]].max()
             if float(off) < HOME * lattice.pitch_px:
                 cost = float(-MARGIN)
@@ -297,14 +300,14 @@ def _hypotheses(shifts: Sequence[tuple[int, int]], seen: _Seen) -> list[_Hypothe
 
 
 def _middles(values: NDArray[np.float64], found: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the median (S, 2) of the values (S, N, 2) that are found (S, N); the upper one of two in the middle."""
+    """Return the median (S, 2) of the values (S, N, 2) that are found (S, N); the upper of two middle values."""
     ranked = np.where(found[..., None], values, np.inf)
     ranked.sort(axis=1)
     return np.asarray(ranked[np.arange(len(ranked)), np.count_nonzero(found, axis=1) // 2])
 
 
 def _away(trusted: NDArray[np.float64], lattice: Lattice) -> bool:
-    """Tell whether the gel as a whole was last seen away from rest."""
+    """Return whether the gel as a whole was last away from rest."""
     moved = np.median(trusted - lattice.home_px, axis=0)
     return float(np.abs(moved).max()) > 2 * HOME * lattice.pitch_px
 

@@ -1,4 +1,4 @@
-"""Dots that the image border cuts: matched on what is left of them.
+"""Dots that the image border cuts: matched on their visible part.
 
 Lucas-Kanade on a whole window reads reflected pixels beyond the border and is biased towards it by up to a tenth of
 a pixel. Here pixels outside the image have no say.

@@ -20,8 +20,8 @@ _MIN_AREA = 6
 class Dots:
     """Dots found in one image.
 
-    `xy_px` (M, 2) centres in full-resolution pixels, good to about 0.3 px; `diameter_px` the typical one; `whole`
-    (M,) bool, false where the image border cuts the dot.
+    `xy_px` (M, 2) centres in full-resolution pixels, accurate to about 0.3 px; `diameter_px` the typical one; `whole`
+    (M,) bool, false if the image border cuts the dot.
     """
 
     xy_px: NDArray[np.float64]

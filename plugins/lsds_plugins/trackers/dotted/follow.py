@@ -1,8 +1,8 @@
-"""Following the dots of a gel from frame to frame: predict, refine, verify; and ask the whole grid when in doubt.
+"""Follows the dots of a gel from frame to frame: predict, refine, verify; match the whole grid when in doubt.
 
-The fast path trusts the motion so far: every marker is refined from its predicted position and must land on
-something dark, close to the prediction, without the grid tearing or folding. Where more than a stray marker fails,
-the dots of the whole image are found and matched again (`association`). What is not sure is flagged, never guessed.
+The fast path extrapolates the motion. Every marker is refined from its predicted position and must land on a dark
+pixel, close to the prediction, without the grid tearing or folding. If more than a stray marker fails, the dots of the
+whole image are found and matched again (`association`). Uncertain markers are flagged, never guessed.
 """
 
 from __future__ import annotations
@@ -24,26 +24,27 @@ if TYPE_CHECKING:
     from lsds.contracts import Frame
     from lsds_plugins.trackers.dotted.localise import Localiser
 
-#: A refined position this far from the prediction, in pitches, is a surprise that the whole grid has to confirm.
+#: Distance of a refined position from its prediction, in pitches, above which the whole grid has to confirm it.
 SURPRISE = 0.2
-#: A refined position this far from the dot it was started on, in pitches, has slid off it.
+#: Distance of a refined position from its starting dot, in pitches, above which it has slid off the dot.
 SLID_OFF = 0.12
 #: Area of a grid cell relative to the reference beyond which a corner of it must be wrong.
 AREA_RATIO = (0.35, 2.2)
-#: Motion is extrapolated over at most this gap (s), and by at most this many pitches.
+#: Longest gap (s) over which motion is extrapolated.
 LONGEST_GAP_S = 0.25
+#: Longest extrapolation of motion, in pitches.
 FURTHEST = 0.75
-#: Frames after which a grid with several markers missing is looked at as a whole again.
+#: Frames after which a grid with several missing markers is matched as a whole again.
 RECHECK = 12
-#: A marker whose displacement differs this much, in pitches, from the median around it is on another's dot.
+#: A marker whose displacement differs this much, in pitches, from the median around it is on another marker's dot.
 APART = 0.7
-#: The gel as a whole further from rest than this, in pitches, was not reached in one leap; no marker gets further than
-#: the second, which at 3.5 mm is most of the gel's thickness.
+#: Displacement of the whole gel, in pitches, that cannot be reached in one leap.
 FAR = 0.75
+#: Largest displacement of a marker, in pitches: 3.5 mm, which is most of the gel's thickness.
 FARTHEST = 1.75
-#: More failing markers than this ask the whole grid; fewer are single dots worn off or hidden.
+#: Number of failing markers above which the whole grid is matched; fewer are single dots, worn off or hidden.
 STRAY = 2
-#: Grey levels at which neither gel nor dot could be told.
+#: Grey levels beyond which gel and dot cannot be distinguished.
 BLACK, SATURATED = 8, 247
 _OK, _LOST = TrackFlag.OK.value, TrackFlag.LOST.value
 _OUT, _INCONSISTENT, _AMBIGUOUS = (
@@ -61,9 +62,9 @@ class DotFollower:
         self._reference: MarkerReference | None = None
 
     def start(self, frame: Frame, pad: tuple[int, int] | None = None) -> MarkerReference:
-        """Take the undeformed frame as reference. `pad` (rows, columns) as printed, where known, resolves more.
+        """Take the undeformed frame as reference. The printed `pad` (rows, columns), if known, resolves more cases.
 
-        Raises DataError where the frame shows no grid of dots.
+        Raises DataError if the frame shows no grid of dots.
         """
         views = viewed(frame)
         found = find_reference(views, pad)
@@ -81,7 +82,7 @@ class DotFollower:
         return self._reference
 
     def reset(self) -> None:
-        """Forget motion: the dots are expected where the reference shows them, with no velocity."""
+        """Clear the motion: the dots are expected at their places in the reference, at rest."""
         reference = self._started()
         self._xy = reference.xy_px.copy()
         self._velocity = np.zeros_like(self._xy)
@@ -108,7 +109,7 @@ class DotFollower:
                 failed = flags != _OK
                 self._doubt = bool(np.count_nonzero(failed) > 0.5 * len(failed))
             else:
-                # Stray losses: expect them where their neighbours have gone.
+                # Stray losses: expect them to have moved as their neighbours.
                 predicted = self._carry(predicted, xy - predicted, failed)
             flags[(flags == _OK) & (np.abs(xy - self._xy_home).max(axis=1) > FARTHEST * self._lattice.pitch_px)] = (
                 _INCONSISTENT
@@ -131,9 +132,9 @@ class DotFollower:
         return MarkerTracks(frame.t_ns, frame.seq, xy, ~failed, flags.astype(np.uint8))
 
     def _leapt(self, xy: NDArray[np.float64], failed: NDArray[np.bool_]) -> bool:
-        """Tell whether the whole gel is found far from rest, after a leap, on a pad that goes on beyond the image.
+        """Return whether the whole gel is far from rest, after a leap, on a pad that extends beyond the image.
 
-        There a shift by a pitch shows nowhere, so that a leap of this size is as likely one pitch too far.
+        On such a pad no row or column goes missing, so the leap may as well be wrong by a pitch.
         """
         if self._lattice.complete or failed.all():
             return False
@@ -143,7 +144,7 @@ class DotFollower:
         return bool(home > FAR * self._lattice.pitch_px and leap > 0.5 * self._lattice.pitch_px)
 
     def _needs_grid(self, failed: NDArray[np.bool_]) -> bool:
-        """Tell whether single dots have failed or the grid has to be looked at as a whole."""
+        """Return whether the grid has to be matched as a whole, because more than single dots have failed."""
         self._unchecked = self._unchecked + 1 if np.count_nonzero(failed) > STRAY else 0
         if self._doubt or self._unchecked > RECHECK or np.count_nonzero(failed & ~self._failed) > STRAY:
             self._unchecked = 0
@@ -165,7 +166,7 @@ class DotFollower:
         self._xy, self._failed = settled, failed
 
     def _predict(self, dt: float) -> NDArray[np.float64]:
-        """Extrapolate, but not over a gap in the stream, and not so far that another dot's place would be reached."""
+        """Extrapolate, but not over a gap in the stream and not as far as the place of another dot."""
         if dt > LONGEST_GAP_S:
             return self._xy.copy()
         step = self._velocity * dt
@@ -182,7 +183,7 @@ class DotFollower:
     def _ask_grid(
         self, views: ViewedFrame, predicted: NDArray[np.float64], mask: NDArray[np.uint8]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
-        """Find all dots, match them with the markers, refine from there."""
+        """Find all dots, match them with the markers, and refine the positions."""
         grey = views.half_grey
         hidden = (grey <= BLACK) | (grey >= SATURATED)
         match = associate(predicted, find_dots(mask).xy_px, self._lattice, self._trusted, hidden)
@@ -190,7 +191,7 @@ class DotFollower:
         flags = self._verify(xy, match.expected_px, mask, SLID_OFF)
         flags[(match.dot < 0) & (flags == _OK)] = _LOST
         flags[(flags == _OK) & ~match.sure] = _AMBIGUOUS
-        # What is doubted must not be next frame's expectation, or it would confirm itself.
+        # A doubtful position must not be the next frame's expectation, or it would confirm itself.
         expected = np.where(match.sure[:, None], match.expected_px, predicted)
         return xy, expected, flags
 
@@ -215,7 +216,7 @@ class DotFollower:
             torn = ((ratio < AREA_RATIO[0]) | (ratio > AREA_RATIO[1])) & ok[corner] & ok[right] & ok[below]
             if torn.any():
                 suspects = np.concatenate([corner[torn], right[torn], below[torn]])
-                # Every marker sits in up to three such triangles; the one they share is the culprit.
+                # Every marker is in up to three triangles; the marker that torn ones share is wrong.
                 votes = np.bincount(suspects, minlength=len(xy))
                 flags[(votes >= 2) | ((votes > 0) & (votes == votes.max()))] = _INCONSISTENT
         return flags
@@ -238,7 +239,7 @@ class DotFollower:
         many = np.maximum(good.sum(axis=1), 1)[:, None]
         shifted = predicted.copy()
         shifted[lost] += np.where(good[..., None], moved[neighbour], 0.0).sum(axis=1) / many
-        # Lost for longer, its own past misleads: what a marker was led astray to would be carried along for good.
+        # The own past of a marker that was lost for longer misleads: a wrong position would never be corrected.
         away = (predicted + moved - self._xy_home)[neighbour]
         beside = self._xy_home[lost] + np.where(good[..., None], away, 0.0).sum(axis=1) / many
         stale = self._failed[lost] & good.any(axis=1)

@@ -35,7 +35,7 @@ class Grid:
 
 
 def identify_grid(xy_px: NDArray[np.float64]) -> Grid | None:
-    """Return the largest grid among points (M, 2), or None where there is none (fewer than four points in a block)."""
+    """Return the largest grid among points (M, 2), or None if no four points form a block."""
     count = len(xy_px)
     if count < 4:
         return None
@@ -102,7 +102,7 @@ def _neighbours(
 
 
 def _walk(start: int, neighbour: dict[tuple[int, int], list[tuple[int, int, int]]]) -> dict[int, tuple[int, int]]:
-    """Walk from one point over its neighbours; jump over a missing dot only where no single step leads on."""
+    """Walk from one point over its neighbours; jump over a missing dot only if no single step is possible."""
     cell = {start: (0, 0)}
     for length in (1, 2):
         queue = list(cell)

@@ -107,7 +107,7 @@ class Lattice:
         return np.asarray(inside[..., 0] & inside[..., 1])
 
     def shifted(self, shift: tuple[int, int]) -> NDArray[np.intp]:
-        """Return (nodes,) the node `shift` = (rows, columns) further on for every node, -1 where there is none."""
+        """Return (nodes,) the node that is `shift` = (rows, columns) away from each node, -1 beyond the lattice."""
         if shift not in self._shifted:
             self._shifted[shift] = np.array(
                 [self._node.get((row + shift[0], column + shift[1]), -1) for row, column in self._cells], np.intp

@@ -1,4 +1,4 @@
-"""Where exactly a dot is, given roughly where: Lucas-Kanade against the reference image, or a weighted centroid.
+"""Refines rough positions of dots: Lucas-Kanade against the reference image, or a weighted centroid.
 
 Both measure each frame against the reference, not against the frame before, so errors do not add up over time.
 """
@@ -29,7 +29,7 @@ class Localiser(Protocol):
         ...
 
     def refine(self, grey: NDArray[np.uint8], rough_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return refined positions (N, 2); what cannot be refined comes back NaN."""
+        """Return refined positions (N, 2), NaN for those that cannot be refined."""
         ...
 
 

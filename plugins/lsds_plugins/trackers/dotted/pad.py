@@ -15,7 +15,7 @@ from lsds_plugins.trackers.dotted.grid import identify_grid
 if TYPE_CHECKING:
     from lsds.tactile.views import ViewedFrame
 
-#: Fewer dots than this make no field: divergence and curl would rest on a handful of differences.
+#: Least number of dots of a field: with fewer, divergence and curl would depend on a handful of differences.
 FEWEST_DOTS = 12
 #: Pads as GelSight prints them for the Mini, (rows, columns). A reference that shows exactly one of them, and no dot
 #: cut by the border, is taken for the whole pad.
@@ -24,7 +24,7 @@ PRINTED_PADS = ((7, 9), (8, 10))
 
 @dataclass(frozen=True, slots=True)
 class Pad:
-    """What the reference frame shows: the grid, the dots' diameter in pixels, and whether that is the whole pad."""
+    """The pad in the reference frame: the grid, the dots' diameter in pixels, and whether the grid is complete."""
 
     reference: MarkerReference
     diameter_px: float
@@ -32,9 +32,9 @@ class Pad:
 
 
 def find_reference(views: ViewedFrame, pad: tuple[int, int] | None = None) -> Pad:
-    """Return the grid of dots on an undeformed frame; `pad` (rows, columns) as printed, where that is known.
+    """Return the grid of dots on an undeformed frame; `pad` is the printed grid (rows, columns), if known.
 
-    Dots cut by the image border are left out: their centres cannot be measured. Raises DataError where fewer than
+    Dots cut by the image border are left out: their centres cannot be measured. Raises DataError if fewer than
     `FEWEST_DOTS` form a grid.
     """
     dots = find_dots(views.dark)

@@ -1,4 +1,4 @@
-"""Lift what is there, put it down again, let go."""
+"""Lift the object, put it down again, release it."""
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,7 +14,7 @@ class PlaceOptions(BaseModel):
 
 
 class PlaceJob:
-    """Grasp, lift, lower, let go. Slip is answered on the way."""
+    """Grasp, lift, lower, release. The controller reacts to slip meanwhile."""
 
     def __init__(self, options, context):
         self._height_m = options.height_m
@@ -24,7 +24,7 @@ class PlaceJob:
         self._task, self._grasped_ns, self._open = setting.task, None, None
 
     def step(self, now):
-        """Say what is wanted now."""
+        """Return the wanted motion and grip."""
         task = self._task
         if not now.referenced:
             return Wanted("look")

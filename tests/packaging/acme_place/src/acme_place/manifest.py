@@ -1,4 +1,4 @@
-"""What this plugin offers."""
+"""The backends of this plugin."""
 
 from lsds.contracts import BackendSpec
 from lsds.registry import hookimpl
