@@ -43,13 +43,8 @@ def test_sound_answers_pass():
         (validated_estimate, replace(ESTIMATE, velocity_m_s=(math.inf, 0.0)), "NaN or infinite"),
     ],
 )
-<<<<<<< HEAD
-def test_a_wrong_answer_is_an_error_that_names_the_brain_and_the_frame(look, answer, message):
-    given = ("part 'x'", answer, 3, 7) if look is validated_tracks else ("part 'x'", answer, 7)
-=======
 def test_a_wrong_result_is_an_error_that_names_the_algorithm_and_the_frame(look, answer, message):
-    given = ("part 'x'", answer, 3, 7) if look is sound_tracks else ("part 'x'", answer, 7)
->>>>>>> e4
+    given = ("part 'x'", answer, 3, 7) if look is validated_tracks else ("part 'x'", answer, 7)
     with pytest.raises(PluginError, match=message) as raised:
         look(*given)
     assert "part 'x', frame 7" in str(raised.value)

@@ -96,7 +96,7 @@ def test_a_learning_curve_refuses_what_it_cannot_compare(tmp_path):
     joined(parts, {}).save(tmp_path / "data")
     joined(parts[:1], {}).save(tmp_path / "other")
     for options, message in (
-        ({"learners": ["logistic", "linear-window"]}, "of one job"),
+        ({"learners": ["logistic", "linear-window"]}, "must have one job"),
         ({"also": str(tmp_path / "other")}, "no object that is not in the training data"),
     ):
         with pytest.raises(DataError, match=message):

@@ -189,7 +189,7 @@ def test_an_answer_that_comes_too_late_is_not_taken_for_the_next_one(mock):
         child, reply = arm._child, Reply("late")
         with pytest.raises(DeviceTimeout):
             child.request(Kind.ARM, 0.0)
-        child._tell(reply=reply._replace(request=1))
+        child._publish(reply=reply._replace(request=1))
         assert child.request(Kind.DISARM, CALL_S).problem == ""
 
 
