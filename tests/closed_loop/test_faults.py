@@ -45,7 +45,7 @@ def with_fault(name, moment="take up", **keys):
         ("gripper-offset", {"severity": 4}, "its fingers opened from .* no command asked for it"),
         ("gripper-coarse", {"severity": 5, "moment": "lift"}, "wider by more than its resolution"),
         ("detector-none", {}, r"detector 'fused', frame \d+: update\(\) returned NoneType, not Detection"),
-        ("tracker-nan", {}, r"tracker 'lk', frame \d+: a marker that is valid has no position"),
+        ("tracker-nan", {}, r"tracker 'lk', frame \d+: a valid marker has no finite position"),
         ("controller-wrong", {}, r"controller 'belief': update\(\) returned str"),
         ("camera-frozen", {}, r"sensor: nothing usable for 0\.2"),
         ("arm-protective-stop", {}, "protective stop"),
