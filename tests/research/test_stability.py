@@ -1,0 +1,102 @@
+"""Stability maps: grids, figures, and stored safe areas that must not shrink."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib import resources
+
+import numpy as np
+import pytest
+from lsds_research.stability.grid import Axis, StabilityMap, worst
+from lsds_research.stability.names import MAPS, study_name
+from lsds_research.stability.options import StabilityOptions
+from lsds_research.stability.study import StabilityStudy, areas_on, map_named
+
+from lsds.clock import VirtualClock
+from lsds.contracts import BuildContext
+from lsds.errors import DataError
+
+STORED = json.loads(resources.files("lsds_research.stability").joinpath("areas.json").read_text(encoding="utf-8"))
+QUICK = ("integrators", "marker-travel", "markers-lost")
+
+
+def a_map(measure, **others):
+    axis = Axis("x", "mm", (1.0, 2.0, 3.0, 4.0), (1.0, 4.0), (1.0,))
+    named = {"limit": 2.5, "measure": measure, **others}
+    return StabilityMap("made", "Made", axis, axis, ("good",), ("naive",), "error", "mm", **named)
+
+
+def result(of, **options):
+    study = StabilityStudy(of, StabilityOptions(**options, jobs=1), BuildContext(VirtualClock(), seed=3))
+    return study.run(lambda done, total: None)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """A map whose good method has the greater coordinate as its figure, and whose naive method diverges beyond 1."""
+    of = a_map(lambda method, x, y, seed: max(x, y) if method == "good" or max(x, y) == 1 else math.inf)
+    monkeypatch.setattr("lsds_research.stability.study.map_named", lambda name: of)
+    return of
+
+
+def test_a_map_marks_what_fails_and_states_the_safe_share(made, tmp_path):
+    found = result(made)
+    areas = {row["method"]: row["safe"] for row in found.extra["areas"]}
+    assert areas == {"good": 4 / 16, "naive": 1 / 16}
+    failing = [row for row in found.rows if row["method"] == "naive" and not row["passes"]]
+    assert len(failing) == 15
+    assert all(row["figure"] is None for row in failing)
+    found.plot(tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 5000
+
+
+def test_a_quick_grid_and_single_methods_measure_less(made):
+    assert len(result(made, quick=True).rows) == 8
+    assert {row["method"] for row in result(made, methods=["naive"]).rows} == {"naive"}
+    with pytest.raises(DataError, match="no method other; there are good, naive"):
+        result(made, methods=["other"])
+
+
+def test_the_worst_seed_counts(monkeypatch):
+    of = a_map(lambda method, x, y, seed: float(seed), seeds={"full": 3, "quick": 1, "check": 1})
+    monkeypatch.setattr("lsds_research.stability.study.map_named", lambda name: of)
+    assert {row["figure"] for row in result(of).rows} == {5.0}
+    assert worst([1.0, math.nan]) == math.inf
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_every_map_is_complete(name):
+    of = map_named(name)
+    assert of.name == name
+    assert of.naive, "a map shows a method that fails"
+    assert set(STORED[name]) == {*of.methods, *of.naive}
+    for axis in (of.x, of.y):
+        assert set(axis.check) | set(axis.quick) <= {*np.round(axis.full, 6), *axis.check, *axis.quick}
+        assert list(axis.full) == sorted(axis.full)
+
+
+def test_every_map_is_a_study(installed_host):
+    assert {study_name(name) for name in MAPS} <= set(installed_host.names("study"))
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in MAPS])
+def test_no_safe_area_shrinks(name):
+    found = areas_on(map_named(name), "check")
+    shrunk = {method: (share, found[method]) for method, share in STORED[name].items() if found[method] < share - 1e-9}
+    assert shrunk == {}, f"stored and measured safe share of the check grid of '{name}'"
+
+
+def test_a_change_that_makes_a_map_worse_is_found(monkeypatch):
+    from lsds_research.stability.maps import marker_travel
+
+    # A tracker without its check for aliases takes the nearest marker for its own, as the naive one does.
+    monkeypatch.setattr(marker_travel, "wrong_unflagged", lambda method, *rest: _wrong("blobs, nearest", *rest))
+    found = areas_on(marker_travel.MAP, "check")
+    assert any(found[method] < share for method, share in STORED["marker-travel"].items())
+
+
+def _wrong(*arguments):
+    from lsds_research.stability.maps.moved_markers import wrong_unflagged
+
+    return wrong_unflagged(*arguments)
