@@ -136,5 +136,5 @@ def _expect(call: Callable[[], Any], wanted: type[DeviceError]) -> None:
     except wanted:
         return
     except Exception as error:
-        raise AssertionError(f"raised {type(error).__name__} where {wanted.__name__} is due: {error}") from error
-    raise AssertionError(f"raised nothing where {wanted.__name__} is due")
+        raise AssertionError(f"raised {type(error).__name__}, expected {wanted.__name__}: {error}") from error
+    raise AssertionError(f"raised nothing; expected {wanted.__name__}")

@@ -17,7 +17,7 @@ from lsds.testing.process_state import global_seed
 
 @dataclass
 class Measured:
-    """What `run` of a study did. `error` is its exception; `result` is then None."""
+    """The outcome of a study's `run`. `error` is its exception; `result` is then None."""
 
     ticks: list[tuple[Any, Any]] = field(default_factory=list)
     printed: str = ""

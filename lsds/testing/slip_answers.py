@@ -123,7 +123,7 @@ def _problem_of_detection(detection: Any) -> str:
     if not (
         _is_number(detection.probability) and (math.isnan(detection.probability) or 0 <= detection.probability <= 1)
     ):
-        return f"probability is {detection.probability!r}; it must be in [0, 1], or NaN where the detector knows none"
+        return f"probability is {detection.probability!r}; it must be in [0, 1], or NaN if the detector estimates none"
     if not _is_number(detection.score) or (detection.slip is not None and not math.isfinite(detection.score)):
         return f"slip is {detection.slip} by a score of {detection.score!r}; it must be finite (or abstain: slip=None)"
     if not _is_number(detection.threshold) or not math.isfinite(detection.threshold):

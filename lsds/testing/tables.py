@@ -1,4 +1,4 @@
-"""Which checks a kind has, which of them move a device, and where the guide explains them."""
+"""The checks of each kind, those that move a device, and the sections of the guide that explain them."""
 
 from __future__ import annotations
 

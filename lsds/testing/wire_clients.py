@@ -24,7 +24,7 @@ _TABLES = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """Where a face is: `host` and `port` of TCP, else the `path` of a socket, a terminal or a pipe."""
+    """Location of a face: `host` and `port` of TCP, else the `path` of a socket, a terminal or a pipe."""
 
     host: str = ""
     port: int = 0
@@ -72,7 +72,7 @@ def is_accepted(endpoint: Endpoint, link: socket.socket | int) -> bool:
 
 
 def send_garbage(link: socket.socket | int, seed: int) -> None:
-    """Send bytes of no protocol, a line that never ends among them; does nothing where the server hangs up."""
+    """Send bytes of no protocol, including a line without end. Ignores a closed connection."""
     drawn = random.Random(seed)
     for message in (drawn.randbytes(300), b"\xff" * 64, b"\0" * 64, b"GET / \xc3(", b"{[(" * 2000, b"\r\n"):
         with contextlib.suppress(OSError):
