@@ -1,1 +1,1 @@
-"""The maps, one a file; each is a study of its own."""
+"""The maps, one per file; each is a separate study."""
