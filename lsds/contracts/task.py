@@ -56,7 +56,7 @@ class TaskOptions(BaseModel):
     @model_validator(mode="after")
     def _what_is_fragile_is_touched(self) -> Self:
         if self.fragile_n is not None and self.grasp != "touch":
-            raise ValueError('fragile_n needs grasp = "touch": a grasp to an aperture knows no force')
+            raise ValueError('fragile_n needs grasp = "touch": a grasp to an aperture does not measure the force')
         return self
 
     @model_validator(mode="before")

@@ -42,12 +42,12 @@ def made(monkeypatch):
 
 def test_a_map_marks_what_fails_and_states_the_safe_share(made, tmp_path):
     found = result(made)
-    areas = {row["method"]: row["safe"] for row in found.extra["areas"]}
+    areas = {row["method"]: row["safe"] for row in found.details["areas"]}
     assert areas == {"good": 4 / 16, "naive": 1 / 16}
     failing = [row for row in found.rows if row["method"] == "naive" and not row["passes"]]
     assert len(failing) == 15
     assert all(row["figure"] is None for row in failing)
-    found.plot(tmp_path / "map.png")
+    found.draw(tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 5000
 
 

@@ -180,11 +180,11 @@ class Sphere(Surface):
         return radius, radius
 
     def area(self, indentation_m: float) -> float:
-        """The circle's."""
+        """Return the area of the circle (m^2)."""
         return math.pi * self.half_extent(indentation_m)[0] ** 2
 
     def perimeter_per_area(self, indentation_m: float) -> float:
-        """A circle's 2/r."""
+        """Return 2 / r of the circle (1/m)."""
         return 2 / self.half_extent(indentation_m)[0]
 
 

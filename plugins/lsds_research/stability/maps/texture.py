@@ -31,7 +31,7 @@ MAP = StabilityMap(
     "texture",
     "Lift of a flat box of 200 g: slip by depth of its texture and friction",
     Axis("depth of the texture", "um", (0, 20, 50, 100, 200), (0, 50, 200), (0, 100)),
-    Axis("friction", "", (0.25, 0.35, 0.5, 0.7, 1.0), (0.35, 0.7), (0.5,)),
+    Axis("friction", "", (0.25, 0.35, 0.5, 0.7, 1.0), (0.35, 0.7), (0.25,)),
     CONTROLLERS,
     (FIXED, FIRM),
     "slip",
