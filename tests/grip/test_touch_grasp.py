@@ -145,6 +145,18 @@ def test_a_contact_at_the_edge_of_a_pad_is_an_error():
         grasp.step(replace(situation(100, 0.019, moving=False), fingers=(seen,)))
 
 
+def test_a_depth_at_the_edge_that_was_there_without_contact_is_no_contact_at_the_edge():
+    depth = np.zeros((30, 40), np.float32)
+    depth[10:20, 34:] = 3e-4
+    contact = ContactPatch(depth, 5e-5, 0.05)
+    seen = SimpleNamespace(finger="left", frame=None, observation=SimpleNamespace(contact=contact, load=None))
+    grasp = squeezing()
+    grasp.stage = "touch"
+    grasp.step(replace(situation(50, 0.022), fingers=(seen,)))
+    grasp.stage, grasp._finder.touching = "squeeze", True
+    grasp.step(replace(situation(100, 0.019, moving=False), fingers=(seen,)))
+
+
 def test_a_touch_that_was_light_only_is_no_grasp():
     grasp = squeezing(apart=("left", "right"))
     assert not grasp.step(situation(100, 0.019, moving=False))
