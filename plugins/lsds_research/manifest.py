@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from lsds.contracts import BackendSpec
 from lsds.registry import hookimpl
-from lsds_research.stability.names import MAPS, study_name
+
+
+class MapEntry(NamedTuple):
+    """Module in `lsds_research.stability.maps`, imports that it needs with their extra, and summary."""
+
+    module: str
+    requires: tuple[str, ...]
+    extra: str
+    summary: str
+
 
 _LEARNERS = (
     ("random-forest", "trees:RandomForest", ("sklearn",), "detector: random forest with the paper's settings"),
@@ -157,16 +168,33 @@ _STUDIES = (
     ),
 )
 
+_SIM = (("numba",), "sim")
+STABILITY_MAPS = {
+    "marker-travel": MapEntry("marker_travel", (), "", "trackers: markers confused, by their travel per frame"),
+    "markers-lost": MapEntry("markers_lost", (), "", "trackers: markers confused, by the share that vanishes"),
+    "integrators": MapEntry(
+        "integrators", (), "", "integrators of dry friction: error of a drop, by step and stiffness"
+    ),
+    "loop-delay": MapEntry("loop_delay", *_SIM, "slip of a lift, by delay of the gripper and margin or gain"),
+    "frame-rate": MapEntry("frame_rate", *_SIM, "slip of a lift, by frame interval and lost frames"),
+    "false-alarms": MapEntry("false_alarms", *_SIM, "grip over the needed one, by false alarms and first squeeze"),
+    "friction-ticks": MapEntry("friction_ticks", *_SIM, "grip over the needed one, by friction ratio and tick size"),
+    "spheres": MapEntry("spheres", *_SIM, "slip of spheres, by diameter and mass"),
+    "camera": MapEntry("camera", *_SIM, "slip of a lift, by worn markers and swinging light"),
+    "texture": MapEntry("texture", *_SIM, "slip of a flat object, by depth of its texture and friction"),
+}
+"""The stability maps by name."""
+
 _MAPS = tuple(
     (
-        study_name(name),
+        f"stability-{name}",
         f"stability.maps.{each.module}:study",
         "stability.options:StabilityOptions",
         each.requires,
         each.extra,
         f"map: {each.summary}",
     )
-    for name, each in MAPS.items()
+    for name, each in STABILITY_MAPS.items()
 )
 
 _COMMANDS = (

@@ -8,8 +8,8 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from lsds_research.manifest import STABILITY_MAPS as MAPS
 from lsds_research.stability.grid import Axis, StabilityMap, worst
-from lsds_research.stability.names import MAPS, study_name
 from lsds_research.stability.options import StabilityOptions
 from lsds_research.stability.study import StabilityStudy, areas_on, map_named
 
@@ -77,7 +77,7 @@ def test_every_map_is_complete(name):
 
 
 def test_every_map_is_a_study(installed_host):
-    assert {study_name(name) for name in MAPS} <= set(installed_host.names("study"))
+    assert {f"stability-{name}" for name in MAPS} <= set(installed_host.names("study"))
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in MAPS])

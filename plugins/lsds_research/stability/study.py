@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.contracts.study import StudyResult, StudyTable, Value
 from lsds.errors import DataError, LsdsError
+from lsds_research.manifest import STABILITY_MAPS
 from lsds_research.run_store import run_and_store
 from lsds_research.stability.grid import Grid, Point, StabilityMap, area, worst
-from lsds_research.stability.names import MAPS
 from lsds_research.stability.plot import plot_map
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ def measured(point: Point) -> Row | str:
 
 
 def map_named(name: str) -> StabilityMap:
-    """Return a map by its name in `names.MAPS`."""
-    found: StabilityMap = import_module(f"lsds_research.stability.maps.{MAPS[name].module}").MAP
+    """Return a map by its name in `STABILITY_MAPS`."""
+    found: StabilityMap = import_module(f"lsds_research.stability.maps.{STABILITY_MAPS[name].module}").MAP
     return found
 
 
