@@ -22,12 +22,12 @@ from lsds.registry.options import issues_of
 
 def load_config(
     path: str | Path | None = None,
-    overrides: Iterable[str] = (),
+    overrides: str | Iterable[str] = (),
     *,
     host: PluginHost | None = None,
     without: Iterable[str] = (),
 ) -> RigConfig:
-    """Return the configuration in a TOML file (None for the defaults), changed by "a.b=value" overrides.
+    """Return the configuration in a TOML file (None for the defaults), changed by "a.b=value" overrides (one, or several).
 
     `host` has the available backends (default: those installed); the config's `plugins.block` is applied to it.
     `without` names sections of the file to ignore. Raises ConfigError with all issues: unreadable file, TOML
@@ -40,7 +40,7 @@ def load_config(
         del data[EDITORS_KEY]
     for section in without:
         data.pop(section, None)
-    overrides = tuple(overrides)
+    overrides = (overrides,) if isinstance(overrides, str) else tuple(overrides)
     issues = apply_overrides(data, overrides)
     host = host or PluginHost()
     source += " with --set" if overrides else ""

@@ -14,7 +14,7 @@ from lsds.runtime.rig import Rig, require_moments
 
 @contextmanager
 def bring_up(
-    config: RigConfig | str | Path | None = None, overrides: Sequence[str] = (), *, job: Job | None = None
+    config: RigConfig | str | Path | None = None, overrides: str | Sequence[str] = (), *, job: Job | None = None
 ) -> Iterator[Engine]:
     """Connect and arm a rig and return the engine that runs it; at the end, stop and close everything.
 

@@ -53,7 +53,7 @@ class Session:
 
 def run(
     config: RigConfig | str | Path | None = None,
-    overrides: Sequence[str] = (),
+    overrides: str | Sequence[str] = (),
     *,
     job: Job | None = None,
     observe: Callable[[Cycle], object] | None = None,

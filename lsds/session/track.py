@@ -123,7 +123,7 @@ class TrackResult:
 def track(
     source: str | Path,
     config: RigConfig | str | Path | None = None,
-    overrides: Sequence[str] = (),
+    overrides: str | Sequence[str] = (),
     *,
     progress: Callable[[int, int], object] | None = None,
 ) -> TrackResult:
@@ -137,7 +137,7 @@ def track(
 
 
 def watch(
-    source: str | Path, config: RigConfig | str | Path | None = None, overrides: Sequence[str] = ()
+    source: str | Path, config: RigConfig | str | Path | None = None, overrides: str | Sequence[str] = ()
 ) -> Iterator[Cycle]:
     """Yield a cycle for each usable frame of a recording, with all results; arguments as for `track`.
 
@@ -147,7 +147,7 @@ def watch(
 
 
 def engine_of(
-    source: str | Path, config: RigConfig | str | Path | None = None, overrides: Sequence[str] = ()
+    source: str | Path, config: RigConfig | str | Path | None = None, overrides: str | Sequence[str] = ()
 ) -> Engine:
     """Return the engine that watches a recording; arguments and errors as for `watch`."""
     host = PluginHost()
@@ -156,7 +156,7 @@ def engine_of(
 
 
 def _of_recording(
-    source: str | Path, config: RigConfig | str | Path | None, overrides: Sequence[str], host: PluginHost
+    source: str | Path, config: RigConfig | str | Path | None, overrides: str | Sequence[str], host: PluginHost
 ) -> RigConfig:
     """Return the configuration with the recording as its only sensor."""
     if isinstance(config, RigConfig):
@@ -166,7 +166,8 @@ def _of_recording(
     defaults = ["tactile.reference_frames=1"] if config is None else []
     path = f"sensor.video.path={value_text(str(source))}"
     chosen = f"sensor.backend={host.own('sensor', 'video')}"
-    return load_config(config, [*defaults, *overrides, chosen, path], host=host, without=("sensors",))
+    given = (overrides,) if isinstance(overrides, str) else overrides
+    return load_config(config, [*defaults, *given, chosen, path], host=host, without=("sensors",))
 
 
 def track_recording(

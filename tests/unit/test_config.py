@@ -330,3 +330,9 @@ def test_the_schema_allows_its_own_name():
 def test_a_missing_option_is_described():
     with pytest.raises(ConfigError, match=r"robotiq-2f\.port: is missing \(serial port .*lsds devices lists ports"):
         load_config(None, ["gripper.backend=robotiq-2f"])
+
+
+def test_one_override_may_be_a_text():
+    assert load_config(None, "seed=7").seed == 7
+    with pytest.raises(ConfigError, match="sed"):
+        load_config(None, "sed=7")
