@@ -280,7 +280,7 @@ def incipient_rows(values: dict[str, Any]) -> list[str]:
 
 # -- random objects -------------------------------------------------------------------------------------------
 
-RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1008", "--controller", "belief", "--controller", "pd")
+RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1009", "--controller", "belief", "--controller", "pd")
 
 
 def random_objects() -> list[dict[str, Any]]:
