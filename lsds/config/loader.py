@@ -27,7 +27,7 @@ def load_config(
     host: PluginHost | None = None,
     without: Iterable[str] = (),
 ) -> RigConfig:
-    """Return the configuration in a TOML file (None for the defaults), changed by "a.b=value" overrides (one, or several).
+    """Return the configuration in a TOML file (None for the defaults), changed by one or several "a.b=value".
 
     `host` has the available backends (default: those installed); the config's `plugins.block` is applied to it.
     `without` names sections of the file to ignore. Raises ConfigError with all issues: unreadable file, TOML
