@@ -18,7 +18,7 @@ from lsds.contracts import Contact, Grip
 from lsds.errors import SafetyStop
 from lsds.grip.fragile import STIFFEST_N_M, allowed_squeeze_m
 from lsds.tactile.contact_place import edge_of
-from lsds.tactile.touch import TouchFinder
+from lsds.tactile.touch import TOGETHER, TouchFinder
 
 if TYPE_CHECKING:
     from lsds.contracts import GripperSpec, Setting, Situation
@@ -28,8 +28,8 @@ LEARNING_FRAMES = 16
 """Frames of the gel without contact that are seen before the fingers move."""
 BACK_OFF_M, FARTHEST_M = 1.5e-3, 8e-3
 """How far the fingers open after the first touch, and at most, before the gel has to be free."""
-FREE_FRAMES = 3
-"""Frames without touch in a row that show that the gel is free."""
+FREE_FRAMES = TOGETHER
+"""Frames without touch in a row that show that the gel is free: those of a mean that holds no earlier frame."""
 FIRST_SHARE = 0.8
 """Share of the squeeze that a fragile object stands which it gets at first."""
 NEAR = 0.75
@@ -101,6 +101,7 @@ class TouchGrasp:
     def _back_off(self, now: Situation, new: bool) -> None:
         """Wait until the gel is free again; open farther where it is not."""
         if not now.arrived:
+            self._finder.forget()
             return
         if new:
             self._free = 0 if self._finder.touching else self._free + 1
@@ -112,6 +113,7 @@ class TouchGrasp:
                         "(does the object stick to it? does the light change? clean the pads, shield the gel)"
                     )
                 self.grip = self._gently(self.grip.aperture_m + BACK_OFF_M, self._task.approach_speed_m_s)
+                self._finder.forget()
         if self._free >= FREE_FRAMES:
             self._finder.again()
             self._enter("touch", now)

@@ -2,7 +2,9 @@
 
 Under a flat face that is pressed evenly, markers hardly move and slopes are too small for a depth map. But the relief
 of any real surface changes the light a little everywhere. The detector compares block means of the image with those of
-the last frames without contact; its score is the change divided by the noise of that change.
+the last frames without contact; its score is the change divided by the noise of that change. A plain touch shows in one
+frame. The smooth face of a phone changes each block by less than the noise of a frame, but in all frames alike: that
+shows in the mean product of two frames' changes, to which independent noise contributes nothing.
 """
 
 from __future__ import annotations
@@ -34,10 +36,17 @@ TOUCHED = 6.0
 """Change, in standard deviations, that is a touch."""
 APERTURES = 256
 """Number of gripper states that are kept."""
+TOGETHER = 4
+"""Number of recent frames whose changes are multiplied in pairs: a faint touch is found at most 3 frames late."""
+APART = 2
+"""Minimum distance of a pair, frames: a camera may send parts of a frame twice, with the same noise."""
 LEAST_CHANGE = 1e-3
 """Minimum standard deviation of the change, grey levels: that assumed for a camera without noise."""
 SCATTER = 1 / math.sqrt(2 * 3 * BLOCKS[0] * BLOCKS[1])
 """Minimum relative standard deviation of the change: the expected one, which few frames may underestimate."""
+
+PRODUCT_SCATTER = 1 / math.sqrt(3 * 3 * BLOCKS[0] * BLOCKS[1])
+"""Minimum standard deviation of the mean product, noise squared: that of the three pairs of four frames."""
 
 
 class TouchSense:
@@ -58,7 +67,13 @@ class TouchSense:
         self._noisy = True
         self._free: deque[Blocks] = deque(maxlen=LEARNT)
         self._changes: deque[float] = deque(maxlen=LEARNT)
-        self._waiting: deque[tuple[Blocks, float]] = deque()
+        self._products: deque[float] = deque(maxlen=LEARNT)
+        self._waiting: deque[tuple[Blocks, float, float]] = deque()
+        self.forget()
+
+    def forget(self) -> None:
+        """Multiply frames from now on only: the fingers have opened, and what they touched may be gone."""
+        self._recent: deque[Blocks] = deque(maxlen=TOGETHER)
 
     def update(self, frame: Frame) -> bool:
         """Take the next frame; return whether an object touches the gel. False until enough frames were taken."""
@@ -85,13 +100,28 @@ class TouchSense:
             return False
         mean = float(np.mean(self._changes))
         self.score = (change - mean) / max(float(np.std(self._changes)), SCATTER * mean, LEAST_CHANGE)
+        if not repeated:
+            self._recent.append(blocks)
+        product = gain**2 * self._mean_product(still)
+        if len(self._products) >= LEAST and math.isfinite(product):
+            noise = max(float(np.std(self._products)), PRODUCT_SCATTER * mean**2, LEAST_CHANGE**2)
+            self.score = max(self.score, (product - float(np.mean(self._products))) / noise)
         if self.score > TOUCHED:
             self._waiting.clear()
             return True
-        self._waiting.append((blocks, change))
+        self._waiting.append((blocks, change, product))
         if len(self._waiting) > WAITING:
-            self._learn(*self._waiting.popleft())
+            old_blocks, old_change, old_product = self._waiting.popleft()
+            self._learn(old_blocks, old_change)
+            if math.isfinite(old_product):
+                self._products.append(old_product)
         return False
+
+    def _mean_product(self, still: Blocks) -> float:
+        """Return the mean product of the recent frames' changes, in pairs that lie apart; NaN without such a pair."""
+        changes = [(blocks - still).ravel() for blocks in self._recent]
+        pairs = [first @ second for n, second in enumerate(changes) for first in changes[: max(n - APART + 1, 0)]]
+        return float(np.mean(pairs)) / still.size if pairs else math.nan
 
     def _learn(self, blocks: Blocks, change: float) -> None:
         self._free.append(blocks)
@@ -176,6 +206,11 @@ class TouchFinder:
     def again(self) -> None:
         """Forget the touch, but not the learnt gel without contact."""
         self._touched_m.clear()
+
+    def forget(self) -> None:
+        """Judge by frames from now on: the fingers have opened."""
+        for sense in self._senses.values():
+            sense.forget()
 
     def _take(self, name: str, frame: Frame, now_ns: int) -> None:
         touches = self._senses[name].update(frame)

@@ -35,6 +35,34 @@ def test_a_faint_relief_is_a_touch_and_noise_is_none():
     assert sense.update(frame(500, pressed=0.7))
 
 
+def test_a_relief_below_the_noise_of_one_frame_is_found_in_four():
+    sense = TouchSense()
+    assert not any(sense.update(frame(seed)) for seed in range(120))
+    touched = [sense.update(frame(seed, pressed=0.1)) for seed in range(500, 508)]
+    assert not all(touched[:3])
+    assert all(touched[3:])
+
+
+def test_frames_that_the_camera_sends_twice_are_no_touch():
+    sense = TouchSense()
+    touched = []
+    for seed in range(200):
+        now = image(seed)
+        if seed % 3:
+            now[: 80 * (seed % 3)] = image(seed - 1)[: 80 * (seed % 3)]
+        touched.append(sense.update(Frame(now, seed * 40 * MS, seed)))
+    assert not any(touched)
+
+
+def test_the_pairs_do_not_reach_back_before_the_fingers_opened():
+    sense = TouchSense()
+    for seed in range(100):
+        sense.update(frame(seed))
+    assert all([sense.update(frame(seed, pressed=3.0)) for seed in range(500, 504)])
+    sense.forget()
+    assert not any(sense.update(frame(seed)) for seed in range(600, 610))
+
+
 def test_a_lamp_that_swings_is_no_touch():
     sense = TouchSense()
     swing = 1 + 0.02 * np.sin(np.arange(120) / 5)
