@@ -58,7 +58,8 @@ def test_the_pairs_do_not_reach_back_before_the_fingers_opened():
     sense = TouchSense()
     for seed in range(100):
         sense.update(frame(seed))
-    assert all([sense.update(frame(seed, pressed=3.0)) for seed in range(500, 504)])
+    touched = [sense.update(frame(seed, pressed=3.0)) for seed in range(500, 504)]
+    assert all(touched)
     sense.forget()
     assert not any(sense.update(frame(seed)) for seed in range(600, 610))
 
