@@ -12,7 +12,6 @@ _LEARNED: dict[Kind, tuple[tuple[str, str], ...]] = {
         ("gradient-boosting", "trained: the paper's boosted trees"),
         ("logistic", "trained: linear in a window of the field's evidence; the cheapest"),
         ("field-mlp", "trained: a small net on a window of the field's evidence"),
-        ("fused", "trained on labelled real and simulated frames: motion of the imprint, and tremble of the dots"),
         ("monotone", "trained: logistic in the logarithms of rates"),
         ("onnx", "a trained model of your own (option model)"),
     ),
@@ -70,6 +69,13 @@ def lsds_backends() -> list[BackendSpec]:
             "lsds_plugins.detectors.imprint:ImprintDetector",
             "lsds_plugins.detectors.imprint:ImprintDetectorOptions",
             summary="untrained: motion of the object's imprint against the gel",
+        ),
+        BackendSpec(
+            "detector",
+            "fused",
+            "lsds_plugins.detectors.fused:FusedDetector",
+            "lsds_plugins.detectors.learned:LearnedOptions",
+            summary="trained on labelled real and simulated frames: motion of imprint and dots, joined with imprint",
         ),
         BackendSpec(
             "estimator",

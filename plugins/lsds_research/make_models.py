@@ -8,7 +8,8 @@ third of detection is enough, because most of it is at rest.
 
 `python -m lsds_research.make_models --real FOLDER` then measures the detectors on real recordings labelled by eye and
 writes the scores to their cards; training a model again removes them. `--reliability DATA` (five minutes) then fits
-`fused` without each object in turn and writes the probability of each score to its card.
+`fused` without each object in turn and writes the probability of each score to its card. `--fusion FOLDER` does so on
+real frames only, and writes how the detector combines its trees with `imprint`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from lsds.support.processes import DIED, spread
 if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
 
-LABELLED, REAL, RELIABILITY = "labelled", "--real", "--reliability"
+LABELLED, REAL, RELIABILITY, FUSION = "labelled", "--real", "--reliability", "--fusion"
 SHIPPED = {
     "detection": ("gradient-boosting", "random-forest", "field-mlp", "logistic", "monotone", "fused"),
     "severity": ("lstm", "imprint-gru", "field-gru", "mlp", "linear-window"),
@@ -41,8 +42,8 @@ OWN = {
 }
 """Training datasets of learners with other needs. `fused` has few real frames; simulated ones must not outvote them."""
 FUSED_THRESHOLD = 0.75
-"""Threshold of `fused`: with each of the 20 fitted objects left out in turn, it detects 85 % of the slips, with false
-alarms in 3.5 of 100 moving frames.
+"""Threshold of the trees of `fused` alone: with each of the 20 fitted objects left out in turn, it detects 85 % of the
+slips, with false alarms in 3.5 of 100 moving frames.
 
 A score is not a probability on real frames, because training uses simulated frames too; the card maps scores to
 probabilities (`real.reliability`). `lsds calibrate slip` finds the threshold of a cell.
@@ -138,13 +139,40 @@ def _write_reliability(folder: Path) -> int:
     return 0
 
 
+def _write_fusion(folder: Path) -> int:
+    """Write how `fused` combines trees and imprint to its card."""
+    import json
+
+    from lsds_plugins.models import model_path
+
+    from lsds.support.files import write_whole
+    from lsds_research.slips.folder import labels_of, read_folder, scored_only
+    from lsds_research.slips.fusion import fitted_fusion
+    from lsds_research.slips.refit import refitted
+
+    one_thread()
+    recordings = read_folder(folder, labels_of(folder), ("imprint",), jobs=processes())[0]
+    fitted = [own for own in recordings if own.object not in scored_only()]
+    scores = refitted(fitted, lambda own: own.object)
+    if scores is None:
+        return 1
+    path = model_path("fused", "").with_suffix(".json")
+    card = json.loads(path.read_text(encoding="utf-8"))
+    card["real"] = {**card.get("real", {}), "fusion": fitted_fusion(fitted, scores)}
+    write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
+    print(card["real"]["fusion"])
+    return 0
+
+
 def main(arguments: list[str]) -> int:
     """Train all, or those named after DATA; or measure all on real recordings."""
-    if not arguments or (arguments[0] in (REAL, RELIABILITY) and len(arguments) != 2):
+    if not arguments or (arguments[0] in (REAL, RELIABILITY, FUSION) and len(arguments) != 2):
         print(__doc__, file=sys.stderr)
         return 2
     if arguments[0] == RELIABILITY:
         return _write_reliability(Path(arguments[1]))
+    if arguments[0] == FUSION:
+        return _write_fusion(Path(arguments[1]))
     if arguments[0] == REAL:
         return _measure(Path(arguments[1]))
     folder, *named = arguments

@@ -103,5 +103,5 @@ def test_fused_has_the_results_of_its_file_on_a_recording(tmp_path):
             continue
         window.push(picked)
         answered += 1
-        assert cycle.detection.score == pytest.approx(artefact.run(window.frames.copy()).reshape(-1)[0], abs=1e-5)
+        assert cycle.detection.probability == pytest.approx(artefact.run(window.frames.copy()).reshape(-1)[0], abs=1e-5)
     assert answered >= 9

@@ -35,7 +35,7 @@ def write_on_cards(
         path = model_path(name, "").with_suffix(".json")
         card = json.loads(path.read_text(encoding="utf-8"))
         learnt = others if PROTOCOL in card["trained_on"].get("datasets", {}) else []
-        kept = {key: value for key, value in (card.get("real") or {}).items() if key == "reliability"}
+        kept = {key: value for key, value in (card.get("real") or {}).items() if key in ("reliability", "fusion")}
         card["real"] = {"fitted_on": fitted_on(learnt), **kept}
         if name in detectors:
             card["real"] |= {"scored_on": _extent(scored), "scores": real_scores(scored, name)}

@@ -83,18 +83,27 @@ def _frames(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -
 
 
 def _fitted(odds: Floats, slips: Floats) -> tuple[float, float]:
-    """Return offset and slope of the logistic function by Newton's method; a weak prior keeps both finite."""
-    rows = np.stack([np.ones(len(odds)), odds], axis=1)
-    found = np.zeros(2)
+    """Return offset and slope of the logistic function."""
+    offset, slope = logistic_weights(np.stack([np.ones(len(odds)), odds], axis=1), slips)
+    return float(offset), float(slope)
+
+
+def logistic_weights(rows: Floats, labels: Floats) -> Floats:
+    """Return the weights (k,) of a logistic function of rows (n, k) by Newton's method, for labels (n,) of 0 and 1.
+
+    A weak prior keeps them finite.
+    """
+    found = np.zeros(rows.shape[1])
+    prior = 1e-3 * np.eye(rows.shape[1])
     for _ in range(50):
         p = _logistic(rows @ found)
         weight = p * (1 - p)
-        gradient = rows.T @ (slips - p) - 1e-3 * found
-        step = np.linalg.solve((rows * weight[:, None]).T @ rows + 1e-3 * np.eye(2), gradient)
+        gradient = rows.T @ (labels - p) - prior @ found
+        step = np.linalg.solve((rows * weight[:, None]).T @ rows + prior, gradient)
         found = found + step
         if np.abs(step).max() < 1e-9:
             break
-    return float(found[0]), float(found[1])
+    return found
 
 
 def _logistic(odds: Floats) -> Floats:

@@ -1,0 +1,96 @@
+"""Fits how the detector `fused` combines its trees with `imprint`, on objects that its trees did not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from lsds_plugins.detectors.fused import Fusion
+
+from lsds.calibration.thresholds import Budget, threshold
+from lsds.errors import DataError
+from lsds_research.slips.reliability import logistic_weights, reliability
+from lsds_research.slips.score import Counts, counted, scored_frames
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_research.slips.folder import LabelledRecording
+
+    Floats = NDArray[np.float64]
+
+TREES_LIMIT = 0.02
+"""Least distance of the trees' probability from 0 and 1: they are fitted on some 50 real slips."""
+IMPRINT_LIMITS = (0.3, 10.0)
+"""Score of `imprint` below which the imprint rests, and that of an imprint that was too fast to follow."""
+ALARMS = 5.0
+"""False alarms per 100 moving frames at the fitted threshold, with objects left out."""
+
+
+def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -> dict[str, Any]:
+    """Return the entry `real.fusion` of the card: weights, threshold, and the scores with each object left out in turn.
+
+    `scores` (n,) of each recording are those of trees that were fitted without its object. Raises DataError if the
+    recordings do not show both slip and sticking.
+    """
+    plain = Fusion(0.0, 1.0, 1.0, TREES_LIMIT, IMPRINT_LIMITS, 0.5)
+    rows = [_terms(plain, own, score) for own, score in zip(recordings, scores, strict=True)]
+    left_out: list[Floats] = [np.empty(0)] * len(recordings)
+    for name in {own.object for own in recordings}:
+        others = [index for index, own in enumerate(recordings) if own.object != name]
+        weights = _weights([recordings[index] for index in others], [rows[index] for index in others])
+        for index, own in enumerate(recordings):
+            if own.object == name:
+                left_out[index] = _probability(rows[index], weights)
+    moving = [
+        np.nan_to_num(score, nan=-np.inf)[scored_frames(own.intervals, own.outputs.moved_px).moving]
+        for own, score in zip(recordings, left_out, strict=True)
+    ]
+    least = threshold(np.concatenate(moving), np.empty(0), Budget(ALARMS))
+    if not 0 < least < 1:
+        raise DataError("the labelled recordings move too little to set a threshold")
+    offset, trees, imprint = _weights(recordings, rows).tolist()
+    fusion = replace(
+        plain, offset=round(offset, 3), trees=round(trees, 3), imprint=round(imprint, 3), threshold=round(least, 3)
+    )
+    counts = Counts()
+    for own, score in zip(recordings, left_out, strict=True):
+        counts += counted(own.with_slip(np.where(np.isfinite(score), score > least, np.nan)))
+    return {
+        **asdict(fusion),
+        "imprint_limits": list(IMPRINT_LIMITS),
+        "found": round(counts.recall, 4),
+        "noticed": round(counts.noticed_share, 4),
+        "false_alarms_per_100_moving": round(counts.per_100_moving, 4),
+        "reliability": reliability(recordings, left_out),
+    }
+
+
+def _terms(plain: Fusion, own: LabelledRecording, score: Floats) -> Floats:
+    """Return the rows (n, 3) of the logistic function; NaN where the trees abstain."""
+    imprint = own.outputs.score["imprint"]
+    rows = [
+        (1.0, *plain.terms(trees, other)) if np.isfinite(trees) else (np.nan,) * 3
+        for trees, other in zip(score.tolist(), imprint.tolist(), strict=True)
+    ]
+    return np.array(rows, float).reshape(-1, 3)
+
+
+def _weights(recordings: Sequence[LabelledRecording], rows: Sequence[Floats]) -> Floats:
+    """Return the weights (3,) fitted on all scored frames with an answer."""
+    used, slips = [], []
+    for own, row in zip(recordings, rows, strict=True):
+        frames = scored_frames(own.intervals, own.outputs.moved_px)
+        kept = (frames.slip | frames.moving | frames.still) & np.isfinite(row[:, 0])
+        used.append(row[kept])
+        slips.append(frames.slip[kept].astype(float))
+    labels = np.concatenate(slips)
+    if not 0 < labels.sum() < len(labels):
+        raise DataError("the labelled recordings do not show both slip and sticking")
+    return logistic_weights(np.concatenate(used), labels)
+
+
+def _probability(rows: Floats, weights: Floats) -> Floats:
+    return np.asarray(1 / (1 + np.exp(-rows @ weights)))
