@@ -32,7 +32,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 
 def readme_section(anchor: str) -> str:
-    """Return a section of the README with its heading, for a page in docs/. Raises ValueError if there is none."""
+    """Return a section of the README with its heading, for a page in docs/. Raises ValueError if it is missing."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for heading, body in re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL):
         if re.sub(r"[^\w-]", "", heading.lower().replace(" ", "-")) == anchor:
