@@ -8,6 +8,7 @@ import runpy
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -184,3 +185,28 @@ def test_the_page_about_the_wire_shows_code_that_works(monkeypatch, tmp_path):
     assert snippets
     for text in snippets:
         exec(compile(text, "wire.md", "exec"), {})
+
+
+@pytest.mark.usefixtures("installed_host")
+def test_the_page_about_grippers_shows_code_that_works(monkeypatch, tmp_path):
+    pytest.importorskip("pymodbus", reason="pymodbus is not installed; it comes with the extra 'robotiq'")
+    monkeypatch.chdir(tmp_path)
+    snippets = [text for _, text in blocks(ROOT / "docs" / "swap_a_gripper.md", "python")]
+    assert len(snippets) == 2
+    for text in snippets:
+        exec(compile(text, "swap_a_gripper.md", "exec"), {"__name__": "snippet"})
+
+
+@pytest.mark.usefixtures("installed_host")
+def test_the_page_about_tests_shows_tests_that_pass(tmp_path):
+    pytest.importorskip("pymodbus", reason="pymodbus is not installed; it comes with the extra 'robotiq'")
+    snippets = list(blocks(ROOT / "docs" / "test_without_hardware.md", "python"))
+    for note, text in snippets:
+        assert note.startswith("file: test_")
+        (tmp_path / note.removeprefix("file: ")).write_text(text, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    if "lsds" not in {entry.name for entry in entry_points(group="pytest11")}:
+        command += ["-p", "lsds.testing.pytest_plugin"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(snippets) == 3

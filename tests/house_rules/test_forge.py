@@ -46,6 +46,18 @@ def test_every_python_that_is_promised_is_tested_and_macos_once(jobs):
     assert [job["os"] for job in matrix["include"]] == ["macos-latest"]
 
 
+def test_the_site_is_built_strictly_with_its_extra_and_stored():
+    text = (ROOT / ".github/workflows/site.yml").read_text(encoding="utf-8")
+    ((_, job),) = yaml.safe_load(text)["jobs"].items()
+    assert [step["run"] for step in job["steps"] if "run" in step] == [
+        "pip install -c constraints.txt '.[docs]'",
+        "mkdocs build --strict",
+    ]
+    assert "docs" in PROJECT["optional-dependencies"]
+    built = re.search(r"^site_dir: (.+)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE)
+    assert job["steps"][-1]["with"]["path"] == built[1]
+
+
 def test_every_hook_runs_a_tool_that_the_extra_dev_installs(hooks):
     tools = {re.split(r"[\[<>=;]", requirement)[0] for requirement in PROJECT["optional-dependencies"]["dev"]}
     places = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
