@@ -83,6 +83,37 @@ def test_a_command_during_a_motion_replaces_it(box: Box) -> None:
     wait(at_rest(gripper, 0.09))
 
 
+def test_the_same_command_after_a_stop_moves_again(box: Box) -> None:
+    gripper = box.armed()
+    send(gripper, 0.0)
+    wait(lambda: gripper.read().aperture_m < 0.09)
+    gripper.stop()
+    wait(lambda: not gripper.read().moving)
+    assert gripper.read().target_m > 0.02
+    send(gripper, 0.0)
+    wait(at_rest(gripper, 0.0))
+
+
+def test_a_command_soon_after_another_is_not_lost_to_a_late_busy_flag() -> None:
+    clock, device, pump = _simulated()
+    real = device.read
+    began_ns = clock.now()
+
+    def read(address: int) -> int | None:
+        late = clock.now() - began_ns < 50 * MS
+        return 0 if address == 268 and late else real(address)
+
+    device.read = read  # type: ignore[method-assign]
+    for target_m in (0.0, 0.09):
+        pump.move(Motion(target_m, 20.0, clock.now() + 3000 * MS))
+        pump.step(clock.now())
+        clock.sleep_until(clock.now() + 20 * MS)
+    for _ in range(100):
+        clock.sleep_until(clock.now() + 20 * MS)
+        pump.step(clock.now())
+    assert device.read(275) == 900
+
+
 @pytest.mark.parametrize("box", [{"offset_mm": 5.0}], indirect=True)
 def test_apertures_are_those_between_the_fingertips(box: Box) -> None:
     gripper = box.armed()
@@ -183,6 +214,16 @@ def test_a_safety_switch_is_a_fault_with_its_remedy(box: Box, switch: int) -> No
     assert aperture_m(box) == pytest.approx(0.02)
 
 
+def test_fingers_that_touch_beyond_zero_are_closed() -> None:
+    clock, device, pump = _simulated()
+    real = device.read
+    device.read = lambda address: 0xFFFB if address == 275 else real(address)  # type: ignore[method-assign]
+    pump.step(clock.now())
+    assert pump.error is None
+    assert pump.status is not None
+    assert pump.status.aperture_m == 0.0
+
+
 def test_another_gripper_at_this_unit_is_named() -> None:
     with pytest.raises(ProtocolFault, match=r"a width of 160\.0 mm .*is an RG2"):
         _raise(_pump(width_tenths=1600))
@@ -217,6 +258,17 @@ def test_a_motion_that_is_due_too_late_is_not_started() -> None:
     assert pump.error is None
     assert pump.target_m is None
     assert device.read(268) == 0
+
+
+def test_a_motion_that_was_stopped_at_once_is_not_sent_again() -> None:
+    clock, device, pump = _simulated()
+    pump.move(Motion(0.05, 20.0, clock.now() + 1000 * MS))
+    pump.step(clock.now())
+    pump.stop()
+    for _ in range(20):
+        clock.sleep_until(clock.now() + 20 * MS)
+        pump.step(clock.now())
+    assert device.read(275) == 1100
 
 
 def test_a_grip_that_the_gripper_ignored_is_sent_again() -> None:
@@ -278,6 +330,6 @@ def _reads(gripper: Rg2Gripper) -> bool:
 
 
 def _lonely(port: int) -> Box:
-    """Return a box without a server of its own."""
+    """Return a box whose server does not run."""
     host = PluginHost()
     return Box(host.build("wire_mock", "onrobot-rg2", {}, BuildContext(WallClock())), port, host)
