@@ -49,6 +49,7 @@ class Rg2Server:
         self._options = options
         self._context = context
         self._listener: socket.socket | None = None
+        self._selector: selectors.BaseSelector | None = None
         self._fingers: FingerLink | None = None
         self._clients: dict[socket.socket, bytes] = {}
         self._fault = ""
@@ -62,6 +63,8 @@ class Rg2Server:
         except OSError as error:
             problem = f"cannot listen on {options.host}:{options.port}: {error.strerror or error}"
             raise ConnectFailed(NAME, problem, remedy="choose another port: --port") from error
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._listener, selectors.EVENT_READ)
         if options.cell:
             self._fingers = attach(self._context, options.cell).finger_link()
         else:
@@ -71,20 +74,19 @@ class Rg2Server:
 
     def serve(self, stop: threading.Event) -> None:
         """Serve clients until `stop` is set."""
-        if self._listener is None:
+        selector = self._selector
+        if selector is None:
             return
-        with selectors.DefaultSelector() as selector:
-            selector.register(self._listener, selectors.EVENT_READ)
-            try:
-                while not stop.is_set():
-                    for key, _ in selector.select(POLL_S):
-                        if key.fileobj is self._listener:
-                            self._accept(selector)
-                        else:
-                            self._attend(selector, key.fileobj)
-            finally:
-                for client in list(self._clients):
-                    self._leave(selector, client)
+        try:
+            while not stop.is_set():
+                for key, _ in selector.select(POLL_S):
+                    if key.fileobj is self._listener:
+                        self._accept(selector)
+                    else:
+                        self._attend(selector, key.fileobj)
+        finally:
+            for client in list(self._clients):
+                self._leave(selector, client)
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Start a fault: "silent", "exception", "wrong-answer", or "safety-switch" with `switch`; "recovered" ends the
@@ -102,6 +104,9 @@ class Rg2Server:
 
     def close(self) -> None:
         """Stop listening and release the plant. A second call does nothing."""
+        selector, self._selector = self._selector, None
+        if selector is not None:
+            selector.close()
         listener, self._listener = self._listener, None
         if listener is not None:
             listener.close()
