@@ -52,6 +52,7 @@ class TouchGrasp:
         self._since_ns = setting.t_ns
         self._stepped_ns = setting.t_ns
         self._settled_ns: int | None = None
+        self._stopped_ns: int | None = None
         self._opened_m = 0.0
         self._free = 0
         self._frames = 0
@@ -239,8 +240,13 @@ class TouchGrasp:
         """Raise SafetyStop where the fingers have come to the end without a touch."""
         state = now.gripper
         if state is None or state.moving:
+            self._stopped_ns = None
             return
         if state.contact is Contact.CLOSING:
+            self._stopped_ns = state.t_ns if self._stopped_ns is None else self._stopped_ns
+            # A fast gripper with a low force stops before the frame that shows the touch has arrived.
+            if self._finder.seen_ns <= self._stopped_ns:
+                return
             raise SafetyStop(
                 f"task: the fingers stopped at {state.aperture_m * 1e3:.1f} mm on something that the gel does not feel "
                 "(does it touch outside of the pads?)"

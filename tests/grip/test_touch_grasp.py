@@ -115,6 +115,24 @@ def test_fingers_that_stop_without_contact_on_the_gel_stop_the_cell():
         grasp.step(situation(1000, 0.02, moving=False, contact=Contact.CLOSING))
 
 
+def test_fingers_that_stop_before_the_frame_of_their_touch_are_given_that_frame():
+    grasp = approaching()
+    grasp._finder.seen_ns = 958 * MS
+    grasp.step(situation(1000, 0.02, moving=False, contact=Contact.CLOSING))
+    grasp._finder.seen_ns, grasp._finder.touching = 1020 * MS, True
+    grasp.step(situation(1040, 0.02, moving=False, contact=Contact.CLOSING))
+    assert grasp.stage == "back off"
+
+
+def test_a_frame_after_the_stop_that_shows_no_touch_stops_the_cell():
+    grasp = approaching()
+    grasp._finder.seen_ns = 958 * MS
+    grasp.step(situation(1000, 0.02, moving=False, contact=Contact.CLOSING))
+    grasp._finder.seen_ns = 1001 * MS
+    with pytest.raises(SafetyStop, match="gel does not feel"):
+        grasp.step(situation(1040, 0.02, moving=False, contact=Contact.CLOSING))
+
+
 def test_fingers_that_do_not_follow_stop_the_cell():
     grasp = approaching()
     with pytest.raises(SafetyStop, match=r"nothing was grasped.*does the gripper follow"):

@@ -1,0 +1,1 @@
+"""OnRobot RG2 gripper over Modbus TCP, and its mocks."""

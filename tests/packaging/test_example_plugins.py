@@ -1,0 +1,102 @@
+"""The example distributions: installed next to lsds, they are found, and their own tests pass."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from scaffolds import ROOT, SOURCES
+
+EXAMPLES = ROOT / "examples" / "plugins"
+TESTS = sorted(test.relative_to(EXAMPLES).as_posix() for test in EXAMPLES.glob("*/tests/test_*.py"))
+NEEDS = {"onrobot-rg2": ("pymodbus", "numba")}
+"""Modules that the tests of an example need, by its folder."""
+
+
+def run(*command, path, cwd, **variables):
+    done = subprocess.run(
+        [sys.executable, "-m", *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": path, **variables},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """A function that installs an example into a new folder; it returns its sources and the search path."""
+    for tool in ("pip", "hatchling"):
+        if importlib.util.find_spec(tool) is None:
+            pytest.skip(f"{tool} is not installed; hatchling comes with the extra 'dev'")
+    done = {}
+
+    def install(name):
+        if name not in done:
+            missing = [module for module in NEEDS[name] if importlib.util.find_spec(module) is None]
+            if missing:
+                pytest.skip(f"{name} needs {', '.join(missing)}")
+            folder = tmp_path_factory.mktemp(name)
+            # The build must leave nothing in the tree.
+            sources = shutil.copytree(EXAMPLES / name, folder / "sources")
+            site = folder / "site"
+            quiet = ("--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check", "--quiet")
+            run("pip", "install", *quiet, "--target", str(site), str(sources), path="", cwd=folder)
+            done[name] = sources, os.pathsep.join([str(site), *SOURCES])
+        return done[name]
+
+    return install
+
+
+def test_there_are_examples():
+    assert "onrobot-rg2/tests/test_lift.py" in TESTS
+    assert {Path(test).parts[0] for test in TESTS} == {folder.name for folder in EXAMPLES.iterdir()} == set(NEEDS)
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_its_own_tests_pass(installed, test, tmp_path):
+    name, _, file = test.partition("/")
+    sources, path = installed(name)
+    out = run("pytest", "-q", "-p", "no:cacheprovider", str(sources / file), path=path, cwd=tmp_path)
+    assert "passed" in out
+    assert "failed" not in out
+
+
+def test_lsds_lists_the_example(installed, tmp_path):
+    _, path = installed("onrobot-rg2")
+    for kind in ("gripper", "wire_mock"):
+        assert "onrobot-rg2" in run("lsds.cli.main", "plugins", "--kind", kind, path=path, cwd=tmp_path)
+
+
+def test_the_example_imports_only_the_public_contract():
+    found = set()
+    for source in (EXAMPLES / "onrobot-rg2" / "src").rglob("*.py"):
+        for line in source.read_text(encoding="utf-8").splitlines():
+            if line.lstrip().startswith(("from lsds", "import lsds")):
+                found.add(line.split()[1])
+    public = ("lsds.clock", "lsds.contracts", "lsds.errors", "lsds.registry", "lsds_onrobot_rg2")
+    assert len(found) > 5
+    assert [module for module in found if not module.startswith(public)] == []
+
+
+@pytest.mark.parametrize("tool", ["ruff", "mypy"])
+def test_the_example_is_clean(installed, tool, tmp_path):
+    if importlib.util.find_spec(tool) is None:
+        pytest.skip(f"{tool} is not installed; it comes with the extra 'dev'")
+    sources, path = installed("onrobot-rg2")
+    if tool == "ruff":
+        run("ruff", "check", "--no-cache", ".", path=path, cwd=sources)
+        run("ruff", "format", "--no-cache", "--check", ".", path=path, cwd=sources)
+    else:
+        flags = ("--strict", "--follow-imports=silent", "--ignore-missing-imports", "--cache-dir", str(tmp_path))
+        own = os.pathsep.join([str(sources / "src"), str(sources / "tests"), *SOURCES])
+        files = ("--explicit-package-bases", "--config-file", os.devnull, "src/lsds_onrobot_rg2", "tests")
+        run("mypy", *flags, *files, path=path, cwd=sources, MYPYPATH=own)
