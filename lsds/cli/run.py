@@ -14,6 +14,7 @@ from lsds.cli.output import json_option, require_writable, table, write_json
 from lsds.cli.threads import one_thread
 
 if TYPE_CHECKING:
+    from lsds.session.recording.writer import Images
     from lsds.session.run import Session
 
 
@@ -39,6 +40,20 @@ if TYPE_CHECKING:
     help="Draw the run to this PNG.",
 )
 @click.option("--no-plot", is_flag=True, help="Draw nothing.")
+@click.option(
+    "--record",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=None,
+    metavar="F.mcap",
+    help="Keep everything the run takes in and sends out in this new file, for lsds replay, Foxglove and Rerun.",
+)
+@click.option(
+    "--record-images",
+    type=click.Choice(["lossless", "jpeg"]),
+    default="lossless",
+    show_default=True,
+    help="Images of the recording; a replay of jpeg, a tenth of the size, is not exact.",
+)
 @json_option
 def run(
     config: Path | None,
@@ -47,6 +62,8 @@ def run(
     faults: tuple[str, ...],
     plot: Path,
     no_plot: bool,
+    record: Path | None,
+    record_images: Images,
     json_file: str | None,
 ) -> None:
     """Grasp, lift and hold an object, and close the gripper when it slips.
@@ -68,6 +85,7 @@ def run(
       lsds run --fault gripper-stuck@slip              the fingers stop at the first slip: safety stop (7)
       lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on: safety stop (7)
       lsds run rig.toml --no-plot                      run your own cell
+      lsds run --record run.mcap                       keep frames, states, answers and commands
     """
     one_thread()
     from lsds.cli.faults import faults_override
@@ -87,6 +105,9 @@ def run(
             if fault["began_s"] is None:
                 moment, came = fault["moment"], ", ".join(session.stages.names)
                 click.echo(f"note: {fault['backend']} never began: no '{moment}' came (there were {came})", err=True)
+        recorded = session.summary["recording"]
+        if recorded is not None:
+            click.echo(f"recording: {recorded['file']}, {recorded['messages']} messages", err=json_file == "-")
         sys.stdout.flush()
         if not isinstance(session.fault, KeyboardInterrupt):
             draw(session)
@@ -96,11 +117,14 @@ def run(
             session.draw(plot)
             click.echo(f"picture: {plot}", err=json_file == "-")
 
-    session = run_session(config, chosen, finished=_fault_first(report))
+    session = run_session(config, chosen, finished=_fault_first(report), record=record, images=record_images)
     if isinstance(session.fault, KeyboardInterrupt):
         # Drawing takes seconds, and the user who has interrupted waits for the end.
         asked = click.get_current_context().get_parameter_source("plot") is ParameterSource.COMMANDLINE
         _fault_first(draw if asked else _say_no_picture)(session)
+    recorded = session.summary["recording"]
+    if recorded is not None and recorded["problem"]:
+        click.echo(f"warning: recording {recorded['file']}: {recorded['problem']}", err=True)
     if session.summary["outcome"] == "dropped":
         for failure in getattr(session.fault, "exceptions", ()):
             click.echo(f"error: {failure}", err=True)

@@ -59,10 +59,14 @@ class States:
             fresh.bad(str(error))
         else:
             if fresh.stamped(state.t_ns, now_ns):
-                self.gripper = state
-                self._apertures.append((state.t_ns, state.aperture_m))
+                self.take_gripper(state)
                 fresh.good(now_ns)
         fresh.require(now_ns)
+
+    def take_gripper(self, state: GripperState) -> None:
+        """Make a state of the gripper the newest."""
+        self.gripper = state
+        self._apertures.append((state.t_ns, state.aperture_m))
 
     def aperture_at(self, t_ns: int) -> float:
         """Return the measured aperture (m) at a time, between two states by interpolation; NaN where none is known."""

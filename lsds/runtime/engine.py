@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from lsds.clock import NS_PER_S, nanoseconds, perf_ns
 from lsds.contracts import OBSERVER, Cycle, Grip, GripEstimate, GripTask, Job, Setting, Situation, Twist, Wanted
+from lsds.contracts.events import ArmRead, Corrected, FramesRead, GripperRead, JobStepped, PosesRead
 from lsds.contracts.stages import SLIP, START
 from lsds.errors import CallHangs, ConfigError, ConfigIssue, LsdsError, PluginError, SafetyStop, raised_by
 from lsds.grip.observer import GripObserver
@@ -40,6 +41,7 @@ from lsds.tactile.perception import Perception
 
 if TYPE_CHECKING:
     from lsds.contracts import FingerCycle, Frame
+    from lsds.contracts.events import Published
     from lsds.runtime.rig import Rig
     from lsds.safety.device_calls import Call
 
@@ -48,6 +50,8 @@ B = TypeVar("B")
 #: The newest frame is asked for this many times per nominal frame interval: a camera's phase is its own, and a frame
 #: that waits for a poll is delay in the loop, which costs more slip than any gain.
 POLLS_PER_FRAME = 8
+EVENTS = 1024
+"""Number of events that may wait for a recorder: some seconds, in which a disk may be busy."""
 LIKELY = 0.5
 """Least probability of a slide at which the run enters its stage `slip`."""
 _FOREVER_NS = 2**62
@@ -73,6 +77,8 @@ class Engine:
         self._job_label = f"job '{self.job_name}'"
         self._controller_name = f"controller '{config.section('controller').backend}'"
         self.observers: Observers[Cycle] = observers if observers is not None else Observers(threaded=False)
+        # Everything that results depend on, for a recorder: a slow one loses events and never delays the loop.
+        self.events: Observers[Published] = Observers(threaded=not rig.virtual, queue=EVENTS)
         self._clock = rig.clock
         self._safety = config.safety
         self._fragile_n = math.inf if config.task.fragile_n is None else config.task.fragile_n
@@ -241,9 +247,14 @@ class Engine:
         # Only what an object or a moving arm depends on may stop the cell for showing nothing new.
         wanted = self._wanted
         depends = (wanted.corrects and self._rig.gripper is not None) or _moves(wanted.twist)
-        seeing = [
-            line for line, frame in read if frame is not None and line.take(frame, now_ns, depends=depends) is not None
-        ]
+        self._see([(line, frame) for line, frame in read if frame is not None], now_ns, started, depends=depends)
+
+    def _see(self, new: Sequence[tuple[FingerLine, Frame]], now_ns: int, started: int, *, depends: bool) -> None:
+        """Take new frames all the way to the gripper."""
+        if new and self.events.used:
+            frames = tuple((line.finger.name, frame) for line, frame in new)
+            self.events.publish(FramesRead(now_ns, frames, depends))
+        seeing = [line for line, frame in new if line.take(frame, now_ns, depends=depends) is not None]
         if seeing:
             self._answer(seeing, now_ns, started)
 
@@ -274,7 +285,7 @@ class Engine:
             self._rig.stages.enter(SLIP, now_ns)
         command = None
         if acting and self._controls and state is not None:
-            command = self._correct(grip)
+            command = self._correct(grip, now_ns)
         self.frame_to_command.add((perf_ns() - started,))
         self._newest = cycle = Cycle(
             now_ns,
@@ -292,13 +303,14 @@ class Engine:
             grip=grip,
         )
         self.observers.publish(cycle)
+        self.events.publish(cycle)
         if self._yielding is not None:
             self._yielding.append(cycle)
             self.scheduler.stop()
         for line, finger in zip(seeing, seen, strict=True):
             line.gate.followed(finger.frame, finger.tracks, now_ns)
 
-    def _correct(self, grip: GripEstimate) -> float | None:
+    def _correct(self, grip: GripEstimate, now_ns: int) -> float | None:
         """Ask the controller for an aperture and send it; return what was sent, None for nothing."""
         wanted = replace(self._asked, probes=self._wanted.probes, slide=self._wanted.slide)
         aperture = self._make(self._update, self._rig.controller.update, grip, wanted)
@@ -306,7 +318,9 @@ class Engine:
         self.held_back_frames += bool(getattr(self._rig.controller, "held_back", False))
         if aperture is None:
             return None
-        return self._act.correct(aperture, may_open=self._may_open and self._states.is_recent(self._clock.now()))
+        sent = self._act.correct(aperture, may_open=self._may_open and self._states.is_recent(self._clock.now()))
+        self.events.publish(Corrected(now_ns, aperture, sent))
+        return sent
 
     def _aperture_at(self, t_ns: int) -> float:
         """Return the aperture (m) at a time, the newest where that is not known, NaN before the first state."""
@@ -334,24 +348,39 @@ class Engine:
     # -- what surrounds it --------------------------------------------------------------------------------
 
     def _add_tasks(self) -> None:
-        rig, schedule, states = self._rig, self._rig.config.schedule, self._states
+        rig, schedule = self._rig, self._rig.config.schedule
         add = self.scheduler.add
         if rig.gripper is not None:
             add("gripper", self._read_gripper, _period(schedule.gripper_rate_hz), phase=Phase.READ)
         if rig.arm is not None:
             add("arm", self._read_arm, _period(schedule.gripper_rate_hz), phase=Phase.READ)
         if rig.pose_source is not None:
-            add("pose", states.read_pose, _period(schedule.pose_rate_hz), phase=Phase.READ)
+            add("pose", self._read_pose, _period(schedule.pose_rate_hz), phase=Phase.READ)
         rate = max(finger.sensor.spec.rate_hz for finger in rig.fingers)
         add("sensor", self._poll, _period(rate * POLLS_PER_FRAME), phase=Phase.TRACK)
         add("job", self._do_job, _period(schedule.arm_rate_hz), phase=Phase.COMMAND)
 
     def _read_gripper(self, now_ns: int) -> None:
+        before = self._states.gripper
         self._states.read_gripper(now_ns)
-        self._act.watch(self._states.gripper, now_ns)
+        state = self._states.gripper
+        if state is not None and state is not before:
+            self.events.publish(GripperRead(now_ns, state))
+        self._act.watch(state, now_ns)
 
     def _read_arm(self, now_ns: int) -> None:
+        before = self._states.arm
         self._states.read_arm(now_ns, Twist() if self._wanted.twist is None else self._act.moving)
+        state = self._states.arm
+        if state is not None and state is not before:
+            self.events.publish(ArmRead(now_ns, state))
+
+    def _read_pose(self, now_ns: int) -> None:
+        before = self._states.pose, self._states.pose_problem
+        self._states.read_pose(now_ns)
+        now = self._states.pose, self._states.pose_problem
+        if now != before:
+            self.events.publish(PosesRead(now_ns, *now))
 
     def _do_job(self, now_ns: int) -> None:
         """Ask the job what it wants, and send that."""
@@ -370,25 +399,35 @@ class Engine:
         )
         wanted = self._make(self._step, self._job.step, situation)
         self._require_sound(wanted)
-        self._rig.stages.enter(wanted.stage, now_ns)
-        begins = wanted.corrects and not self._wanted.corrects
-        self._wanted = wanted
-        if wanted.corrects and self.acting_since_ns is None:
-            self.acting_since_ns = now_ns
+        before = self._wanted
+        self._adopt(wanted, now_ns)
         if wanted.done:
+            self.events.publish(JobStepped(now_ns, wanted, False, self._act.held_m))
             self.stop()
             return
         sent = self._act.grip(wanted.grip, self._states.gripper, now_ns)
         if wanted.corrects:
             # A corrected grip holds an object: an earlier opening was a part of the grasp.
             self._act.opened = False
-        if begins or sent:
-            # The controller's memory belongs to the grip before.
-            self._grip.reset()
-            self._make(self._update._replace(name="reset"), self._rig.controller.reset)
-            self._controlled_ns = None
+        if sent or wanted != before:
+            self.events.publish(JobStepped(now_ns, wanted, sent, self._act.held_m))
+        if sent or (wanted.corrects and not before.corrects):
+            self._begin_grip()
         if wanted.twist is not None:
             self._act.move(wanted.twist, wanted.acceleration_m_s2)
+
+    def _adopt(self, wanted: Wanted, now_ns: int) -> None:
+        """Make a job's wishes the present ones."""
+        self._rig.stages.enter(wanted.stage, now_ns)
+        self._wanted = wanted
+        if wanted.corrects and self.acting_since_ns is None:
+            self.acting_since_ns = now_ns
+
+    def _begin_grip(self) -> None:
+        """Forget the grip before: the controller's memory belongs to it."""
+        self._grip.reset()
+        self._make(self._update._replace(name="reset"), self._rig.controller.reset)
+        self._controlled_ns = None
 
     def _require_sound(self, wanted: object) -> None:
         """Raise PluginError, naming job and stage, before anything of a malformed wish is sent."""
@@ -533,9 +572,8 @@ class Engine:
         frame, line = item
         self.recorded += 1
         self._clock.sleep_until(frame.t_ns)
-        now, started = self._clock.now(), perf_ns()
-        if line.take(frame, now, depends=False) is not None:
-            self._answer((line,), now, started)
+        now = self._clock.now()
+        self._see([(line, frame)], now, perf_ns(), depends=False)
         self._do_job(now)
         if self.on_recorded is not None:
             self.on_recorded(frame)

@@ -42,6 +42,11 @@ class Observers(Generic[T]):
         outlet = _ThreadedOutlet(name, observe, close, self._queue) if self._threaded else _Outlet(name, observe, close)
         self._outlets.append(outlet)
 
+    @property
+    def used(self) -> bool:
+        """Whether anybody observes."""
+        return bool(self._outlets)
+
     def publish(self, item: T) -> None:
         """Pass an item to every observer. Never raises and never waits for a threaded observer."""
         if not self._closed:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lsds.clock import perf_ns, seconds
 from lsds.config import RigConfig, load_config
 from lsds.contracts import CellTruth, Cycle, Frame, Job, MarkerReference
+from lsds.contracts.events import TruthKnown
 from lsds.contracts.stages import Stages
 from lsds.errors import LsdsError, PluginError
 from lsds.runtime.engine import Engine
@@ -19,6 +20,13 @@ from lsds.runtime.rig import Rig, require_moments
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
+
+if TYPE_CHECKING:
+    from lsds.session.recording.writer import Images, RecordingWriter
+
+
+LAST_WRITES_S = 10.0
+"""Time in which a recording may write what waits when the run has ended, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +66,8 @@ def run(
     job: Job | None = None,
     observe: Callable[[Cycle], object] | None = None,
     finished: Callable[[Session], object] | None = None,
+    record: str | Path | None = None,
+    images: Images = "lossless",
 ) -> Session:
     """Load, connect, arm, run the job, close. An error during the run becomes `fault`; an earlier one is raised.
 
@@ -65,13 +75,17 @@ def run(
     ("task.lift_s=1"). `job` replaces that of the config; `observe` is called with every cycle. Whatever
     ends the run, the cell is stopped and closed, and the summary contains everything recorded until then. `finished`
     is called with the session when the cell has been stopped and before it is closed, so that results are safe first.
+    `record` is a new file, F.mcap, that keeps everything the run takes in and sends out; `images` are kept "lossless",
+    or as "jpeg" in a tenth of the space, from which a replay is not exact. Raises DataError before anything moves where
+    it cannot be created; what goes wrong with it later is in `summary["recording"]["problem"]`.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
     rig = Rig(chosen)
     require_moments(rig, job)
     with rig:
+        recorder = _recorder(rig, record, images)
         rig.arm_devices()
-        session = _run(rig, job, observe)
+        session = _run(rig, job, observe, recorder)
         if isinstance(session.fault, KeyboardInterrupt):
             rig.hurry()
         if finished is not None:
@@ -87,7 +101,20 @@ def run(
     return session
 
 
-def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -> Session:
+def _recorder(rig: Rig, record: str | Path | None, images: Images) -> RecordingWriter | None:
+    """Create the recording of a rig that is connected. Raises DataError."""
+    if record is None:
+        return None
+    # Imported here: a run without a recording needs none of it.
+    from lsds.session.recording.header import RecordingHeader
+    from lsds.session.recording.writer import RecordingWriter
+
+    return RecordingWriter(Path(record), RecordingHeader.of(rig), images)
+
+
+def _run(
+    rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None, recorder: RecordingWriter | None = None
+) -> Session:
     """Run the job on a rig that is armed, and make its summary."""
     rate_hz = rig.config.schedule.arm_rate_hz
     truths = TruthLog(rig.own_cell, rate_hz)
@@ -99,8 +126,16 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
     watching: Observers[Cycle] = Observers(threaded=False)
     if observe is not None:
         watching.add("observe", observe)
+    if recorder is not None:
+        engine.events.add("recording", recorder.observe, recorder.close)
+
+    def sample(now_ns: int) -> None:
+        truth = truths.sample(now_ns)
+        if truth is not None:
+            engine.events.publish(TruthKnown(now_ns, truth))
+
     if rig.own_cell is not None:
-        engine.every("truth", truths.sample, rate_hz)
+        engine.every("truth", sample, rate_hz)
     begun, began_ns = perf_ns(), rig.clock.now()
     fault: BaseException | None = None
     try:
@@ -110,7 +145,7 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
             with closing(iter(engine)) as cycles:
                 for cycle in cycles:
                     watching.publish(cycle)
-        truths.sample(rig.clock.now())
+        sample(rig.clock.now())
     except (LsdsError, KeyboardInterrupt) as error:
         fault = error
     except Exception as error:
@@ -121,6 +156,7 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
         wall_s = seconds(perf_ns() - begun)
         simulated_s = seconds(rig.clock.now() - began_ns)
         engine.observers.close()
+        engine.events.close(LAST_WRITES_S)
     observers = (*engine.observers.statistics(), *watching.statistics())
     failures = [observer.failure for observer in observers if observer.failure]
     if failures and fault is None:
@@ -128,5 +164,21 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
     summary = summarise(
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
+    summary["recording"] = None if recorder is None else _recorded(recorder, engine)
     perception = engine.perception
     return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)
+
+
+def _recorded(recorder: RecordingWriter, engine: Engine) -> dict[str, Any]:
+    """Return what became of the recording."""
+    (statistics,) = engine.events.statistics()
+    problem = statistics.failure
+    if statistics.dropped and not problem:
+        problem = f"{statistics.dropped} events were lost: the disk is too slow; a replay will not be exact"
+    return {
+        "file": str(recorder.path),
+        "messages": recorder.written,
+        "events": statistics.delivered,
+        "lost": statistics.dropped,
+        "problem": problem,
+    }

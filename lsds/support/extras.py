@@ -21,6 +21,9 @@ EXTRAS = {
     "pytest": "testing",
     "hypothesis": "testing",
     "jinja2": "new",
+    "mcap": "record",
+    "mcap_protobuf": "record",
+    "foxglove_schemas_protobuf": "record",
 }
 """Import name -> extra of lsds that installs it."""
 

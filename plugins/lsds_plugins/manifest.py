@@ -154,6 +154,14 @@ def lsds_backends() -> list[BackendSpec]:
             summary="replays a recording: video file, folder or glob pattern of images",
             virtual_time=True,
         ),
+        BackendSpec(
+            "sensor",
+            "recording",
+            "lsds_plugins.replay.recording:RecordingSensor",
+            "lsds_plugins.replay.recording:RecordingOptions",
+            summary="replays one finger of a recorded run (lsds run --record F.mcap)",
+            virtual_time=True,
+        ),
         *(
             BackendSpec(
                 kind,

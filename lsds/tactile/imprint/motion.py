@@ -118,6 +118,11 @@ class FollowedImprint:
         """Release the earlier frames: their motions are no longer needed."""
         self._earlier = ()
 
+    @property
+    def known(self) -> ImprintMotion | None:
+        """The imprint's motion if somebody has asked for it; nothing is computed."""
+        return self._answer
+
     def recent(self) -> list[ImprintMotion]:
         """Return the motions of this and the last frames, the newest first, up to the first unknown one."""
         motions: list[ImprintMotion] = []

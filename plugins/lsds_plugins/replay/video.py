@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Frame, SensorSpec
-from lsds.contracts.lifecycle import LifecycleGuard, MotionlessLife
-from lsds.errors import ConnectFailed, DataError, StaleData
+from lsds.errors import DataError
+from lsds_plugins.replay.played import PlayedSensor
 from lsds_plugins.replay.reader import Picture, Reader, open_reader
 from lsds_plugins.replay.times import FrameTimes, Timestamps, read_times
 
@@ -53,13 +53,12 @@ class VideoOptions(BaseModel):
         return self
 
 
-class VideoSensor(MotionlessLife):
-    """A `TactileSensor` that shows each frame from its time stamp on, and ends with EOFError."""
+class VideoSensor(PlayedSensor):
+    """A `TactileSensor` that shows the images of a video, a folder or a pattern."""
 
     def __init__(self, options: VideoOptions, context: BuildContext) -> None:
+        super().__init__("video", options.path, context.clock)
         self._options = options
-        self._clock = context.clock
-        self._guard = LifecycleGuard("video")
         self._spec: SensorSpec | None = None
 
     @property
@@ -76,46 +75,6 @@ class VideoSensor(MotionlessLife):
     def frame_count(self) -> int:
         """Number of frames that the recording states, 0 if it states none."""
         return self._open().count
-
-    def connect(self) -> None:
-        """Open the recording; its first frame's time is now. Raises ConnectFailed."""
-        with self._guard.connecting():
-            try:
-                _ = self.spec
-                self._frames = self.frames(self._clock.now())
-                self._next: Frame | None = next(self._frames)
-            except DataError as error:
-                raise ConnectFailed("video", str(error)) from error
-            self._now: Frame | None = None
-            self._failure: DataError | None = None
-
-    def close(self) -> None:
-        """Let go of the file."""
-        with self._guard.closing() as first:
-            if first and hasattr(self, "_frames"):
-                self._frames.close()
-
-    def read(self) -> Frame:
-        """Return the newest frame due. Raises StaleData before the first, DataError for a damaged one, EOFError after
-        the last."""
-        self._guard.require_readable()
-        now = self._clock.now()
-        while self._next is not None and self._next.t_ns <= now:
-            self._now = self._next
-            try:
-                self._next = next(self._frames, None)
-            except DataError as error:
-                self._next, self._failure = None, error
-            if self._next is None:
-                # The last frame is shown for its own interval before the recording counts as over.
-                self._end_ns = now + nanoseconds(1 / self.spec.rate_hz)
-        if self._now is None:
-            raise StaleData("video", "the first frame is not due yet")
-        if self._next is None and now >= self._end_ns:
-            if self._failure is not None:
-                raise self._failure
-            raise EOFError(f"{self._options.path}: the recording has ended after frame {self._now.seq}")
-        return self._now
 
     def frames(self, start_ns: int = 0) -> Generator[Frame, None, None]:
         """Yield every frame, for work that does not wait for a clock. Raises DataError naming file and frame."""
