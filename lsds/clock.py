@@ -50,6 +50,11 @@ class WallClock:
             time.sleep(left / NS_PER_S)
 
 
+def utc_s() -> float:
+    """Return the calendar time in seconds since 1970, UTC: only to say when something was, never to measure."""
+    return time.time()
+
+
 class VirtualClock:
     """Simulated time: changes only when the program sleeps, and then jumps. For a single thread."""
 

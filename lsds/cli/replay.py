@@ -34,8 +34,8 @@ def replay(recording: Path, overrides: tuple[str, ...], plot: Path | None, json_
     """Run the algorithms again on a recorded run, and compare.
 
     Tracker, perception, detector, estimator, grip belief and controller run on the recorded frames and states, at the
-    recorded times. What the job wanted and what the devices did stays as recorded: what a controller would have
-    commanded has no effect. No device moves. It takes about two thirds of the recorded time.
+    recorded times. The job's wishes and the devices' states stay as recorded, so a controller's commands have no
+    effect. No device moves. It takes about two thirds of the recorded time.
 
     Without --set the answers have to be the same bit by bit, if the images were recorded without loss. The exit code
     is 0 if they are, or if something was changed on purpose; 9 if they differ.

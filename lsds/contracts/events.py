@@ -1,4 +1,4 @@
-"""What an engine takes in and sends out, in order: the input of a recording, and of the replay of one.
+"""The events of an engine, in order: its inputs and its commands, as a recording keeps them and a replay needs them.
 
 Everything that the algorithms' results depend on is an event: frames, states of devices, the job's wishes, and what
 the gripper accepted. A `Cycle` is published as an event too, after those that it depends on.
@@ -42,7 +42,7 @@ class ArmRead:
 
 @dataclass(frozen=True, slots=True)
 class PosesRead:
-    """What the pose source shows: poses, or the reason why there are none."""
+    """A new answer of the pose source: poses, or the reason for their absence."""
 
     now_ns: int
     sample: PoseSample | None

@@ -18,6 +18,7 @@ from lsds.runtime.engine import Engine
 from lsds.runtime.observers import Observers
 from lsds.runtime.rig import Rig, require_moments
 from lsds.session.record import RunRecord
+from lsds.session.recording import recorder_of
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
 
@@ -83,7 +84,7 @@ def run(
     rig = Rig(chosen)
     require_moments(rig, job)
     with rig:
-        recorder = _recorder(rig, record, images)
+        recorder = recorder_of(rig, record, images)
         rig.arm_devices()
         session = _run(rig, job, observe, recorder)
         if isinstance(session.fault, KeyboardInterrupt):
@@ -99,17 +100,6 @@ def run(
             for failure in failures.exceptions:
                 session.fault.add_note(f"and while closing: {type(failure).__name__}: {failure}")
     return session
-
-
-def _recorder(rig: Rig, record: str | Path | None, images: Images) -> RecordingWriter | None:
-    """Create the recording of a rig that is connected. Raises DataError."""
-    if record is None:
-        return None
-    # Imported here: a run without a recording needs none of it.
-    from lsds.session.recording.header import RecordingHeader
-    from lsds.session.recording.writer import RecordingWriter
-
-    return RecordingWriter(Path(record), RecordingHeader.of(rig), images)
 
 
 def _run(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,11 +20,11 @@ from lsds.registry import PluginHost
 from lsds.registry.backends import NO_DEVICE
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
+from lsds.session.recording import recorder_of
 from lsds.tactile.feature_sets import FEATURES, feature_indices
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
 
 UNASKED = ("detector.backend=lsds:threshold", "estimator.backend=lsds:field")
 """Overrides of an engine whose own detector and estimator are not used: the cheapest ones."""
+
+
+RECORDED = ".mcap"
+"""Ending of the files of recorded runs."""
 
 
 @dataclass(slots=True)
@@ -126,14 +131,16 @@ def track(
     overrides: str | Sequence[str] = (),
     *,
     progress: Callable[[int, int], object] | None = None,
+    record: str | Path | None = None,
 ) -> TrackResult:
-    """Track a recording: a video file, a folder of images, or a pattern such as "clip/*.png".
+    """Track a recording: a video file, a folder of images, a pattern such as "clip/*.png", or a recorded run, F.mcap.
 
     `config` is a configuration or its file; `overrides` change a file's keys ("tracker.backend=centroid"). Raises
-    ConfigError, PluginError; an error of the recording is in the result's `error`.
+    ConfigError, PluginError; an error of the recording is in the result's `error`. `record` is a new file, F.mcap, for
+    frames and answers (`lsds.session.recording`); raises DataError if it cannot be written.
     """
     host = PluginHost()
-    return track_recording(_of_recording(source, config, overrides, host), host, progress)
+    return track_recording(_of_recording(source, config, overrides, host), host, progress, record)
 
 
 def watch(
@@ -159,19 +166,23 @@ def _of_recording(
     source: str | Path, config: RigConfig | str | Path | None, overrides: str | Sequence[str], host: PluginHost
 ) -> RigConfig:
     """Return the configuration with the recording as its only sensor."""
+    backend = "recording" if Path(source).suffix.lower() == RECORDED else "video"
     if isinstance(config, RigConfig):
-        options = {**config.section("sensor").tables.get("video", {}), "path": str(source)}
-        return config.model_copy(update={"sensor": own_section("video", options), "sensors": {}})
+        options = {**config.section("sensor").tables.get(backend, {}), "path": str(source)}
+        return config.model_copy(update={"sensor": own_section(backend, options), "sensors": {}})
     # Only the first frame of a recording is assumed to be without contact; a config or an override can change this.
     defaults = ["tactile.reference_frames=1"] if config is None else []
-    path = f"sensor.video.path={value_text(str(source))}"
-    chosen = f"sensor.backend={host.own('sensor', 'video')}"
+    path = f"sensor.{backend}.path={value_text(str(source))}"
+    chosen = f"sensor.backend={host.own('sensor', backend)}"
     given = (overrides,) if isinstance(overrides, str) else overrides
     return load_config(config, [*defaults, *given, chosen, path], host=host, without=("sensors",))
 
 
 def track_recording(
-    config: RigConfig, host: PluginHost | None = None, progress: Callable[[int, int], object] | None = None
+    config: RigConfig,
+    host: PluginHost | None = None,
+    progress: Callable[[int, int], object] | None = None,
+    record: str | Path | None = None,
 ) -> TrackResult:
     """Track the recording that the config's sensor names, its first settled frames as reference.
 
@@ -189,6 +200,9 @@ def track_recording(
             engine = Engine(rig)
             line = engine.lines[0]
             claimed = getattr(rig.sensor, "frame_count", 0)
+        recorder = recorder_of(rig, record)
+        if recorder is not None:
+            engine.events.add("recording", recorder.observe, recorder.close)
         result.metres_per_px = line.perception.metres_per_px
         if progress is not None:
             reported = progress
@@ -200,6 +214,7 @@ def track_recording(
                     start_ns = _take_reference(result, line)
                 _take(result, cycle, start_ns)
         finally:
+            engine.events.close()
             result.frames = engine.recorded
             result.taken_anew = list(line.taken_anew)
             result.failures = [(refusal.seq, refusal.reason) for refusal in line.gate.refusals]

@@ -76,6 +76,21 @@ def children_of(pid):
     return [int(line) for line in listed.stdout.split()]
 
 
+def test_a_recorded_run_over_the_wire_replays_bit_by_bit(tmp_path):
+    pytest.importorskip("mcap")
+    path = tmp_path / "run.mcap"
+    run = lsds("run", RIG, *flags(tmp_path), "--no-plot", "--record", path, "--seed", 4)
+    out, err = run.communicate(timeout=120)
+    assert run.returncode == 0, out + err
+    assert "warning" not in err
+    again = lsds("replay", path, "--json", tmp_path / "replay.json")
+    out, err = again.communicate(timeout=120)
+    assert again.returncode == 0, out + err
+    found = json.loads((tmp_path / "replay.json").read_text())
+    assert found["identical"]
+    assert found["cycles"] > 50
+
+
 def test_a_run_starts_everything_holds_the_pipe_and_ends_everything(tmp_path):
     run = lsds("run", RIG, *flags(tmp_path), "--no-plot", "--json", tmp_path / "run.json", "--seed", 3)
     children = []

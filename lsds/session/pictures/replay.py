@@ -23,7 +23,7 @@ SHARE = 0.03
 
 
 def draw_replay(path: Path, result: ReplayResult) -> None:
-    """Draw a replay beside its recording to a PNG. Raises DataError where it cannot be written."""
+    """Draw a replay and its recording to a PNG. Raises DataError where it cannot be written."""
     require("matplotlib", extra="plot", purpose="a picture")
     from matplotlib.figure import Figure
 

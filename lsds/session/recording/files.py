@@ -1,4 +1,4 @@
-"""What can be done with whole recordings: state their contents, cut and repair them."""
+"""Work on whole recordings: state their contents, cut and repair them."""
 
 from __future__ import annotations
 

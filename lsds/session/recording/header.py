@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import platform
-import time
 from dataclasses import dataclass, field
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-import lsds
+from lsds.clock import utc_s
 from lsds.config.dump import dump_config
 from lsds.contracts import ArmSpec, GripperSpec, SensorSpec
 from lsds.errors import DataError
@@ -61,7 +60,7 @@ class RecordingHeader:
             except metadata.PackageNotFoundError:
                 continue
         return cls(
-            lsds.__version__,
+            metadata.version("lsds"),
             dump_config(rig.config),
             fingers,
             None if rig.gripper is None else rig.gripper.spec,
@@ -69,7 +68,7 @@ class RecordingHeader:
             rig.own_cell is not None,
             not rig.is_recording,
             rig.clock.now(),
-            time.time(),
+            utc_s(),
             versions,
         )
 

@@ -93,7 +93,7 @@ class Poll:
 
 @dataclass(frozen=True, slots=True)
 class Poses:
-    """What a pose source shows."""
+    """An answer of the pose source."""
 
     now_ns: int
     sample: PoseSample | None
@@ -219,7 +219,7 @@ def _finger(finger: FingerCycle) -> Iterator[tuple[str, Any]]:
     features = observation.features
     values = dict(zip(features.names, to_json(features.values), strict=True))
     yield "features", {**frame, "lost_share": to_json(observation.lost_share), **values}
-    # Only what somebody has asked for: a recorder must not make the loop compute more.
+    # Only if an algorithm has used it: a recorder must not make the loop compute more.
     imprint = getattr(observation.imprint, "known", None)
     if imprint is not None:
         yield "imprint", {**frame, **to_json(imprint)}

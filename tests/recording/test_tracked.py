@@ -1,0 +1,57 @@
+"""A video that was tracked with a recording replays identically, and a recording can be tracked."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lsds.session.recording.reader import Recording
+from lsds.session.replay import replay
+from lsds.session.track import track
+from tests.tactile.render import pad_positions, render
+from tests.video_files import write_video
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    marks = pad_positions()
+    frames = [render(marks + np.array([0.4, 0.2]) * step, noise=1.0, seed=step) for step in range(20)]
+    return write_video(tmp_path_factory.mktemp("video") / "clip.avi", frames)
+
+
+def test_a_tracked_video_replays_identically(video, tmp_path):
+    path = tmp_path / "clip.mcap"
+    result = track(video, record=path)
+    assert result.error is None
+    again = replay(path)
+    assert again.identical
+    assert again.cycles == len(result.t_s) > 15
+    assert not Recording(path).header.live
+
+
+def test_the_frames_of_a_recording_can_be_tracked(video, tmp_path):
+    path = tmp_path / "clip.mcap"
+    one = track(video, record=path)
+    other = track(path)
+    assert other.error is None
+    assert other.t_s == pytest.approx(one.t_s)
+    assert other.kept_fraction == one.kept_fraction
+    assert other.speed_m_s == pytest.approx(one.speed_m_s, nan_ok=True)
+
+
+def real_videos():
+    folder = Path(os.environ.get("LSDS_DATA", "")) / "incipient_slip" / "videos"
+    return sorted(folder.glob("*.avi"))[::40] if os.environ.get("LSDS_DATA") else []
+
+
+@pytest.mark.skipif(not real_videos(), reason="needs the real recordings (LSDS_DATA)")
+@pytest.mark.parametrize("source", real_videos(), ids=lambda path: path.stem)
+def test_real_recordings_replay_identically(source, tmp_path):
+    path = tmp_path / "real.mcap"
+    result = track(source, record=path)
+    again = replay(path)
+    assert again.identical
+    assert again.cycles == len(result.t_s) > 0
