@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from lsds.errors import ConnectFailed
+from lsds_mocks.wire.address import ACCEPT_QUEUE
 from lsds_mocks.wire.faults import FaultInjector
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ class Network:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((self._host, port))
-            listener.listen(16)
+            listener.listen(ACCEPT_QUEUE)
         except OSError as error:
             listener.close()
             problem = f"cannot listen on {self._host}:{port} ({face}): {error.strerror}"
