@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -270,4 +271,4 @@ class FaultInjector:
 
 
 def _words(text: str) -> frozenset[str]:
-    return frozenset(text.lower().replace(":", " ").replace(",", " ").replace("=", " ").split())
+    return frozenset(re.findall(r"[\w.+-]+", text.lower()))
