@@ -133,11 +133,13 @@ def _control(built: WireMock, stop: threading.Event) -> None:
 def _answer(built: WireMock, request: dict[str, Any]) -> dict[str, Any]:
     """Carry out a request and return its result. A table without the key `request` is a fault that begins."""
     kind = request.get("request", "inject")
+    unnamed = kind == "inject" and "name" not in request
+    if not unnamed and not isinstance(built, ObservedMock):
+        raise DataError("this mock cannot end a fault or report; it lacks end_fault, received and truths (ObservedMock)")
     if kind == "inject":
         built.inject({key: value for key, value in request.items() if key != "request"})
         return {}
-    if not isinstance(built, ObservedMock):
-        raise DataError("this mock only begins faults: it lacks end_fault(), received() and truths() of ObservedMock")
+    assert isinstance(built, ObservedMock)
     if kind == "end":
         built.end_fault(str(request.get("name", "")))
         return {}

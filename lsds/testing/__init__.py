@@ -25,22 +25,23 @@ if TYPE_CHECKING:
 
     from lsds.testing.bench import Bench
     from lsds.testing.case import Case, cases, conformance, run_checks
-    from lsds.testing.mock_handle import wire_mock
+    from lsds.testing.mock_handle import MockHandle, wire_mock
     from lsds.testing.outcomes import CheckResult
 
 _HOMES = {
     "Bench": "bench",
     "Case": "case",
     "CheckResult": "outcomes",
+    "MockHandle": "mock_handle",
     "cases": "case",
     "conformance": "case",
     "run_checks": "case",
     "wire_mock": "mock_handle",
 }
-_NEEDS_NO_EXTRA = ("wire_mock",)
+_NEEDS_NO_EXTRA = ("MockHandle", "wire_mock")
 """Names that work without pytest and hypothesis, so that any test runner can use them."""
 
-__all__ = ["Bench", "Case", "CheckResult", "cases", "conformance", "run_checks", "wire_mock"]
+__all__ = ["Bench", "Case", "CheckResult", "MockHandle", "cases", "conformance", "run_checks", "wire_mock"]
 
 
 def __getattr__(name: str) -> Any:
