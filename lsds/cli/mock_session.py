@@ -135,7 +135,9 @@ def _answer(built: WireMock, request: dict[str, Any]) -> dict[str, Any]:
     kind = request.get("request", "inject")
     unnamed = kind == "inject" and "name" not in request
     if not unnamed and not isinstance(built, ObservedMock):
-        raise DataError("this mock cannot end a fault or report; it lacks end_fault, received and truths (ObservedMock)")
+        raise DataError(
+            "this mock cannot end a fault or report; it lacks end_fault, received and truths (ObservedMock)"
+        )
     if kind == "inject":
         built.inject({key: value for key, value in request.items() if key != "request"})
         return {}

@@ -46,7 +46,7 @@ class ObservedMock(Protocol):
     """
 
     def end_fault(self, name: str) -> None:
-        """End the faults of a name and undo their effects. Raises ConfigError if there is none of that name."""
+        """End the faults of a name and undo their effects. Raises ConfigError for an unknown name."""
         ...
 
     def received(self, since: int) -> Sequence[ReceivedFrame]:

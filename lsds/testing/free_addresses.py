@@ -15,7 +15,7 @@ LOOPBACK = "127.0.0.1"
 def free_ports(fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options, of a mock's options model, that make it listen on free ports.
 
-    A mock with fixed ports gets a loopback address of its own instead.
+    A mock with fixed ports gets a separate loopback address instead.
     """
     ports = [name for name in fields if (name == "port" or name.endswith("_port")) and allows(fields[name], 0)]
     if ports:

@@ -181,7 +181,7 @@ class FaultInjector:
             self._awaits = any(armed.awaited for armed in self._armed)
 
     def end(self, name: str) -> None:
-        """End all faults of a name. Raises ConfigError if there is none."""
+        """End all faults of a name. Raises ConfigError for an unknown name."""
         with self._lock:
             kept = tuple(armed for armed in self._armed if armed.fault.name != name)
             if not name or len(kept) == len(self._armed):
