@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from types import TracebackType
 from typing import Any, Self
 
-from lsds.clock import NS_PER_S, nanoseconds, seconds
+from lsds.clock import NS_PER_S, WallClock, nanoseconds
 from lsds.contracts.wire import ReceivedFrame
 from lsds.errors import ConfigError, ConfigIssue, DeviceError
 from lsds.registry.backends import did_you_mean
@@ -16,6 +15,8 @@ from lsds.registry.host import PluginHost
 from lsds.support.mock_process import MockProcess
 from lsds.testing.free_addresses import free_ports
 
+CLOCK = WallClock()
+"""The clock of the mock, too: monotonic time is the same in all processes of a machine."""
 PREFERRED = ("tcp", "rtde", "http")
 """Faces that `address` names, in order of preference, if no transport is chosen."""
 OPENED_M = 1e-4
@@ -66,7 +67,7 @@ class MockHandle(Mapping[str, str]):
         """Start the mock and wait until it listens. Raises ConnectFailed, and ConfigError for an unknown transport."""
         process = MockProcess(self.name, {**self._free_options(), **self._options}, seed=self._seed)
         self._process = process.start()
-        self._since_ns = time.monotonic_ns()
+        self._since_ns = CLOCK.now()
         if self._transport is not None and self._transport not in process.addresses:
             self.stop()
             faces = tuple(process.addresses)
@@ -135,7 +136,7 @@ class MockHandle(Mapping[str, str]):
         name = f"fault {self._named}"
         strength = {} if severity is None else {"severity": severity}
         self.process.inject(kind, **limits, **strength, name=name)
-        self._since_ns = time.monotonic_ns()
+        self._since_ns = CLOCK.now()
         try:
             yield
         except BaseException:
@@ -161,13 +162,13 @@ class MockHandle(Mapping[str, str]):
     @property
     def truth(self) -> Truth:
         """The present state of the plant, which no fault falsifies."""
-        return self._truths(time.monotonic_ns())[-1]
+        return self._truths(CLOCK.now())[-1]
 
     # -- assertions ---------------------------------------------------------------------------------------
 
     def mark(self) -> None:
         """Let the assertions regard only what happens from now on. `fault` does the same when it begins."""
-        self._since_ns = time.monotonic_ns()
+        self._since_ns = CLOCK.now()
 
     def never_opened(self) -> None:
         """Raise AssertionError if the aperture has increased since the start, the last `fault` or `mark`."""
@@ -190,7 +191,7 @@ class MockHandle(Mapping[str, str]):
         Waits until that time has passed. A device that was at rest from the beginning passes, too.
         """
         deadline_ns = self._since_ns + nanoseconds(time_s)
-        time.sleep(max(0.0, seconds(deadline_ns - time.monotonic_ns())))
+        CLOCK.sleep_until(deadline_ns)
         for truth in self._truths(deadline_ns):
             if truth.moving:
                 raise AssertionError(

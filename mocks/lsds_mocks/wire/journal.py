@@ -1,4 +1,4 @@
-"""What a wire mock has observed: frames from its clients, and the states of its plant."""
+"""Observations of a wire mock: frames from its clients, and the states of its plant."""
 
 from __future__ import annotations
 
