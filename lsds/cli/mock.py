@@ -55,7 +55,7 @@ def mock() -> None:
     """Serve a mock device on its own wire protocol, for the real drivers and any other client.
 
     Mocks listen on loopback addresses only. Ctrl-C stops the command. With --control, for tests, it also reads faults
-    from standard input, one JSON object per line, and stops when the input ends.
+    and requests from standard input, one JSON object per line, and stops when the input ends.
 
     \b
     Examples:
@@ -96,14 +96,15 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
                 ["--fault", "faults"],
                 multiple=True,
                 metavar="kind=KIND[,KEY=VALUE...]",
-                help="Inject a fault; repeatable. Keys: face, probability, after_s, for_s, count, delay_ms, code.",
+                help="Inject a fault; repeatable. Keys: face, probability, after_s, for_s, count, delay_ms, code, "
+                "severity, when, nth, name.",
             )
         )
     parameters += [
         click.Option(
             ["--seed"], type=click.IntRange(min=0), default=0, show_default=True, help="Seed of faults and noise."
         ),
-        click.Option(["--control"], is_flag=True, help="Read faults from standard input; stop when it ends."),
+        click.Option(["--control"], is_flag=True, help="Read requests from standard input; stop when it ends."),
         click.Option(["--json", "as_json"], is_flag=True, help="Print the addresses as one line of JSON."),
     ]
 

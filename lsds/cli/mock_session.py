@@ -17,6 +17,7 @@ from lsds.clock import WallClock
 from lsds.config import load_config
 from lsds.config.overrides import parse_value
 from lsds.contracts.backend import BuildContext
+from lsds.contracts.wire import ObservedMock
 from lsds.errors import ConfigError, ConfigIssue, DataError, DeviceError
 
 if TYPE_CHECKING:
@@ -111,23 +112,45 @@ def _announce(name: str, addresses: Mapping[str, str], as_json: bool) -> None:
 
 
 def _control(built: WireMock, stop: threading.Event) -> None:
-    """Read one fault per line; at the end of the input the mock stops, so that it cannot outlive its test."""
+    """Answer one request per line; at the end of the input the mock stops, so that it cannot outlive its test."""
     try:
         for line in sys.stdin:
             if not line.strip():
                 continue
             try:
-                fault = json.loads(line)
-                if not isinstance(fault, dict):
-                    raise DataError("a fault must be a JSON object")
-                built.inject(fault)
-                answer: dict[str, Any] = {"ok": True}
+                request = json.loads(line)
+                if not isinstance(request, dict):
+                    raise DataError("a request must be a JSON object")
+                answer: dict[str, Any] = {"ok": True, **_answer(built, request)}
             except Exception as error:
                 answer = {"ok": False, "error": str(error)}
             click.echo(json.dumps(answer))
             sys.stdout.flush()
     finally:
         stop.set()
+
+
+def _answer(built: WireMock, request: dict[str, Any]) -> dict[str, Any]:
+    """Carry out a request and return its result. A table without the key `request` is a fault that begins."""
+    kind = request.get("request", "inject")
+    unnamed = kind == "inject" and "name" not in request
+    if not unnamed and not isinstance(built, ObservedMock):
+        raise DataError(
+            "this mock cannot end a fault or report; it lacks end_fault, received and truths (ObservedMock)"
+        )
+    if kind == "inject":
+        built.inject({key: value for key, value in request.items() if key != "request"})
+        return {}
+    assert isinstance(built, ObservedMock)
+    if kind == "end":
+        built.end_fault(str(request.get("name", "")))
+        return {}
+    if kind == "received":
+        frames = built.received(int(request.get("since", 0)))
+        return {"frames": [{**frame._asdict(), "data": frame.data.hex()} for frame in frames]}
+    if kind == "truths":
+        return {"truths": [dict(truth) for truth in built.truths(int(request.get("since_ns", 0)))]}
+    raise DataError(f"'{kind}' is no request; write inject, end, received or truths")
 
 
 @contextlib.contextmanager

@@ -51,7 +51,7 @@ from lsds.contracts.values import (
     Vector2,
     Vector3,
 )
-from lsds.contracts.wire import WireMock
+from lsds.contracts.wire import ObservedMock, ReceivedFrame, WireMock
 
 __all__ = [
     "ABSTAINED",
@@ -100,10 +100,12 @@ __all__ = [
     "MarkerReference",
     "MarkerTracks",
     "Observation",
+    "ObservedMock",
     "Pose",
     "PoseSample",
     "PoseSource",
     "Quaternion",
+    "ReceivedFrame",
     "SensorSpec",
     "Setting",
     "Situation",

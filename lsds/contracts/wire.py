@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 
 @runtime_checkable
@@ -25,4 +25,37 @@ class WireMock(Protocol):
 
     def close(self) -> None:
         """Release sockets, files and links. A second call does nothing."""
+        ...
+
+
+class ReceivedFrame(NamedTuple):
+    """One frame that a client sent to a wire mock: time of its arrival (monotonic ns), face, bytes and meaning."""
+
+    number: int
+    t_ns: int
+    face: str
+    data: bytes
+    meaning: str
+
+
+@runtime_checkable
+class ObservedMock(Protocol):
+    """A wire mock whose faults can be ended and that reports what it received and what its plant did.
+
+    Optional: `lsds.testing.wire_mock` offers these functions for mocks that have them. All calls come from any thread.
+    """
+
+    def end_fault(self, name: str) -> None:
+        """End the faults of a name and undo their effects. Raises ConfigError for an unknown name."""
+        ...
+
+    def received(self, since: int) -> Sequence[ReceivedFrame]:
+        """Return the frames with a number of at least `since`, oldest first. Numbers count from 0 without gaps."""
+        ...
+
+    def truths(self, since_ns: int) -> Sequence[Mapping[str, Any]]:
+        """Return the states of the plant since a time (monotonic ns), oldest first; the last one is the present.
+
+        The first one is the state at that time, if it is known. Each has `t_ns` and `moving`; all else is in SI units.
+        """
         ...

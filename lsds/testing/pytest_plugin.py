@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator
 
     from lsds.clock import VirtualClock
     from lsds.registry.host import PluginHost
     from lsds.runtime.rig import Rig
+    from lsds.testing.mock_handle import MockHandle
 
 SKIPPED = "lsds check needs"
 """Beginning of the reason with which a check is skipped, before the key of `lsds.testing.outcomes.NEEDS`."""
@@ -83,23 +84,23 @@ def lsds_cell(lsds_rig: Callable[..., Rig]) -> Any:
 
 
 @pytest.fixture
-def wire_mock() -> Iterator[Callable[..., Mapping[str, str]]]:
-    """A function that starts a wire mock in its own process, `wire_mock("hand-e", pty="hand.tty")`, and returns its
-    addresses by face. The mock ends with the test.
+def wire_mock() -> Iterator[Callable[..., MockHandle]]:
+    """A function that starts `lsds.testing.wire_mock` with the same arguments, `wire_mock("hand-e", transport="tcp")`.
 
-    Its keywords are the options that `lsds mock NAME --help` lists. Raises ConnectFailed with the mock's message.
+    The mock runs in its own process, on free ports, and ends with the test. Its handle maps faces to addresses. Raises
+    ConnectFailed with the mock's message.
     """
-    from lsds.testing.mock_server import MockServer
+    from lsds.testing.mock_handle import wire_mock as handle_of
 
-    servers: list[MockServer] = []
+    handles: list[MockHandle] = []
 
-    def start(name: str, **options: Any) -> Mapping[str, str]:
-        servers.append(MockServer(name, options))
-        return servers[-1].start()
+    def start(name: str, **arguments: Any) -> MockHandle:
+        handles.append(handle_of(name, **arguments))
+        return handles[-1].start()
 
     yield start
-    for server in reversed(servers):
-        server.stop()
+    for handle in reversed(handles):
+        handle.stop()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import random
 import socket
 import sys
 import tempfile
@@ -14,16 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-from pydantic import TypeAdapter, ValidationError
 
 from lsds.clock import WallClock
 from lsds.contracts import BuildContext
 from lsds.testing.bench import Bench
+from lsds.testing.free_addresses import LOOPBACK, allows, has_own_host, random_host
 from lsds.testing.wire_clients import Endpoint, client_of, endpoint_of
 
 ENDED_S = 2.0
 """Time within which `serve` has to return after `stop` is set, and `close` after that, s of real time."""
-LOOPBACK = "127.0.0.1"
 
 
 class Served:
@@ -119,10 +117,10 @@ def free_options(bench: Bench) -> Iterator[dict[str, Any]]:
         candidates: dict[str, Any] = {}
         for name, field in fields.items():
             if name == "port" or name.endswith("_port"):
-                if _allows(field, 0):
+                if allows(field, 0):
                     candidates[name] = _free_port()
-            elif name == "host" and field.default == LOOPBACK and sys.platform == "linux":
-                candidates[name] = "127." + ".".join(str(random.randrange(2, 250)) for _ in range(3))
+            elif has_own_host(name, field):
+                candidates[name] = random_host()
             elif name == "socket":
                 candidates[name] = str(Path(folder) / "mock.sock")
         yield {**candidates, **bench.options}
@@ -166,18 +164,6 @@ def _kept_process() -> Iterator[None]:
         gc.unfreeze()
         if collects:
             gc.enable()
-
-
-def _allows(field: Any, value: Any) -> bool:
-    """Return whether a field of an options model takes a value."""
-    try:
-        TypeAdapter(field.annotation).validate_python(value)
-        for constraint in field.metadata:
-            if getattr(constraint, "ge", value) > value:
-                return False
-    except ValidationError:
-        return False
-    return True
 
 
 def _free_port() -> int:

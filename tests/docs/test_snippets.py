@@ -209,4 +209,4 @@ def test_the_page_about_tests_shows_tests_that_pass(tmp_path):
         command += ["-p", "lsds.testing.pytest_plugin"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert len(snippets) == 3
+    assert len(snippets) == 4

@@ -10,6 +10,10 @@ from array import array
 
 from lsds.errors import ConfigError, ConfigIssue
 
+ACCEPT_QUEUE = 512
+"""Connections that the system completes before a mock accepts them. When the queue is full, the system ignores further
+ones, and their clients try again after one second (RFC 6298)."""
+
 _SIOCGIFCONF = 0x8912
 _ENTRY = 40
 """Bytes of a `struct ifreq` on 64-bit Linux."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import random
+import re
 import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds.errors import ConfigError, ConfigIssue
@@ -41,6 +42,17 @@ MESSAGE_FAULTS: tuple[FaultKind, ...] = ("drop", "delay", "corrupt", "truncate",
 """Faults of a single outgoing message, applied by `FaultInjector.outgoing` on every face."""
 
 
+PROBABILITIES = (0.05, 0.1, 0.25, 0.5, 1.0)
+"""Probability per message or frame at the severities 1 to 5."""
+DELAYS_MS = (10.0, 25.0, 50.0, 100.0, 250.0)
+"""Delay at the severities 1 to 5 (ms)."""
+_BY_PROBABILITY = frozenset(
+    {"drop", "corrupt", "crc", "truncate", "duplicate", "wrong-slave", "black-frame", "torn-frame"}
+)
+_BY_DELAY = frozenset({"delay", "split"})
+_NEVER_NS = 2**63
+
+
 class Fault(BaseModel):
     """One fault. By default it applies to every message from the start; the other fields limit it."""
 
@@ -56,6 +68,36 @@ class Fault(BaseModel):
     count: int | None = Field(default=None, ge=1, description="maximum number of times it occurs")
     delay_ms: float = Field(default=50.0, ge=0, le=60_000, description="delay of `delay`, `split` and `delayed-ack`")
     code: int = Field(default=0, ge=0, le=255, description="value of the fault register for `gripper-fault`")
+    severity: int | None = Field(
+        default=None, ge=1, le=5, description="1 (hardly noticed) to 5 (the worst), in place of probability or delay"
+    )
+    when: str = Field(
+        default="", description="words that a received frame has to contain for the fault to start: `write 1000`"
+    )
+    nth: int = Field(default=1, ge=1, description="number of such frames up to and including the one that starts it")
+    name: str = Field(default="", description="name by which the fault can be ended")
+
+    @model_validator(mode="after")
+    def _one_strength(self) -> Self:
+        if self.severity is None:
+            return self
+        if self.kind not in _BY_PROBABILITY | _BY_DELAY:
+            raise ValueError(f"'{self.kind}' has no severity: it is on or off; leave out severity")
+        if self.model_fields_set & ({"delay_ms"} if self.kind in _BY_DELAY else {"probability"}):
+            raise ValueError("severity replaces probability and delay_ms; give one of them")
+        return self
+
+    @property
+    def chance(self) -> float:
+        """Probability per message, frame or cycle."""
+        by_severity = self.severity is not None and self.kind in _BY_PROBABILITY
+        return PROBABILITIES[self.severity - 1] if by_severity and self.severity else self.probability
+
+    @property
+    def wait_s(self) -> float:
+        """Delay of the message (s)."""
+        by_severity = self.severity is not None and self.kind in _BY_DELAY
+        return (DELAYS_MS[self.severity - 1] if by_severity and self.severity else self.delay_ms) / 1e3
 
 
 @dataclass(slots=True)
@@ -67,6 +109,12 @@ class _Armed:
     ends_ns: int | None
     rng: random.Random
     struck: int = field(default=0)
+    awaited: int = field(default=0)
+    """Number of frames that still have to arrive before it starts; 0 if it has started."""
+
+    def start(self, now_ns: int) -> None:
+        self.begins_ns = now_ns + nanoseconds(self.fault.after_s)
+        self.ends_ns = None if self.fault.for_s is None else self.begins_ns + nanoseconds(self.fault.for_s)
 
     def strikes(self, now_ns: int) -> bool:
         fault = self.fault
@@ -74,7 +122,7 @@ class _Armed:
             return False
         if fault.count is not None and self.struck >= fault.count:
             return False
-        if fault.probability < 1 and self.rng.random() >= fault.probability:
+        if fault.chance < 1 and self.rng.random() >= fault.chance:
             return False
         self.struck += 1
         return True
@@ -103,6 +151,8 @@ class FaultInjector:
         self._clock = clock
         self._lock = threading.Lock()
         self._armed: tuple[_Armed, ...] = ()
+        self._added = 0
+        self._awaits = False
         for fault in faults:
             self.add(fault)
 
@@ -119,12 +169,46 @@ class FaultInjector:
             if faces:
                 remedy = did_you_mean(fault.face, faces) or f"its faces: {', '.join(faces)}"
             raise ConfigError(self._mock, [ConfigIssue("fault.face", problem, remedy)])
-        begins = self._clock.now() + nanoseconds(fault.after_s)
-        ends = None if fault.for_s is None else begins + nanoseconds(fault.for_s)
         with self._lock:
-            number = len(self._armed)
-            rng = random.Random(f"{self._seed}/{number}/{fault.kind}/{fault.face}")
-            self._armed = (*self._armed, _Armed(fault, begins, ends, rng))
+            rng = random.Random(f"{self._seed}/{self._added}/{fault.kind}/{fault.face}")
+            self._added += 1
+            armed = _Armed(fault, _NEVER_NS, None, rng)
+            if fault.when:
+                armed.awaited = fault.nth
+            else:
+                armed.start(self._clock.now())
+            self._armed = (*self._armed, armed)
+            self._awaits = any(armed.awaited for armed in self._armed)
+
+    def end(self, name: str) -> None:
+        """End all faults of a name. Raises ConfigError for an unknown name."""
+        with self._lock:
+            kept = tuple(armed for armed in self._armed if armed.fault.name != name)
+            if not name or len(kept) == len(self._armed):
+                names = sorted({armed.fault.name for armed in self._armed} - {""})
+                remedy = f"names in use: {', '.join(names)}" if names else "give the fault a name when it begins"
+                raise ConfigError(self._mock, [ConfigIssue("name", f"no fault has the name '{name}'", remedy)])
+            self._armed = kept
+            self._awaits = any(armed.awaited for armed in kept)
+
+    @property
+    def awaits(self) -> bool:
+        """Whether a fault waits for a frame from the client."""
+        return self._awaits
+
+    def heard(self, face: str, meaning: str) -> bool:
+        """Count a received frame; return whether it starts a fault, which then also applies to the frame itself."""
+        words, started = _words(meaning), False
+        with self._lock:
+            for armed in self._armed:
+                fault = armed.fault
+                if armed.awaited and fault.face in ("", face) and _words(fault.when) <= words:
+                    armed.awaited -= 1
+                    if not armed.awaited:
+                        armed.start(self._clock.now())
+                        started = True
+            self._awaits = any(armed.awaited for armed in self._armed)
+        return started
 
     @property
     def quiet(self) -> bool:
@@ -157,12 +241,12 @@ class FaultInjector:
         if self.strikes("truncate", face):
             message = message[: max(1, len(message) // 2)]
         late = self.strikes("delay", face)
-        delay = late.delay_ms / 1e3 if late else 0.0
+        delay = late.wait_s if late else 0.0
         parts = [(delay, message)]
         split = self.strikes("split", face)
         if split and len(message) > 1:
             half = len(message) // 2
-            parts = [(delay, message[:half]), (delay + split.delay_ms / 1e3, message[half:])]
+            parts = [(delay, message[:half]), (delay + split.wait_s, message[half:])]
         if self.strikes("duplicate", face):
             parts.append((parts[-1][0], message))
         return parts
@@ -183,4 +267,8 @@ class FaultInjector:
         raise ConfigError(self._mock, [ConfigIssue("fault.kind", problem, remedy)])
 
     def _stream(self, kind: FaultKind) -> random.Random:
-        return next(armed.rng for armed in self._armed if armed.fault.kind == kind)
+        return next((armed.rng for armed in self._armed if armed.fault.kind == kind), random.Random(self._seed))
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(re.findall(r"[\w.+-]+", text.lower()))

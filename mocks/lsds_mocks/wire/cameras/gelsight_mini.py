@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -50,6 +51,18 @@ class GelView:
         # same noise.
         number = since_start if since_start < 2 else max(seq, 2)
         return enlarged(self._renderer.render(gel, state, xy, t_ns / NS_PER_S, number), self._size)
+
+    def truth(self, t_ns: int) -> Mapping[str, Any]:
+        """Return normal force (N) and indentation (m) of the gel, and whether a part of the contact slides."""
+        state = self._link.at(t_ns)
+        if state is None:
+            return {"moving": False}
+        return {
+            "normal_n": float(state.normal_force_n),
+            "indentation_m": float(state.indentation_m),
+            "object": "touches" if state.normal_force_n > 0 else "none",
+            "moving": bool(state.slid.any()),
+        }
 
     def close(self) -> None:
         """Give the link back."""

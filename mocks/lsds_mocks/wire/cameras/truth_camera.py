@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lsds.calibration.vision.camera import save_camera
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from lsds.contracts import BuildContext
     from lsds.contracts.plant_links import SceneLink
+    from lsds.contracts.wire import ReceivedFrame
     from lsds_mocks.wire.cameras.options import TruthCameraOptions
 
 NAME = "truth-camera"
@@ -41,6 +42,14 @@ class SceneView:
         if begin is None or abs(begin.object_m - end.object_m) > _LEAP_M or abs(begin.arm_m - end.arm_m) > _LEAP_M:
             begin = end  # a new round of the script began during the exposure
         return self.stage.render(begin, end, seq)
+
+    def truth(self, t_ns: int) -> Mapping[str, Any]:
+        """Return the heights of arm and object above the table (m), and whether they change."""
+        begin, end = self._link.scene(t_ns - self._half_ns), self._link.scene(t_ns + self._half_ns)
+        if end is None:
+            return {"moving": False}
+        moving = begin is not None and (begin.arm_m, begin.object_m) != (end.arm_m, end.object_m)
+        return {"arm_m": end.arm_m, "object_m": end.object_m, "moving": moving}
 
     def close(self) -> None:
         """Give the link back."""
@@ -82,6 +91,18 @@ class TruthCamera:
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Begin a fault now. Raises ConfigError for one that cameras do not have."""
         self._camera.inject(fault)
+
+    def end_fault(self, name: str) -> None:
+        """End the faults of a name."""
+        self._camera.end_fault(name)
+
+    def received(self, since: int) -> Sequence[ReceivedFrame]:
+        """Return the HTTP requests with a number of at least `since`."""
+        return self._camera.received(since)
+
+    def truths(self, since_ns: int) -> Sequence[Mapping[str, Any]]:
+        """Return the states of the scene since a time."""
+        return self._camera.truths(since_ns)
 
     def close(self) -> None:
         """Release all resources."""

@@ -6,7 +6,7 @@ All wire cameras share this code; each supplies a `View` that renders its pictur
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import cv2
@@ -14,14 +14,17 @@ import numpy as np
 
 from lsds.clock import NS_PER_S, nanoseconds
 from lsds_mocks.wire.faults import MESSAGE_FAULTS, FaultInjector, FaultKind
+from lsds_mocks.wire.journal import History, Journal
 from lsds_mocks.wire.mjpeg.newest import Picture
 from lsds_mocks.wire.mjpeg.pipe import JpegPipe
 from lsds_mocks.wire.mjpeg.server import MjpegServer
+from lsds_mocks.wire.serving_thread import ServingThread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.clock import Clock
+    from lsds.contracts.wire import ReceivedFrame
     from lsds_mocks.wire.mjpeg.options import CameraOptions
 
 FACE = "http"
@@ -45,6 +48,10 @@ class View(Protocol):
         """
         ...
 
+    def truth(self, t_ns: int) -> Mapping[str, Any]:
+        """Return the true state of the scene at the instant of the last exposure, with `moving`, in SI units."""
+        ...
+
     def close(self) -> None:
         """Release its resources."""
         ...
@@ -58,7 +65,11 @@ class CameraMock:
         self._view = view
         self._clock = clock
         self._faults = FaultInjector(name, options.faults, CAMERA_FAULTS, seed=seed, clock=clock)
-        self._server = MjpegServer(name, options.host, options.port, self._faults, FACE)
+        self._journal = Journal(self._faults, clock)
+        self._history = History()
+        self._serving = ServingThread(name)
+        self._instant_ns = clock.now()
+        self._server = MjpegServer(name, options.host, options.port, self._faults, FACE, self._journal)
         self._pipe = JpegPipe(name, options.pipe) if options.pipe else None
         self._last: NDArray[np.uint8] | None = None
         self._since_start = 0
@@ -80,21 +91,40 @@ class CameraMock:
         cv2.setNumThreads(1)
         start, seq = self._clock.now(), 0
         period_ns = NS_PER_S / self._options.rate_hz
-        while not stop.is_set():
-            due = start + round(seq * period_ns)
-            now = self._clock.now()
-            if due > now:
-                # Wait in short intervals, so that even a slow camera stops at once.
-                self._clock.sleep_until(min(due, now + _WAIT_NS))
-                continue
-            missed = int((now - due) // period_ns)
-            seq += missed  # late exposures are skipped; the phase stays
-            self._expose(start + round(seq * period_ns), seq)
-            seq += 1
+        with self._serving.serving():
+            while not stop.is_set():
+                self._serving.turn()
+                due = start + round(seq * period_ns)
+                now = self._clock.now()
+                if due > now:
+                    # Wait in short intervals, so that even a slow camera stops at once.
+                    self._clock.sleep_until(min(due, now + _WAIT_NS))
+                    continue
+                missed = int((now - due) // period_ns)
+                seq += missed  # late exposures are skipped; the phase stays
+                self._instant_ns = start + round(seq * period_ns)
+                self._expose(self._instant_ns, seq)
+                seq += 1
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Begin a fault now. Raises ConfigError for one that cameras do not have."""
         self._faults.add(fault)
+        self._serving.run(self._server.strike)
+
+    def end_fault(self, name: str) -> None:
+        """End the faults of a name; the camera accepts clients again."""
+        self._faults.end(name)
+        self._server.reconnect()
+
+    def received(self, since: int) -> Sequence[ReceivedFrame]:
+        """Return the HTTP requests with a number of at least `since`."""
+        return self._journal.received(since)
+
+    def truths(self, since_ns: int) -> Sequence[Mapping[str, Any]]:
+        """Return the states of the scene since a time, one for each request of this function."""
+        return self._serving.run(
+            lambda: self._history.since(since_ns, self._instant_ns, self._view.truth(self._instant_ns))
+        )
 
     def close(self) -> None:
         """Release port, pipe and view."""

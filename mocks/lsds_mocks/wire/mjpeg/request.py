@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Callable
 from typing import Literal
 
 from lsds.clock import WallClock, nanoseconds, seconds
@@ -21,8 +22,11 @@ _WISHES: dict[str, Wish] = {
 }
 
 
-def read_request(connection: socket.socket) -> Wish:
-    """Return the requested resource; "nothing" if the client disconnected or sent no request. Raises OSError."""
+def read_request(connection: socket.socket, note: Callable[[bytes], None] = lambda _: None) -> Wish:
+    """Return the requested resource; "nothing" if the client disconnected or sent no request.
+
+    `note` receives the bytes of a complete request. Raises OSError.
+    """
     clock = WallClock()
     deadline = clock.now() + nanoseconds(REQUEST_TIMEOUT_S)
     request = b""
@@ -39,6 +43,7 @@ def read_request(connection: socket.socket) -> Wish:
         if not more:
             return "bad-request" if request else "nothing"
         request += more
+    note(request)
     return wish(request)
 
 

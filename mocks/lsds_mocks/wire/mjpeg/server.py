@@ -10,16 +10,22 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S, WallClock, nanoseconds
 from lsds.errors import ConnectFailed
-from lsds_mocks.wire.address import is_loopback
+from lsds_mocks.wire.address import ACCEPT_QUEUE, is_loopback
 from lsds_mocks.wire.mjpeg.newest import Newest, Picture
 from lsds_mocks.wire.mjpeg.pace import SEND_BUFFER, Pace
 from lsds_mocks.wire.mjpeg.request import Wish, read_request
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.faults import FaultInjector
+    from lsds_mocks.wire.journal import Journal
 
 BOUNDARY = "boundarydonotcross"
 MOST_CLIENTS = 16
+"""Maximum number of clients that read pictures at the same time."""
+MOST_SILENT = 64
+"""Maximum number of clients that have not sent their request yet. One more replaces the oldest of them, so that clients
+that send nothing do not keep out those that do."""
+_NEVER_NS = 2**63
 _SEND_TIMEOUT_S = 10.0
 _POLL_S = 0.2
 _COMMON = "Connection: close\r\nServer: lsds-mock\r\nCache-Control: no-store, no-cache\r\nPragma: no-cache\r\n"
@@ -42,11 +48,14 @@ def part(picture: Picture) -> bytes:
 class MjpegServer:
     """Serves the pictures given to `publish`. One thread accepts, one serves each client."""
 
-    def __init__(self, name: str, host: str, port: int, faults: FaultInjector, face: str = "http") -> None:
+    def __init__(
+        self, name: str, host: str, port: int, faults: FaultInjector, face: str = "http", journal: Journal | None = None
+    ) -> None:
         self._name = name
         self._wanted = (host, port)
         self._faults = faults
         self._face = face
+        self._journal = journal
         self._clock = WallClock()
         self._newest = Newest()
         self._listener: socket.socket | None = None
@@ -62,7 +71,7 @@ class MjpegServer:
         if not is_loopback(host):
             raise ConnectFailed(self._name, f"'{host}' is not loopback", remedy="a mock listens on 127.0.0.1 only")
         try:
-            listener = socket.create_server((host, port))
+            listener = socket.create_server((host, port), backlog=ACCEPT_QUEUE)
         except OSError as error:
             raise ConnectFailed(
                 self._name, f"cannot listen on {host}:{port}: {error.strerror}", remedy="--port 0 takes a free one"
@@ -97,9 +106,17 @@ class MjpegServer:
         cut = self._faults.strikes("disconnect", self._face)
         if cut is None:
             return False
-        self._refusing_until_ns = self._clock.now() + nanoseconds(self._faults.remaining_s(cut) or 0.0)
+        left_s = self._faults.remaining_s(cut)
+        if left_s is None and cut.count is None and cut.chance >= 1:
+            self._refusing_until_ns = _NEVER_NS
+        else:
+            self._refusing_until_ns = self._clock.now() + nanoseconds(left_s or 0.0)
         self._cut()
         return True
+
+    def reconnect(self) -> None:
+        """Accept clients again; a disconnect that is still on strikes at the next exposure."""
+        self._refusing_until_ns = 0
 
     def close(self) -> None:
         """Close the listener and all clients, and wait for their threads."""
@@ -140,10 +157,13 @@ class MjpegServer:
                     return
                 continue
             with self._lock:
-                full = len(self._clients) >= MOST_CLIENTS
-                if not full:
-                    self._clients[connection] = None
-            if full or self._closed or self._clock.now() < self._refusing_until_ns:
+                silent = [client for client, wanted in self._clients.items() if wanted is None]
+                if len(silent) >= MOST_SILENT:
+                    # Its thread reads the end of the connection and releases it.
+                    with suppress(OSError):
+                        silent[0].shutdown(socket.SHUT_RDWR)
+                self._clients[connection] = None
+            if self._closed or self._clock.now() < self._refusing_until_ns:
                 self._drop(connection)
             else:
                 self._start_thread(self._serve, connection)
@@ -152,10 +172,12 @@ class MjpegServer:
         # An error or disconnection of a client ends only that client's thread.
         try:
             with suppress(OSError):
-                wanted = read_request(connection)
+                wanted = read_request(connection, self._note)
                 connection.settimeout(_SEND_TIMEOUT_S)
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 with self._lock:
+                    if sum(wish is not None for wish in self._clients.values()) >= MOST_CLIENTS:
+                        return
                     if connection in self._clients:
                         self._clients[connection] = wanted
                 if wanted == "stream":
@@ -166,6 +188,10 @@ class MjpegServer:
                     connection.sendall(f"HTTP/1.0 {_STATUS[wanted]}\r\n{_COMMON}Content-Length: 0\r\n\r\n".encode())
         finally:
             self._drop(connection)
+
+    def _note(self, request: bytes) -> None:
+        if self._journal is not None:
+            self._journal.note(self._face, request, request.partition(b"\n")[0].decode("latin-1").strip())
 
     def _stream(self, connection: socket.socket) -> None:
         kind = f"Content-Type: multipart/x-mixed-replace;boundary={BOUNDARY}"

@@ -7,10 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lsds.clock import NS_PER_S, nanoseconds
-from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc
+from lsds_mocks.wire.robotiq.rtu import Deframer, answer, crc, meaning
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.faults import FaultInjector
+    from lsds_mocks.wire.journal import Journal
     from lsds_mocks.wire.robotiq.machine import RegisterMachine
     from lsds_mocks.wire.robotiq.options import RobotiqOptions
     from lsds_mocks.wire.robotiq.reactor import Reactor
@@ -32,6 +33,7 @@ class SerialLine:
         faults: FaultInjector,
         reactor: Reactor,
         send: Callable[[bytes], None],
+        journal: Journal | None = None,
     ) -> None:
         self._face = face
         self._slave = options.slave
@@ -41,7 +43,8 @@ class SerialLine:
         self._faults = faults
         self._reactor = reactor
         self._send: Callable[[bytes], None] | None = send
-        self._deframer = Deframer()
+        self._journal = journal
+        self._deframer = Deframer(self._note_damaged)
         self._free_ns = 0
         self._waiting = 0
 
@@ -49,6 +52,8 @@ class SerialLine:
         """Receive bytes from the client, and add the line's transmission time, which a pseudo-terminal lacks."""
         now = self._reactor.now()
         for frame in self._deframer.feed(data, now):
+            if self._journal is not None:
+                self._journal.note(self._face, frame, partial(meaning, frame, self._slave))
             if self._waiting < _WAITING:
                 self._waiting += 1
                 self._free_ns = max(self._free_ns, now) + len(frame) * self._byte_ns
@@ -57,6 +62,10 @@ class SerialLine:
     def hang_up(self) -> None:
         """Send nothing more."""
         self._send = None
+
+    def _note_damaged(self, data: bytes) -> None:
+        if self._journal is not None:
+            self._journal.note(self._face, data, "damaged: no request with a valid CRC")
 
     def _carry_out(self, frame: bytes) -> None:
         self._waiting -= 1

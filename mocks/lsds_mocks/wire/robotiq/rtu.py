@@ -5,6 +5,7 @@ Modbus over serial line V1.02. The gripper sends no Modbus exceptions: it ignore
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.robotiq.layout import BYTES, COMMAND_REGISTER, STATUS_REGISTER
@@ -29,9 +30,13 @@ def crc(data: bytes) -> bytes:
 
 
 class Deframer:
-    """Extracts requests from the received bytes; after a damaged frame it waits until the line is silent."""
+    """Extracts requests from the received bytes; after a damaged frame it waits until the line is silent.
 
-    def __init__(self) -> None:
+    `damaged` receives the bytes that are discarded.
+    """
+
+    def __init__(self, damaged: Callable[[bytes], None] = lambda _: None) -> None:
+        self._damaged = damaged
         self._buffer = bytearray()
         self._deaf = False
         self._last_ns = 0
@@ -39,6 +44,8 @@ class Deframer:
     def feed(self, data: bytes, now_ns: int) -> list[bytes]:
         """Add bytes received at a time; return the valid requests that they complete."""
         if now_ns - self._last_ns >= GAP_NS:
+            if self._buffer:
+                self._damaged(bytes(self._buffer))
             self._buffer.clear()
             self._deaf = False
         self._last_ns = now_ns
@@ -51,6 +58,7 @@ class Deframer:
                 break
             frame = bytes(self._buffer[:length])
             if not 0 < length <= LONGEST or crc(frame[:-2]) != frame[-2:]:
+                self._damaged(bytes(self._buffer))
                 self._buffer.clear()
                 self._deaf = True
                 break
@@ -94,6 +102,31 @@ def answer(frame: bytes, slave: int, machine: RegisterMachine, now_ns: int) -> b
         return None
     message = bytes((slave, function)) + reply
     return message + crc(message)
+
+
+def meaning(frame: bytes, slave: int) -> str:
+    """Return a valid request in words: `write 1000 1001: 0x0900 0x00FF`; with the address if it is another slave's."""
+    function, body = frame[1], frame[2:-2]
+    first, count = _word(body, 0), _word(body, 2)
+    if function in (READ_HOLDING, READ_INPUT):
+        text = f"read {_registers(first, count)}"
+    elif function == WRITE_ONE:
+        text = f"write {first}: {_values(body[2:])}"
+    elif function == WRITE_MANY:
+        text = f"write {_registers(first, count)}: {_values(body[5:])}"
+    else:
+        written = _registers(_word(body, 4), _word(body, 6))
+        text = f"read {_registers(first, count)}, write {written}: {_values(body[9:])}"
+    return text if frame[0] == slave else f"slave {frame[0]}: {text}"
+
+
+def _registers(first: int, count: int) -> str:
+    # A request may name 65535 registers; more than fit into a frame are not listed.
+    return " ".join(str(first + i) for i in range(min(count, LONGEST)))
+
+
+def _values(data: bytes) -> str:
+    return " ".join(f"0x{_word(data, at):04X}" for at in range(0, len(data), 2))
 
 
 def _word(body: bytes, at: int) -> int:

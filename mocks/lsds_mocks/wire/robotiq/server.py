@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds
 from lsds.errors import ConfigError, ConfigIssue, ConnectFailed
 from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKind
+from lsds_mocks.wire.journal import History, Journal
 from lsds_mocks.wire.robotiq.fingers import clearing, finger_link
 from lsds_mocks.wire.robotiq.layout import Trouble
 from lsds_mocks.wire.robotiq.line import SerialLine
@@ -19,10 +20,12 @@ from lsds_mocks.wire.robotiq.reactor import Reactor
 from lsds_mocks.wire.robotiq.sockets import TcpFace
 from lsds_mocks.wire.robotiq.terminal import TerminalFace
 from lsds_mocks.wire.robotiq.urcap import UrcapSession
+from lsds_mocks.wire.serving_thread import ServingThread
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
     from lsds.contracts.plant_links import FingerLink
+    from lsds.contracts.wire import ReceivedFrame
 
 MOCK = "robotiq mock"
 SERIAL = ("pty", "tcp")
@@ -61,6 +64,9 @@ class RobotiqMock:
         self._reactor: Reactor | None = None
         self._faces: list[TerminalFace | TcpFace] = []
         self._held: set[str] = set()
+        self._journal = Journal(self._faults, context.clock, self._strike)
+        self._history = History()
+        self._serving = ServingThread(MOCK)
 
     def start(self) -> Mapping[str, str]:
         """Open all faces; return their addresses. Raises ConnectFailed if one is in use or there is no plant."""
@@ -89,19 +95,35 @@ class RobotiqMock:
         """Answer clients until `stop` is set."""
         assert self._reactor is not None, "start() comes first"
         ticked = 0
-        while not stop.is_set():
-            self._reactor.turn(_BUSY_TICK_NS if self._machine.busy else _TICK_NS)
-            now = self._clock.now()
-            self._machine.step(now)
-            if now - ticked >= _TICK_NS:
-                ticked = now
-                if not self._faults.quiet:
-                    self._trouble(now)
+        with self._serving.serving():
+            while not stop.is_set():
+                self._reactor.turn(_BUSY_TICK_NS if self._machine.busy else _TICK_NS)
+                self._serving.turn()
+                now = self._clock.now()
+                self._machine.step(now)
+                self._history.add(now, self._state())
+                if now - ticked >= _TICK_NS:
+                    ticked = now
+                    self._strike()
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Start a fault. Raises ConfigError for a fault that this mock does not support."""
         _require_known(fault)
         self._faults.add(fault)
+        if self._reactor is not None:
+            self._serving.run(self._strike)
+
+    def end_fault(self, name: str) -> None:
+        """End the faults of a name: registers follow again, ports open. A latched gripper fault needs its reset."""
+        self._serving.run(partial(self._end_fault, name))
+
+    def received(self, since: int) -> Sequence[ReceivedFrame]:
+        """Return the Modbus requests and URCap lines with a number of at least `since`."""
+        return self._journal.received(since)
+
+    def truths(self, since_ns: int) -> Sequence[Mapping[str, Any]]:
+        """Return the states of the fingers since a time: aperture, target (m), normal force per finger (N), object."""
+        return self._serving.run(lambda: self._history.since(since_ns, self._clock.now(), self._state()))
 
     def close(self) -> None:
         """Close ports, terminal and link."""
@@ -119,14 +141,17 @@ class RobotiqMock:
 
     def _line(self, face: str, send: Callable[[bytes], None]) -> SerialLine:
         assert self._reactor is not None
-        return SerialLine(face, self._options, self._machine, self._faults, self._reactor, send)
+        return SerialLine(face, self._options, self._machine, self._faults, self._reactor, send, self._journal)
 
     def _strings(self, send: Callable[[bytes], None]) -> _Strings:
         assert self._reactor is not None
-        return _Strings(self._machine, self._faults, self._reactor, send)
+        return _Strings(self._machine, self._faults, self._reactor, send, self._journal)
 
-    def _trouble(self, now_ns: int) -> None:
+    def _strike(self) -> None:
         """Apply the faults that do not belong to a message."""
+        if self._faults.quiet:
+            return
+        now_ns = self._clock.now()
         if (fault := self._faults.strikes("gripper-fault", "")) is not None:
             self._machine.fail(fault.code, now_ns)
         if (fault := self._faults.strikes("freeze", "")) is not None:
@@ -140,6 +165,30 @@ class RobotiqMock:
                 face.hold(True)
                 self._later(self._ends(fault, now_ns), partial(self._release, face))
 
+    def _end_fault(self, name: str) -> None:
+        self._faults.end(name)
+        # Another fault of the same kind that is still on takes effect again in `_strike`.
+        self._machine.freeze(self._clock.now())
+        for face in self._faces:
+            if not face.up:
+                self._reopen(face)
+            if face.name in self._held:
+                self._release(face)
+        self._strike()
+
+    def _state(self) -> dict[str, Any]:
+        """Return the state of the fingers. A mock without an object has the object state "none"."""
+        assert self._link is not None
+        fingers, options = self._link.fingers(), self._options
+        alone = not options.cell and options.object_mm is None and options.hollow_mm is None
+        return {
+            "aperture_m": fingers.aperture_m,
+            "target_m": fingers.target_m,
+            "normal_n": fingers.normal_n,
+            "moving": fingers.moving,
+            "object": "none" if alone else "held" if fingers.normal_n > 0 else "free",
+        }
+
     def _ends(self, fault: Fault, now_ns: int) -> int | None:
         left = self._faults.remaining_s(fault)
         return None if left is None else now_ns + nanoseconds(left)
@@ -149,6 +198,8 @@ class RobotiqMock:
             self._reactor.call_at(t_ns, call)
 
     def _reopen(self, face: TerminalFace | TcpFace) -> None:
+        if face.up:
+            return
         try:
             face.open()
         except ConnectFailed:
@@ -164,9 +215,14 @@ class _Strings:
     """One URCap client's session, with wire faults on its answers."""
 
     def __init__(
-        self, machine: RegisterMachine, faults: FaultInjector, reactor: Reactor, send: Callable[[bytes], None]
+        self,
+        machine: RegisterMachine,
+        faults: FaultInjector,
+        reactor: Reactor,
+        send: Callable[[bytes], None],
+        journal: Journal,
     ) -> None:
-        self._session = UrcapSession(machine)
+        self._session = UrcapSession(machine, partial(journal.note, "urcap"))
         self._faults = faults
         self._reactor = reactor
         self._send: Callable[[bytes], None] | None = send

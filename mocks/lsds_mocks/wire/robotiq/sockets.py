@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from lsds.errors import ConnectFailed
+from lsds_mocks.wire.address import ACCEPT_QUEUE
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.robotiq.reactor import Reactor
@@ -66,7 +67,7 @@ class TcpFace:
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind((host, port))
-            listener.listen(16)
+            listener.listen(ACCEPT_QUEUE)
         except OSError as error:
             listener.close()
             raise ConnectFailed(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.http_request import is_http_request
@@ -19,8 +20,11 @@ _BYTES = {"POS": layout.POSITION, "SPE": layout.SPEED, "FOR": layout.FORCE}
 class UrcapSession:
     """One client's session. After an HTTP request the client is ignored, because its body could contain commands."""
 
-    def __init__(self, machine: RegisterMachine) -> None:
+    def __init__(
+        self, machine: RegisterMachine, note: Callable[[bytes, str], None] = lambda _data, _text: None
+    ) -> None:
         self._machine = machine
+        self._note = note
         self._buffer = b""
         self._ignored = False
 
@@ -30,7 +34,12 @@ class UrcapSession:
         self._ignored = self._ignored or is_http_request(self._buffer[:LONGEST_LINE].decode("ascii", "replace"))
         if len(self._buffer) > LONGEST_LINE:
             self._buffer = b""
-        return b"".join(self._answer(line.decode("ascii", "replace"), now_ns) for line in lines)
+        return b"".join(self._carry_out(line, now_ns) for line in lines)
+
+    def _carry_out(self, line: bytes, now_ns: int) -> bytes:
+        text = line.decode("ascii", "replace")
+        self._note(line + b"\n", text.strip())
+        return self._answer(text, now_ns)
 
     def _answer(self, line: str, now_ns: int) -> bytes:
         words = line.split()

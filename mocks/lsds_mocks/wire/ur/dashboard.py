@@ -34,6 +34,7 @@ class DashboardSession:
         *lines, self._buffer = (self._buffer + data).split(b"\n")
         for line in lines:
             text = line.decode("utf-8", "replace").strip()
+            self._link.note(line + b"\n", text)
             if is_http_request(text):
                 raise ProtocolEnd
             self._link.send(answer(self._pendant, text).encode() + b"\n")

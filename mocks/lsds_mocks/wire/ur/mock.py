@@ -5,15 +5,20 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import gc
+import math
 import os
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from lsds.errors import DeviceError
 from lsds_mocks.link.remote import RemoteArm
 from lsds_mocks.wire.address import require_loopback
 from lsds_mocks.wire.faults import MESSAGE_FAULTS, Fault, FaultInjector, FaultKind
+from lsds_mocks.wire.journal import History, Journal
+from lsds_mocks.wire.serving_thread import ServingThread
 from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.dashboard import DashboardSession
 from lsds_mocks.wire.ur.environment import Environment
@@ -29,6 +34,7 @@ from lsds_mocks.wire.ur.uploads import Uploads
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds.contracts.wire import ReceivedFrame
     from lsds_mocks.wire.ur.options import UrOptions
 
 STEP_NS = 2_000_000
@@ -49,6 +55,8 @@ KNOWS: dict[FaultKind, tuple[str, ...]] = {
     "delayed-ack": FACES,
     "protective-stop": (),
 }
+STATE_EVERY = 5
+"""Number of control cycles from one state of the arm in the history to the next: 10 ms."""
 _PRIORITY = 20
 _SWITCH_S = 100e-6
 _PR_SET_TIMERSLACK = 29
@@ -62,6 +70,9 @@ class MockUr:
         require_loopback(options.model, options.host)
         self._clock = context.clock
         self._faults = FaultInjector(options.model, options.faults, KNOWS, seed=context.seed, clock=context.clock)
+        self._journal = Journal(self._faults, context.clock)
+        self._history = History()
+        self._serving = ServingThread(options.model)
         self._network: Network | None = None
         self._uploads = Uploads(context.clock, options.socket_ports)
         self.controller: Controller | None = None
@@ -73,7 +84,7 @@ class MockUr:
         environment = Environment(self.options.floor_m, link, self._clock)
         controller = self.controller = Controller(self.options, environment, Library)
         pendant = self._pendant = Pendant(controller, self._uploads)
-        network = self._network = Network(self.options.host, self._faults, self._clock)
+        network = self._network = Network(self.options.host, self._faults, self._clock, self._journal)
         self._rtde = RtdeFace(controller, self._faults)
         scripts = pendant.script
         self._states = [
@@ -107,30 +118,49 @@ class MockUr:
         _be_punctual()
         memory = MemoryWatch()
         next_ns = self._clock.now()
-        while not stop.is_set():
-            self._clock.sleep_until(next_ns)
-            if self._clock.now() - next_ns > LATEST_NS:
-                next_ns = self._clock.now()
-            next_ns += STEP_NS
-            if self._strike(network, controller):
-                continue
-            network.poll()
-            pendant.poll()
-            controller.cycle()
-            if memory.exceeded(controller.busy):
-                controller.fail_programs(ScriptError("runtime_error: out of memory"))
-                give_back()
-            messages = list(controller.messages)
-            controller.messages.clear()
-            self._rtde.publish()
-            for stream in self._streams:
-                stream.publish()
-            for state in self._states:
-                state.publish(messages)
+        with self._serving.serving():
+            while not stop.is_set():
+                self._clock.sleep_until(next_ns)
+                if self._clock.now() - next_ns > LATEST_NS:
+                    next_ns = self._clock.now()
+                next_ns += STEP_NS
+                self._serving.turn()
+                if self._strike(network, controller):
+                    continue
+                network.poll()
+                pendant.poll()
+                controller.cycle()
+                if controller.step_number % STATE_EVERY == 0:
+                    self._history.add(self._clock.now(), truth_of(controller))
+                if memory.exceeded(controller.busy):
+                    controller.fail_programs(ScriptError("runtime_error: out of memory"))
+                    give_back()
+                messages = list(controller.messages)
+                controller.messages.clear()
+                self._rtde.publish()
+                for stream in self._streams:
+                    stream.publish()
+                for state in self._states:
+                    state.publish(messages)
 
     def inject(self, fault: Mapping[str, Any]) -> None:
         """Begin a fault. Raises ConfigError for a fault that the arm does not support."""
         self._faults.add(fault)
+        # The second call returns in a later cycle than the first: in between, the fault has struck.
+        for _ in range(2):
+            self._serving.run(lambda: None)
+
+    def end_fault(self, name: str) -> None:
+        """End the faults of a name; ports open again. A protective stop lasts until it is unlocked."""
+        self._serving.run(partial(self._end_fault, name))
+
+    def received(self, since: int) -> Sequence[ReceivedFrame]:
+        """Return the dashboard's requests, RTDE packages and programs with a number of at least `since`."""
+        return self._journal.received(since)
+
+    def truths(self, since_ns: int) -> Sequence[Mapping[str, Any]]:
+        """Return the states of the arm since a time. Raises DeviceError before `start`."""
+        return self._serving.run(partial(self._truths, since_ns))
 
     def close(self) -> None:
         """Close everything."""
@@ -141,6 +171,17 @@ class MockUr:
             self.controller.stop_program()
             self.controller.environment.close()
 
+    def _end_fault(self, name: str) -> None:
+        self._faults.end(name)
+        # Another disconnect that is still on closes the ports again in the same cycle.
+        if self._network is not None:
+            self._network.reconnect()
+
+    def _truths(self, since_ns: int) -> Sequence[Mapping[str, Any]]:
+        if self.controller is None:
+            raise DeviceError(f"mock {self.options.model}", "has not started")
+        return self._history.since(since_ns, self._clock.now(), truth_of(self.controller))
+
     def _strike(self, network: Network, controller: Controller) -> bool:
         """Apply due faults of the whole arm; return whether the controller is frozen in this cycle."""
         if self._faults.quiet:
@@ -150,6 +191,20 @@ class MockUr:
         if self._faults.strikes("protective-stop", ""):
             controller.protective_stop()
         return self._faults.strikes("freeze", "") is not None
+
+
+def truth_of(controller: Controller) -> dict[str, Any]:
+    """Return the state of an arm: joints (rad), pose and speed of the tool centre point, force on it (N), and modes."""
+    return {
+        "q_rad": list(controller.arm.q),
+        "pose": list(controller.tcp_pose),
+        "speed_m_s": math.hypot(*controller.tcp_speed[:3]),
+        "force_n": list(controller.tcp_force[:3]),
+        "moving": controller.arm.moving,
+        "mode": controller.power.mode.name,
+        "safety": controller.safety.name,
+        "program": controller.runtime_state.name,
+    }
 
 
 def _rest(faults: FaultInjector, fault: Fault) -> float | None:

@@ -11,10 +11,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from lsds.errors import ConnectFailed
+from lsds_mocks.wire.address import ACCEPT_QUEUE
 from lsds_mocks.wire.faults import FaultInjector
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
+    from lsds_mocks.wire.journal import Journal, Meaning
 
 BACKLOG_BYTES = 1 << 18
 """Unsent bytes above which a client that does not read loses new packages."""
@@ -23,6 +25,9 @@ LONGEST_BYTES = 1 << 20
 """Unsent bytes above which a client that never reads its answers is disconnected."""
 
 PIECE_BYTES = 1 << 16
+
+ACCEPTED_AT_ONCE = 4
+"""Maximum number of clients that a port accepts in one control cycle."""
 
 
 class Session(Protocol):
@@ -46,7 +51,10 @@ class ProtocolEnd(Exception):
 class Link:
     """One client's socket: sends as much as possible, queues the rest, and applies faults."""
 
-    def __init__(self, link: socket.socket, face: str, faults: FaultInjector, clock: Clock) -> None:
+    def __init__(
+        self, link: socket.socket, face: str, faults: FaultInjector, clock: Clock, journal: Journal | None = None
+    ) -> None:
+        self._journal = journal
         self.socket = link
         self.face = face
         self.ending = False
@@ -55,6 +63,11 @@ class Link:
         self._clock = clock
         self._unsent = bytearray()
         self._late: deque[tuple[int, bytes]] = deque()
+
+    def note(self, data: bytes, meaning: Meaning) -> None:
+        """Log a frame that the client sent, before it is carried out."""
+        if self._journal is not None:
+            self._journal.note(self.face, data, meaning)
 
     def send(self, data: bytes, *, may_drop: bool = False) -> None:
         """Send data as soon as the client accepts it. Data that `may_drop` is lost if too much is already queued."""
@@ -109,7 +122,8 @@ Open = Callable[[Link], Session]
 class Network:
     """All listening sockets and all clients of one controller."""
 
-    def __init__(self, host: str, faults: FaultInjector, clock: Clock) -> None:
+    def __init__(self, host: str, faults: FaultInjector, clock: Clock, journal: Journal | None = None) -> None:
+        self._journal = journal
         self._host = host
         self._faults = faults
         self._clock = clock
@@ -147,6 +161,11 @@ class Network:
             self._poll.unregister(descriptor)
             self._listeners.pop(descriptor)[0].close()
 
+    def reconnect(self) -> None:
+        """Accept connections again from the next `poll` on."""
+        if self._refusing_until_ns:
+            self._refusing_until_ns = self._clock.now()
+
     def close(self) -> None:
         """Close everything."""
         self.disconnect(None)
@@ -160,7 +179,7 @@ class Network:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((self._host, port))
-            listener.listen(16)
+            listener.listen(ACCEPT_QUEUE)
         except OSError as error:
             listener.close()
             problem = f"cannot listen on {self._host}:{port} ({face}): {error.strerror}"
@@ -180,18 +199,20 @@ class Network:
 
     def _accept(self, descriptor: int) -> None:
         listener, face, open_session = self._listeners[descriptor]
-        try:
-            link, _address = listener.accept()
-        except OSError:
-            return
-        if self._faults.strikes("busy", face):
-            link.close()
-            return
-        link.setblocking(False)
-        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        client = Link(link, face, self._faults, self._clock)
-        self._clients[link.fileno()] = (client, open_session(client))
-        self._poll.register(link.fileno(), select.EPOLLIN)
+        # A bound, so that clients that connect without end do not stop the control cycle.
+        for _ in range(ACCEPTED_AT_ONCE):
+            try:
+                link, _address = listener.accept()
+            except OSError:
+                return
+            if self._faults.strikes("busy", face):
+                link.close()
+                continue
+            link.setblocking(False)
+            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            client = Link(link, face, self._faults, self._clock, self._journal)
+            self._clients[link.fileno()] = (client, open_session(client))
+            self._poll.register(link.fileno(), select.EPOLLIN)
 
     def _read(self, descriptor: int) -> None:
         link, session = self._clients[descriptor]

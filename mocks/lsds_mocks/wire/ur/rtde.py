@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
+from functools import partial
 
 from lsds_mocks.wire.faults import FaultInjector
 from lsds_mocks.wire.ur.controller import Controller
@@ -70,8 +71,10 @@ class RtdeSession:
                 raise ProtocolEnd
             if len(self._buffer) < size:
                 return
-            payload = bytes(self._buffer[3:size])
+            package = bytes(self._buffer[:size])
+            payload = package[3:]
             del self._buffer[:size]
+            self._link.note(package, partial(self._meaning, kind, payload, dict(self._inputs)))
             self._handle(kind, payload)
 
     def closed(self) -> None:
@@ -109,6 +112,26 @@ class RtdeSession:
             self._reply(kind, b"\x01")
         elif kind != TEXT:
             self._send_text(f"unknown package type {kind}")
+
+    def _meaning(self, kind: int, payload: bytes, inputs: Mapping[int, Unpacker]) -> str:
+        """Return a package in words; `inputs` are the recipes that were set up when it arrived."""
+        if kind == DATA:
+            recipe = inputs.get(payload[0]) if payload else None
+            try:
+                values = recipe.values(payload[1:]) if recipe is not None else {}
+            except ValueError:
+                values = {}
+            return "input: " + (", ".join(f"{name}={value}" for name, value in values.items()) or "invalid")
+        names = ", ".join(_names(payload[8:] if kind == OUTPUTS and self._version == 2 else payload))
+        return {
+            VERSION: f"request version {int.from_bytes(payload, 'big')}",
+            CONTROLLER_VERSION: "request controller version",
+            OUTPUTS: f"set-up outputs: {names}",
+            INPUTS: f"set-up inputs: {names}",
+            START: "start",
+            PAUSE: "pause",
+            TEXT: "text message",
+        }.get(kind, f"unknown package type {kind}")
 
     def _set_up_outputs(self, payload: bytes) -> None:
         frequency = RATE_HZ

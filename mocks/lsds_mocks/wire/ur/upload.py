@@ -37,6 +37,7 @@ class ScriptSession:
         if self._scripts is None:
             return
         for program in self._stream.feed(data):
+            self._link.note(program.encode(), program.strip().partition("\n")[0])
             self._scripts(program, sender_of(self._link.socket))
         if self._stream.refused:
             raise ProtocolEnd
