@@ -19,6 +19,7 @@ from lsds.registry.backends import NO_DEVICE
 from lsds.registry.host import PluginHost
 from lsds.runtime.replay_engine import ReplayEngine
 from lsds.runtime.rig import Rig
+from lsds.session.recording.codec import to_text
 from lsds.session.recording.messages import CORRECTION, Message, messages_of
 from lsds.session.recording.reader import Recording
 
@@ -170,7 +171,7 @@ class _Comparison:
 
     def __init__(self, result: ReplayResult) -> None:
         self._result = result
-        self._waiting: dict[tuple[str, int], tuple[bool, Any, int]] = {}
+        self._waiting: dict[tuple[str, int], tuple[bool, bytes, int]] = {}
         self._count: dict[tuple[bool, str], int] = {}
         self._last_ns = 0
 
@@ -181,8 +182,9 @@ class _Comparison:
                 self._recorded(output)
             elif event is not None:
                 for message in _compared(event):
-                    self._take(message.topic, message.value, message.now_ns, recorded=True)
-                    self._keep(self._result.recorded, message.topic, message.value, message.now_ns)
+                    text = to_text(message.value)
+                    self._take(message.topic, text, message.now_ns, recorded=True)
+                    self._keep(self._result.recorded, message.topic, text, message.now_ns)
                 yield event
 
     def replayed(self, event: Published) -> None:
@@ -193,8 +195,9 @@ class _Comparison:
         else:
             messages = _compared(event)
         for message in messages:
-            self._take(message.topic, message.value, message.now_ns, recorded=False)
-            self._keep(self._result.replayed, message.topic, message.value, message.now_ns)
+            text = to_text(message.value)
+            self._take(message.topic, text, message.now_ns, recorded=False)
+            self._keep(self._result.replayed, message.topic, text, message.now_ns)
 
     def finish(self) -> None:
         """Count what has no partner."""
@@ -210,24 +213,25 @@ class _Comparison:
         self._waiting.clear()
 
     def _recorded(self, output: Raw) -> None:
-        value = output.value
         self._last_ns = max(self._last_ns, output.now_ns)
-        self._take(output.topic, value, output.now_ns, recorded=True)
-        self._keep(self._result.recorded, output.topic, value, output.now_ns)
+        self._take(output.topic, output.data, output.now_ns, recorded=True)
+        self._keep(self._result.recorded, output.topic, output.data, output.now_ns)
 
-    def _take(self, topic: str, value: Any, now_ns: int, *, recorded: bool) -> None:
+    def _take(self, topic: str, text: bytes, now_ns: int, *, recorded: bool) -> None:
         count = self._count[recorded, topic] = self._count.get((recorded, topic), -1) + 1
         # Outputs of a cycle carry its time; corrections that only one of them sent would shift a mere count.
         key = (topic, now_ns) if topic != CORRECTION else (topic, count)
         before = self._waiting.pop(key, None)
         if before is None:
-            self._waiting[key] = (recorded, value, now_ns)
+            self._waiting[key] = (recorded, text, now_ns)
             return
         stream = self._stream(topic)
         stream.compared += 1
-        one, other = (before[1], value) if before[0] else (value, before[1])
-        if one == other or _text(one) == _text(other):
+        if before[1] == text:
             return
+        one, other = (json.loads(each) for each in ((before[1], text) if before[0] else (text, before[1])))
+        if one == other:
+            return  # An older version wrote the same numbers otherwise.
         stream.different += 1
         stream.first_s = _earlier(stream.first_s, self._seconds(now_ns))
         where, largest = _largest(one, other)
@@ -240,9 +244,10 @@ class _Comparison:
     def _seconds(self, now_ns: int) -> float:
         return (now_ns - self._result.header.started_ns) * 1e-9
 
-    def _keep(self, series: list[dict[str, Any]], topic: str, value: Any, now_ns: int) -> None:
+    def _keep(self, series: list[dict[str, Any]], topic: str, text: bytes, now_ns: int) -> None:
         """Keep the numbers of a picture."""
         if topic in _DRAWN:
+            value = json.loads(text)
             series.append({"topic": topic, "s": self._seconds(now_ns)} | {key: value[key] for key in _DRAWN[topic]})
 
 
@@ -259,10 +264,6 @@ _DRAWN = {
 def _compared(event: Event) -> list[Message]:
     """Return the messages of an event that are an answer of the algorithms: a correction."""
     return [message for message in messages_of(event) if isinstance(message, Message) and message.topic == CORRECTION]
-
-
-def _text(value: Any) -> str:
-    return json.dumps(value, separators=(",", ":"))
 
 
 def _earlier(one: float, other: float) -> float:

@@ -22,6 +22,7 @@ EXTRAS = {
     "hypothesis": "testing",
     "jinja2": "new",
     "mcap": "record",
+    "orjson": "record",
     "mcap_protobuf": "record",
     "foxglove_schemas_protobuf": "record",
 }

@@ -137,7 +137,10 @@ SCHEMAS: dict[str, Any] = {
 
 
 class Message(NamedTuple):
-    """One message: `t_ns` is the time at which its content was true, `now_ns` that at which it was known."""
+    """One message: `t_ns` is the time at which its content was true, `now_ns` that at which it was known.
+
+    `value` is a value of the contracts, or a dictionary of such, of numbers and of arrays.
+    """
 
     topic: str
     value: Any
@@ -165,20 +168,20 @@ def messages_of(event: Published) -> Iterator[Message | Image]:
             for finger, frame in frames:
                 yield Image(IMAGE.format(finger), frame, finger, now_ns)
             reads = tuple(FrameRead(finger, frame.t_ns, frame.seq, frame.redrawn) for finger, frame in frames)
-            yield Message(FRAMES, to_json(Poll(now_ns, depends, reads)), now_ns, reads[0].t_ns)
+            yield Message(FRAMES, Poll(now_ns, depends, reads), now_ns, reads[0].t_ns)
         case GripperRead(_, state):
-            yield Message(GRIPPER, {"now_ns": now_ns, **to_json(state)}, now_ns, state.t_ns)
+            yield Message(GRIPPER, state, now_ns, state.t_ns)
         case ArmRead(_, arm):
-            yield Message(ARM, {"now_ns": now_ns, **to_json(arm)}, now_ns, arm.t_ns)
+            yield Message(ARM, arm, now_ns, arm.t_ns)
         case PosesRead(_, sample, problem):
-            t_ns = now_ns if sample is None else sample.t_ns
-            yield Message(POSES, to_json(Poses(now_ns, sample, problem)), now_ns, t_ns)
+            yield Message(POSES, Poses(now_ns, sample, problem), now_ns, now_ns if sample is None else sample.t_ns)
         case JobStepped(_, wanted, sent, held_m):
+            # A wish may be infinite, which only the slow encoder keeps.
             yield Message(JOB, to_json(Stepped(now_ns, wanted, sent, held_m)), now_ns, now_ns)
         case Corrected(_, wanted_m, sent_m):
-            yield Message(CORRECTION, to_json(Correction(now_ns, wanted_m, sent_m)), now_ns, now_ns)
+            yield Message(CORRECTION, Correction(now_ns, wanted_m, sent_m), now_ns, now_ns)
         case TruthKnown(_, truth):
-            yield Message(TRUTH, {"now_ns": now_ns, **to_json(truth)}, now_ns, truth.t_ns)
+            yield Message(TRUTH, truth, now_ns, truth.t_ns)
 
 
 def _outputs(cycle: Cycle) -> Iterator[Message]:
@@ -187,43 +190,43 @@ def _outputs(cycle: Cycle) -> Iterator[Message]:
         for name, value in _finger(finger):
             yield Message(f"/finger/{finger.finger}/{name}", value, now_ns, finger.frame.t_ns)
     t_ns = cycle.frame.t_ns
-    yield Message(FUSED_DETECTION, to_json(cycle.detection), now_ns, t_ns)
-    yield Message(FUSED_ESTIMATE, to_json(cycle.estimate), now_ns, t_ns)
+    yield Message(FUSED_DETECTION, cycle.detection, now_ns, t_ns)
+    yield Message(FUSED_ESTIMATE, cycle.estimate, now_ns, t_ns)
     yield Message(GRIP, grip_values(cycle.grip), now_ns, t_ns)
     state = {
         "t_ns": now_ns,
         "stage": cycle.stage,
         "acting": cycle.acting,
         "fingers": [finger.finger for finger in cycle.fingers],
-        "command_m": to_json(cycle.command_m),
-        "held_m": to_json(cycle.held_m),
-        "measured_m": to_json(cycle.measured_m),
+        "command_m": cycle.command_m,
+        "held_m": cycle.held_m,
+        "measured_m": cycle.measured_m,
         "leads": cycle.leads,
     }
     yield Message(CYCLE, state, now_ns, t_ns)
 
 
 def grip_values(grip: GripEstimate) -> dict[str, Any]:
-    """Return the numbers of a grip as JSON."""
-    return {name: to_json(getattr(grip, name)) for name in GRIP_FIELDS}
+    """Return the numbers of a grip."""
+    return {name: getattr(grip, name) for name in GRIP_FIELDS}
 
 
 def _finger(finger: FingerCycle) -> Iterator[tuple[str, Any]]:
     """Yield what was computed from one finger's frame, by the last part of its topic."""
     observation, tracks = finger.observation, finger.tracks
     frame = {"t_ns": observation.t_ns, "seq": observation.seq}
-    yield "tracks", {**frame, "xy_px": to_json(tracks.xy_px), "flags": to_json(tracks.flags)}
+    yield "tracks", {**frame, "xy_px": tracks.xy_px, "flags": tracks.flags}
     field = observation.field
-    moved, speed = to_json(field.displacement_m), to_json(field.velocity_m_s)
-    yield "field", {**frame, "dt_s": to_json(field.dt_s), "displacement_m": moved, "velocity_m_s": speed}
+    moved, speed = field.displacement_m, field.velocity_m_s
+    yield "field", {**frame, "dt_s": field.dt_s, "displacement_m": moved, "velocity_m_s": speed}
     features = observation.features
-    values = dict(zip(features.names, to_json(features.values), strict=True))
-    yield "features", {**frame, "lost_share": to_json(observation.lost_share), **values}
+    values = dict(zip(features.names, features.values.tolist(), strict=True))
+    yield "features", {**frame, "lost_share": observation.lost_share, **values}
     # Only if an algorithm has used it: a recorder must not make the loop compute more.
     imprint = getattr(observation.imprint, "known", None)
     if imprint is not None:
-        yield "imprint", {**frame, **to_json(imprint)}
+        yield "imprint", {**frame, **imprint._asdict()}
     if observation.load is not None:
-        yield "load", to_json(observation.load)
-    yield "detection", to_json(finger.detection)
-    yield "estimate", to_json(finger.estimate)
+        yield "load", observation.load
+    yield "detection", finger.detection
+    yield "estimate", finger.estimate

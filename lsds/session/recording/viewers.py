@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from lsds.session.recording.messages import ARM, GRIPPER, POSES
 
 if TYPE_CHECKING:
+    from lsds.contracts import Pose
     from lsds.session.recording.messages import Message
 
 
@@ -16,9 +17,9 @@ def viewer_messages(message: Message) -> Iterator[tuple[str, Any]]:
     if message.topic == GRIPPER:
         yield "/gripper/joints", _joints(message)
     elif message.topic == ARM:
-        yield "/arm/tcp", _pose(message.value["tcp_pose"], message.t_ns, "base")
-    elif message.topic == POSES and message.value["sample"] is not None:
-        for body, pose in message.value["sample"]["poses"].items():
+        yield "/arm/tcp", _pose(message.value.tcp_pose, message.t_ns, "base")
+    elif message.topic == POSES and message.value.sample is not None:
+        for body, pose in message.value.sample.poses.items():
             yield f"/pose/{body}", _pose(pose, message.t_ns, "camera")
 
 
@@ -27,21 +28,21 @@ def _joints(message: Message) -> Any:
     from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 
     return JointStates(
-        timestamp=stamp(message.t_ns), joints=[JointState(name="aperture", position=message.value["aperture_m"])]
+        timestamp=stamp(message.t_ns), joints=[JointState(name="aperture", position=message.value.aperture_m)]
     )
 
 
-def _pose(pose: dict[str, Any], t_ns: int, frame: str) -> Any:
-    from foxglove_schemas_protobuf.Pose_pb2 import Pose
+def _pose(pose: Pose, t_ns: int, frame: str) -> Any:
+    from foxglove_schemas_protobuf.Pose_pb2 import Pose as PoseMessage
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
     from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
     from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
-    position, turn = pose["position_m"], pose["quaternion_xyzw"]
+    position, turn = pose.position_m, pose.quaternion_xyzw
     return PoseInFrame(
         timestamp=stamp(t_ns),
         frame_id=frame,
-        pose=Pose(
+        pose=PoseMessage(
             position=Vector3(x=position[0], y=position[1], z=position[2]),
             orientation=Quaternion(x=turn[0], y=turn[1], z=turn[2], w=turn[3]),
         ),

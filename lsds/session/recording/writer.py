@@ -11,6 +11,7 @@ import cv2
 
 from lsds.clock import nanoseconds, perf_ns
 from lsds.errors import DataError
+from lsds.session.recording.codec import to_text
 from lsds.session.recording.header import NAME, RecordingHeader
 from lsds.session.recording.messages import SCHEMAS, Image, Message, messages_of
 from lsds.session.recording.viewers import stamp, viewer_messages
@@ -44,8 +45,7 @@ class RecordingWriter:
 
     def __init__(self, path: Path, header: RecordingHeader, images: Images = "lossless") -> None:
         """Create the file. Raises DataError: it exists, its folder is missing, or the disk is full."""
-        require("mcap", extra="record", purpose="a recording")
-        require("foxglove_schemas_protobuf", extra="record", purpose="a recording")
+        require("mcap", "foxglove_schemas_protobuf", "orjson", extra="record", purpose="a recording")
         from mcap.writer import Writer
 
         self.path, self.written = path, 0
@@ -144,8 +144,7 @@ class RecordingWriter:
             title = schema.get("title", name.capitalize())
             identifier = self._writer.register_schema(f"lsds.{title}", "jsonschema", json.dumps(schema).encode())
             channel = self._channels[message.topic] = self._writer.register_channel(message.topic, "json", identifier)
-        data = json.dumps(message.value, separators=(",", ":"), allow_nan=False).encode()
-        self._put(channel, message.topic, data, message.now_ns, message.t_ns)
+        self._put(channel, message.topic, to_text(message.value), message.now_ns, message.t_ns)
 
     def _add(self, topic: str, value: Any, now_ns: int, t_ns: int) -> None:
         """Write a message of a well-known type."""
