@@ -14,15 +14,15 @@ from lsds.runtime.engine import Engine
 from lsds.runtime.finger_pipeline import FingerLine
 
 if TYPE_CHECKING:
-    from lsds.contracts import Grip, GripperState, Twist
+    from lsds.contracts import Grip, GripEstimate, GripperState, Twist
     from lsds.contracts.events import Event
     from lsds.runtime.rig import Rig
 
 
 class RecordedActuation(Actuation):
-    """Sends nothing: the gripper did what it did. `reply` is what the recorded run sent next.
+    """Sends nothing: the gripper did what it did.
 
-    `asked_m` are the apertures that the controller wanted since `taken`, the fingers' answer to its last one.
+    `reply` is the recorded correction of the present frame, `asked_m` the aperture that the replayed controller wants.
     """
 
     reply: Corrected | None = None
@@ -82,6 +82,13 @@ class ReplayEngine(Engine):
         self._replies.reply, self._replies.asked_m = reply, math.nan
         self._take(event)
         return not self._ended
+
+    def _correct(self, grip: GripEstimate, now_ns: int) -> float | None:
+        command = super()._correct(grip, now_ns)
+        if self._replies.reply is not None and self._replies.reply.sent_m is not None:
+            # The fingers moved, whether or not this controller wants it.
+            self._replies.held_m = self._replies.reply.sent_m
+        return command
 
     def _take(self, event: Event) -> None:
         now_ns, states = event.now_ns, self._states
