@@ -19,12 +19,13 @@ from lsds.runtime.rig import Rig, require_moments
 from lsds.session.record import RunRecord
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
+from lsds.session.verdict import Verdict
 
 
 @dataclass(frozen=True, slots=True)
 class Session:
     """A finished run. `fault` is the error or Ctrl-C that ended it early, None if it ran to the end; `stages` holds
-    when each stage began.
+    when each stage began; `verdict` is the outcome with its reason.
 
     Errors while closing, after a run without a fault, become its `fault` (an ExceptionGroup); the summary
     is of the run, and has none then.
@@ -37,6 +38,7 @@ class Session:
     reference: MarkerReference | None
     fault: BaseException | None
     stages: Stages
+    verdict: Verdict
 
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
@@ -125,8 +127,9 @@ def _run(rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None) -
     failures = [observer.failure for observer in observers if observer.failure]
     if failures and fault is None:
         fault = PluginError(f"an observer of the run failed: {failures[0]}")
-    summary = summarise(
+    summary, verdict = summarise(
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
     perception = engine.perception
-    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)
+    reference_frame, reference = perception.reference_frame, perception.reference
+    return Session(summary, record, truths.samples, reference_frame, reference, fault, rig.stages, verdict)
