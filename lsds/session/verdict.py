@@ -106,8 +106,8 @@ class Ending:
 
     `done`: the job is done; `released`: it has opened the gripper on purpose; `grips`: there is a gripper; `rose`: the
     arm was commanded upward. `began_ns` is when grip was first corrected, None if it never was. `contacts` are the
-    contact areas since then, as fractions of the image. `widest_m` is the largest aperture of the gripper. In `held_back` frames `task.fragile_n` limited the grip.
-    `slip_wanted`: the job asked for slip.
+    contact areas since then, as fractions of the image. `widest_m` is the largest aperture of the gripper. In
+    `held_back` frames `task.fragile_n` limited the grip. `slip_wanted`: the job asked for slip.
     """
 
     done: bool
@@ -262,7 +262,7 @@ def _why_lost(lift: _Lift) -> str:
         return f"the fingers never touched the object; their aperture was {_mm(lift.truths[-1].aperture_m)}"
     if (why := _force_limit(lift, peak_n)) is not None:
         return why
-    short = f"the grip reached {peak_n:.2g} N of the {needed_n:.2g} N needed"
+    short = f"the grip reached {_newtons(peak_n)} of the {_newtons(needed_n)} needed"
     weak = peak_n < needed_n
     if not lift.config.controller.enabled:
         return f"the controller is off, and {short}" if weak else "the controller is off"
@@ -270,7 +270,8 @@ def _why_lost(lift: _Lift) -> str:
         return f"{late}, and {short}" if weak else late
     if weak:
         return short
-    return f"{1e3 * lift.slip_m:.3g} mm of slip before the grip of {peak_n:.2g} N took effect; needed: {needed_n:.2g} N"
+    slip = f"{1e3 * lift.slip_m:.3g} mm of slip"
+    return f"{slip} before the grip of {_newtons(peak_n)} took effect; needed: {_newtons(needed_n)}"
 
 
 def _why_lost_unseen(lift: _Lift) -> str:
@@ -294,7 +295,7 @@ def _force_limit(lift: _Lift, peak_n: float) -> str | None:
     key = min(limits, key=lambda name: limits[name])
     if limits[key] < needed_n and peak_n < needed_n:
         frames = f"; it held the fingers back in {lift.ending.held_back} frames" if lift.ending.held_back else ""
-        return f"the force limit of {limits[key]:.2g} N ({key}) cannot hold {needed_n:.2g} N{frames}"
+        return f"the force limit of {_newtons(limits[key])} ({key}) cannot hold {_newtons(needed_n)}{frames}"
     return _held_back(lift) if lift.ending.held_back and peak_n < needed_n else None
 
 
@@ -317,7 +318,7 @@ def _late(lift: _Lift, before: str = "") -> str:
 
 
 def _why_crushed(lift: _Lift) -> str:
-    peak = f"the peak grip of {lift.peak_n:.3g} N a finger"
+    peak = f"the peak grip of {_newtons(lift.peak_n)} a finger"
     if lift.config.task.fragile_n is not None:
         return f"{peak} exceeds the {lift.config.task.fragile_n:g} N that the object withstands (task.fragile_n)"
     ratio = lift.config.task.max_grip_ratio
@@ -331,6 +332,10 @@ def _how_held(lift: _Lift) -> str:
     steady_n = lift.figures["steady_normal_force_n"] or 0.0
     times = steady_n / max(lift.needed_n, LEAST_FORCE_N)
     return f"with {times:.2g} times the needed force, after {1e3 * lift.slip_m:.2g} mm of slip"
+
+
+def _newtons(force_n: float) -> str:
+    return f"{force_n:.3g} N" if force_n < 999 else f"{force_n:.0f} N"
 
 
 def _mm(aperture_m: float) -> str:
