@@ -113,7 +113,7 @@ def run(
         _fault_first(draw if asked else _say_no_picture)(session)
     verdict = session.verdict
     if verdict.exit_code and verdict.outcome is not Outcome.STOPPED:
-        # What became of the object comes before devices that did not close.
+        # The outcome of the lift comes before devices that did not close.
         for failure in getattr(session.fault, "exceptions", ()):
             click.echo(f"error: {failure}", err=True)
         raise click.exceptions.Exit(verdict.exit_code)

@@ -1,4 +1,4 @@
-"""The verdict on a lift: what became of the object, why, and the exit code of `lsds run`.
+"""The verdict on a lift: the outcome, its reason, and the exit code of `lsds run`.
 
 `judge` is the only place that decides. `lsds run`, the studies and `lsds search` use its result.
 """
@@ -31,7 +31,7 @@ INTERRUPTED = 130
 
 
 class Outcome(StrEnum):
-    """What became of the object. A job that sets it down has `RELEASED` it; one that grips nothing has `ENDED`."""
+    """The outcome of a run. A job that sets it down has `RELEASED` it; one that grips nothing has `ENDED`."""
 
     HELD = "held"
     SLIPPED = "slipped too far"
@@ -102,7 +102,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """What the engine knows at the end of a run.
+    """The state of the engine at the end of a run.
 
     `done`: the job is done; `released`: it has opened the gripper on purpose; `grips`: there is a gripper; `rose`: the
     arm was commanded upward. `began_ns` is when grip was first corrected, None if it never was. `contacts` are the
