@@ -13,7 +13,7 @@ from lsds.cli.threads import one_thread
 if TYPE_CHECKING:
     from lsds.session.replay import ReplayResult
 
-DIFFERS = 9
+DIFFERS = 13
 """Exit code where a replay differs from its recording."""
 
 
@@ -38,7 +38,7 @@ def replay(recording: Path, overrides: tuple[str, ...], plot: Path | None, json_
     effect. No device moves. It takes about two thirds of the recorded time.
 
     Without --set the answers have to be the same bit by bit, if the images were recorded without loss. The exit code
-    is 0 if they are, or if something was changed on purpose; 9 if they differ.
+    is 0 if they are, or if something was changed on purpose; 13 if they differ.
 
     \b
     Examples:

@@ -71,9 +71,18 @@ def run(
     Ctrl-C (or SIGTERM) stops the cell, keeps the grip, and still writes the results so far; it draws only if --plot is
     given.
 
-    Without CONFIG it runs the simulated cell: a PVC pipe, gripped slightly too weakly, lifted at 3.8 cm/s. The exit
-    code is 0 if the object was held, 8 if it was dropped, 130 after Ctrl-C, 143 after SIGTERM, and that of the error if
-    the run ended in a fault.
+    Without CONFIG it runs the simulated cell: a PVC pipe, gripped slightly too weakly, lifted at 3.8 cm/s.
+
+    \b
+    Exit codes:
+        0  held: in the grip at the end; or the job has released it
+        8  dropped
+        9  slipped too far: in the grip, after more slip than task.max_slip_m
+       10  crushed: gripped above task.fragile_n or task.max_grip_ratio
+       11  not lifted: the fingers never gripped the object
+       12  outside the model's validity: held in a simulation that cannot be trusted
+        7  stopped for safety; 2 to 6: stopped by another error
+      130  stopped by Ctrl-C; 143 by SIGTERM
 
     \b
     Examples:
@@ -90,6 +99,7 @@ def run(
     one_thread()
     from lsds.cli.faults import faults_override
     from lsds.session.run import run as run_session
+    from lsds.session.verdict import Outcome
 
     chosen = (*overrides, *faults_override(faults, config), *([] if seed is None else [f"seed={seed}"]))
     # Check the output files before anything moves: a finished run cannot be repeated because a folder is missing.
@@ -125,10 +135,12 @@ def run(
     recorded = session.summary["recording"]
     if recorded is not None and recorded["problem"]:
         click.echo(f"warning: recording {recorded['file']}: {recorded['problem']}", err=True)
-    if session.summary["outcome"] == "dropped":
+    verdict = session.verdict
+    if verdict.exit_code and verdict.outcome is not Outcome.STOPPED:
+        # The outcome of the lift comes before devices that did not close.
         for failure in getattr(session.fault, "exceptions", ()):
             click.echo(f"error: {failure}", err=True)
-        raise click.exceptions.Exit(8)
+        raise click.exceptions.Exit(verdict.exit_code)
     if session.fault is not None:
         raise session.fault
 
@@ -159,7 +171,7 @@ def _table(summary: dict[str, Any]) -> str:
     cost = summary["frame_to_command_us"]
     rows = [
         ("outcome", _outcome(summary)),
-        *[("reason", why) for why in (summary["fault"], summary["outcome_reason"]) if why],
+        ("reason", summary["verdict"]["reason"]),
         *([("afterwards", summary["stop_report"])] if summary["stop_report"] else []),
         *_simulated(summary["simulation"]),
         ("slip distance", show(summary["slip_distance_m"], 1e3, "mm")),
@@ -186,7 +198,7 @@ def _table(summary: dict[str, Any]) -> str:
 
 def _outcome(summary: dict[str, Any]) -> str:
     missing = "".join(f"; not measured: {name} ({why})" for name, why in summary["missing"].items())
-    return f"{summary['outcome']} ({summary['figures_are']}){missing}"
+    return f"{summary['verdict']['outcome']} ({summary['figures_are']}){missing}"
 
 
 def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:

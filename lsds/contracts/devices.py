@@ -135,7 +135,10 @@ class FidelityReporting(Protocol):
     """A cell that reports how its physics is simulated."""
 
     def fidelity(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON; among them `summary`, one line, and `warnings`, a list of lines."""
+        """Return plain values, ready for JSON; among them `summary`, one line, and `warnings`, a list of lines.
+
+        `invalid`, if given, lists why the run lies outside the model's validity; empty if it does not.
+        """
         ...
 
 

@@ -40,6 +40,16 @@ class TaskOptions(BaseModel):
         le=500,
         description="greatest normal force a finger that the object stands; a hard one may get a tick's worth more",
     )
+    max_slip_m: float = Field(
+        default=0.03, gt=0, le=1, description="a longer true slip of a simulated object counts as slipped too far"
+    )
+    max_grip_ratio: float = Field(
+        default=5.0,
+        gt=1,
+        le=1000,
+        description="a simulated object without fragile_n counts as crushed by a grip above this multiple of the grip "
+        "that it needs, or of the first grip if that is firmer",
+    )
     grip_speed_m_s: float = Field(default=0.05, gt=0, le=1, description="finger speed of grasping and correcting")
     grip_force_n: float = Field(default=60.0, gt=0, le=500, description="maximum force of the gripper")
     lift_speed_m_s: float = Field(default=0.038, ge=0, le=1, description="vertical TCP velocity while lifting")

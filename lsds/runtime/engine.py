@@ -113,6 +113,7 @@ class Engine:
         self.recorded = 0
         self.stop_report = ""
         self.held_back_frames = 0
+        self.slip_wanted = False
         self.on_recorded: Callable[[Frame], object] | None = None
         self.acting_since_ns: int | None = None
         self._yielding: deque[Cycle] | None = None
@@ -420,6 +421,7 @@ class Engine:
         """Make a job's wishes the present ones."""
         self._rig.stages.enter(wanted.stage, now_ns)
         self._wanted = wanted
+        self.slip_wanted |= wanted.slide is not None
         if wanted.corrects and self.acting_since_ns is None:
             self.acting_since_ns = now_ns
 

@@ -21,6 +21,7 @@ from lsds.session.record import RunRecord
 from lsds.session.recording import recorder_of
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
+from lsds.session.verdict import Verdict
 
 if TYPE_CHECKING:
     from lsds.session.recording.writer import Images, RecordingWriter
@@ -33,7 +34,7 @@ LAST_WRITES_S = 10.0
 @dataclass(frozen=True, slots=True)
 class Session:
     """A finished run. `fault` is the error or Ctrl-C that ended it early, None if it ran to the end; `stages` holds
-    when each stage began.
+    when each stage began; `verdict` is the outcome with its reason.
 
     Errors while closing, after a run without a fault, become its `fault` (an ExceptionGroup); the summary
     is of the run, and has none then.
@@ -46,6 +47,7 @@ class Session:
     reference: MarkerReference | None
     fault: BaseException | None
     stages: Stages
+    verdict: Verdict
 
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
@@ -151,12 +153,14 @@ def _run(
     failures = [observer.failure for observer in observers if observer.failure]
     if failures and fault is None:
         fault = PluginError(f"an observer of the run failed: {failures[0]}")
-    summary = summarise(
+    summary, verdict = summarise(
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
     summary["recording"] = None if recorder is None else _recorded(recorder, engine)
     perception = engine.perception
-    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)
+    return Session(
+        summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages, verdict
+    )
 
 
 def _recorded(recorder: RecordingWriter, engine: Engine) -> dict[str, Any]:

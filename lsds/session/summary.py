@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds, seconds
 from lsds.contracts import FidelityReporting
+from lsds.session.verdict import Ending, Outcome, Verdict, judge
 
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
@@ -22,14 +23,10 @@ if TYPE_CHECKING:
 
 #: Slip speeds below this count as no slip, m/s.
 AT_REST_M_S = 1e-3
-#: Without a truth, the object counts as lost if contact at the end is below this fraction of contact before the lift.
-LOST_SHARE = 0.2
 #: A pose source must see gripper and object in at least one of this many frames at the end of a run.
 LATELY = 5
 #: The steady grip is the mean of so much time at the end, s.
 STEADY_S = 0.5
-#: A contact area below this fraction of the image at the start of the lift is an empty grip.
-LEAST_CONTACT = 0.005
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +48,9 @@ def summarise(
     wall_s: float,
     simulated_s: float,
     fault: BaseException | None,
-) -> dict[str, Any]:
-    """Return the run as plain values, ready for JSON. `wall_s` is the real duration of the run, `simulated_s` the
-    duration on the rig's clock."""
+) -> tuple[dict[str, Any], Verdict]:
+    """Return the run as plain values, ready for JSON, and the verdict on it. `wall_s` is the real duration of the run,
+    `simulated_s` the duration on the rig's clock."""
     acting = [sample for sample in samples if sample.acting]
     begun = engine.acting_since_ns
     truths = [truth for truth in every_truth if begun is not None and truth.t_ns >= begun]
@@ -62,10 +59,7 @@ def summarise(
     backends = {kind: backend.spec.name for kind, backend in rig.backends.items()}
     backends["job"] = engine.job_name
     scheduled = engine.scheduler.statistics()
-    outcome = _outcome(engine, acting, truths, every_truth, fault)
-    return {
-        "outcome": outcome,
-        "outcome_reason": _why_dropped(rig, engine) if outcome == "dropped" else None,
+    figures = {
         "fault": None if fault is None else _reason(fault),
         "stop_report": engine.stop_report or None,
         "missing": _missing(rig, engine, acting),
@@ -123,49 +117,34 @@ def summarise(
         "frame_to_command_us": _microseconds(engine.frame_to_command),
         "realtime_factor": simulated_s / wall_s if wall_s > 0 else None,
     }
+    verdict = judge(figures, every_truth, rig.config, _ending(engine, samples), fault)
+    judged = {
+        "outcome": _word(verdict, fault),
+        "outcome_reason": verdict.reason if verdict.outcome not in (Outcome.HELD, Outcome.STOPPED) else None,
+        "verdict": verdict.as_json(),
+    }
+    return judged | figures, verdict
 
 
-def _outcome(
-    engine: Engine,
-    acting: Sequence[Sample],
-    truths: Sequence[CellTruth],
-    every_truth: Sequence[CellTruth],
-    fault: BaseException | None,
-) -> str:
-    """Return the outcome: whether the object is in the grip at the end; an object left on the table is not.
-
-    An object released by the job on purpose is "released". Without a truth, contact at the end decides; without a
-    gripper the job has "ended".
-    """
-    if isinstance(fault, KeyboardInterrupt):
-        return "stopped"
-    if fault is not None:
-        return "fault"
-    if not truths and every_truth and every_truth[-1].dropped:
-        return "dropped"
-    if engine.done and engine.released and not (truths and truths[-1].dropped):
-        return "released"
-    if truths:
-        last = truths[-1]
-        lifted = any(sample.rising for sample in acting)
-        gone = last.dropped or last.normal_force_n <= 0 or (lifted and last.supported)
-        return "dropped" if gone else "held"
-    if not engine.grips or not engine.done or not acting:
-        return "ended"
-    touching = [sample.contact_fraction for sample in acting if math.isfinite(sample.contact_fraction)]
-    if not touching:
-        return "ended"
-    before, after = touching[0], touching[-1]
-    return "held" if before >= LEAST_CONTACT and after >= LOST_SHARE * before else "dropped"
+def _word(verdict: Verdict, fault: BaseException | None) -> str:
+    """Return the outcome for the key `outcome`, which has always called a run that an error stopped a "fault"."""
+    is_error = verdict.outcome is Outcome.STOPPED and not isinstance(fault, KeyboardInterrupt)
+    return "fault" if is_error else str(verdict.outcome)
 
 
-def _why_dropped(rig: Rig, engine: Engine) -> str | None:
-    """Return what kept the controller from holding the object, None if nothing is known to have."""
-    if not engine.held_back_frames:
-        return None
-    return (
-        f"task.fragile_n = {rig.config.task.fragile_n:g} N kept the fingers from closing further in "
-        f"{engine.held_back_frames} frames"
+def _ending(engine: Engine, samples: Sequence[Sample]) -> Ending:
+    """Return what the engine knows at the end, for the verdict."""
+    acting = [sample for sample in samples if sample.acting]
+    return Ending(
+        done=engine.done,
+        released=engine.released,
+        grips=engine.grips,
+        rose=any(sample.rising for sample in acting),
+        began_ns=engine.acting_since_ns,
+        contacts=[sample.contact_fraction for sample in acting],
+        held_back=engine.held_back_frames,
+        widest_m=math.inf if engine.rig.gripper is None else engine.rig.gripper.spec.stroke_m,
+        slip_wanted=engine.slip_wanted,
     )
 
 

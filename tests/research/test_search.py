@@ -15,6 +15,7 @@ from lsds.cli.main import main
 from lsds.config import load_config
 from lsds.errors import CallHangs, DataError
 from lsds.session.run import Session, run
+from lsds.session.verdict import Outcome, Verdict
 
 
 def searched(margin, dimensions=4, runs=120, seed=0):
@@ -66,9 +67,9 @@ def test_a_key_with_its_usual_value_may_matter():
 
 
 def test_a_run_that_hangs_has_failed_whatever_it_took():
-    margins = margins_of(
-        Session({"outcome": "fault"}, None, (), None, None, CallHangs("arm 'x'", "read", 5.0), None), Limits()
-    )
+    verdict = Verdict(Outcome.STOPPED, "arm 'x' hangs", CallHangs.exit_code)
+    fault = CallHangs("arm 'x'", "read", 5.0)
+    margins = margins_of(Session({"outcome": "fault"}, None, (), None, None, fault, None, verdict))
     assert margins == {"named": STOPPED}
     assert hangs(CallHangs("arm 'x'", "read", 5.0))
     assert not hangs(None)

@@ -14,7 +14,7 @@ from lsds.clock import NS_PER_S, seconds
 from lsds.contracts.plant import Moment
 from lsds_mocks.cell.queue import Action, CommandQueue
 from lsds_mocks.cell.touch import GelTouch
-from lsds_mocks.gel.auto.report import strain_warnings
+from lsds_mocks.gel.auto.report import invalid_reasons, strain_warnings
 from lsds_mocks.gel.state import blend
 
 if TYPE_CHECKING:
@@ -89,9 +89,10 @@ class SimulatedCell:
         with self._lock:
             report = getattr(self.plant.gel, "report", None)
             if report is None:
-                warnings = strain_warnings(self.plant.greatest_strain)
+                strain = self.plant.greatest_strain
+                warnings, invalid = strain_warnings(strain), invalid_reasons(strain)
                 summary = f"{self._model}: its error is not checked (simulated)"
-                return {"model": self._model, "summary": summary, "warnings": warnings}
+                return {"model": self._model, "summary": summary, "warnings": warnings, "invalid": invalid}
             found = report()
             return {"model": self._model, "summary": f"{self._model}: {found.summary}", **found.as_json()}
 

@@ -3,34 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import cpu_ns
 from lsds.config.overrides import override_texts
+from lsds.contracts.task import TaskOptions
 from lsds.errors import CallHangs, LsdsError, PluginError
 from lsds.session.run import run
+from lsds.session.verdict import Outcome
 
 if TYPE_CHECKING:
-    from lsds.contracts import CellTruth
     from lsds.session.run import Session
     from lsds_research.search.space import Scenario
 
-OPENED_M = 1e-3
-"""A drop with the fingers wider by this than at take-up counts as an opening (m)."""
 HANGS_S = 120.0
 """A run with more computing time than this counts as a hang (s)."""
 STOPPED = 0.1
 """Margin of a run that an expected error stopped."""
+_TASK = TaskOptions()
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Limits of a failure: slip (m), and the ratio of peak grip to the needed or the initial grip."""
 
-    slip_m: float = 0.03
-    peak: float = 5.0
+    slip_m: float = _TASK.max_slip_m
+    peak: float = _TASK.max_grip_ratio
+
+    def overrides(self) -> list[str]:
+        """Return the config keys of those limits that are not the defaults, so that `lsds run` judges by the same."""
+        keys = {"task.max_slip_m": self.slip_m, "task.max_grip_ratio": self.peak}
+        usual = {"task.max_slip_m": _TASK.max_slip_m, "task.max_grip_ratio": _TASK.max_grip_ratio}
+        return override_texts({key: value for key, value in keys.items() if value != usual[key]})
 
 
 def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, Any]:
@@ -38,18 +43,19 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     scenario, limits, settings = asked
     began_ns = cpu_ns()
     try:
-        session = run(None, [*override_texts(scenario), *settings])
+        session = run(None, [*override_texts(scenario), *limits.overrides(), *settings])
     except LsdsError as error:
         return {"margins": {"named": STOPPED}, "outcome": "not run", "fault": str(error), "simulated_s": 0.0}
     except Exception as error:
         return {"margins": {"named": -1.0}, "outcome": "not run", "fault": f"{type(error).__name__}: {error}"}
-    margins = margins_of(session, limits)
+    margins = margins_of(session)
     # Two values only: a margin from computing time would not be reproducible.
     margins["ends"] = -1.0 if hangs(session.fault) or (cpu_ns() - began_ns) * 1e-9 > HANGS_S else 1.0
     summary = session.summary
     return {
         "margins": margins,
         "outcome": summary["outcome"],
+        "sentence": session.verdict.sentence,
         "fault": summary["fault"],
         "simulated_s": summary.get("simulated_s", 0.0),
     }
@@ -60,35 +66,27 @@ def hangs(fault: BaseException | None) -> bool:
     return isinstance(fault, CallHangs)
 
 
-def margins_of(session: Session, limits: Limits) -> dict[str, float]:
-    """Return the margins of a completed run."""
-    fault, truths = session.fault, session.truths
+def margins_of(session: Session) -> dict[str, float]:
+    """Return the margins of a completed run: one is below 0 if the verdict on the run is a failure of the cell.
+
+    A run outside the model's validity is no failure of the cell.
+    """
+    verdict, fault = session.verdict, session.fault
     if fault is not None:
         return {"named": -1.0 if _is_unnamed(fault) else STOPPED}
-    lifted = [truth for truth in truths if not truth.supported]
-    slip_m = truths[-1].slip_distance_m
-    dropped = session.summary["outcome"] != "held"
-    if not lifted:
-        return {"holds": -1.0 if dropped else 1.0}
-    first_n = next((t.normal_force_n for t in truths if t.t_ns >= lifted[0].t_ns), 0.0)
-    needed_n = max(max(truth.required_normal_force_n for truth in lifted), first_n, 1e-3)
-    peak = max(truth.normal_force_n for truth in lifted) / needed_n
-    return {
-        "holds": -1.0 if dropped else 1.0,
-        "slips little": max(-1.0, 1 - slip_m / limits.slip_m),
-        "does not crush": max(-1.0, (limits.peak - peak) / (limits.peak - 1)),
-        "does not open": -1.0 if dropped and _opens(truths) else 1.0,
-    }
+    margins = {"holds": 1.0 if verdict.in_grip else -1.0}
+    if verdict.slip_margin is not None:
+        margins["slips little"] = max(-1.0, verdict.slip_margin)
+    if verdict.force_margin is not None:
+        margins["does not crush"] = max(-1.0, verdict.force_margin)
+    if verdict.outcome is Outcome.DROPPED:
+        margins["does not open"] = -1.0 if verdict.opened else 1.0
+    return margins
 
 
 def _is_unnamed(fault: BaseException) -> bool:
     """Return whether an error is one that no part of the project raises on purpose."""
     return not isinstance(fault, LsdsError) or (isinstance(fault, PluginError) and fault.__cause__ is not None)
-
-
-def _opens(truths: Sequence[CellTruth]) -> bool:
-    held = [truth for truth in truths if not truth.supported]
-    return bool(held) and max(t.aperture_m for t in held) > held[0].aperture_m + OPENED_M
 
 
 def least(margins: dict[str, float]) -> tuple[str, float]:

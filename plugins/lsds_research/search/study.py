@@ -27,6 +27,7 @@ _COLUMNS = (
     ("failure", "failure", ""),
     ("margin", "margin", ".2f"),
     ("keys", "keys that matter", ""),
+    ("sentence", "verdict", ""),
     ("file", "file", ""),
 )
 SHRINKS = 48
@@ -82,6 +83,7 @@ class SearchStudy:
             (row for row in rows if row["margin"] < 0), key=lambda row: (row["margin"], str(row["scenario"]))
         )
         ways: Counter[str] = Counter()
+        settings = (*self._limits.overrides(), *self._settings)
         found: list[dict[str, Any]] = []
         seen: set[str] = set()
         for row in failed:
@@ -94,12 +96,14 @@ class SearchStudy:
             seen.add(keys)
             ways[row["way"]] += 1
             name = f"{row['way'].replace(' ', '-')}-{ways[row['way']]}"
-            margin = self._scenarios.rows([small], lambda _: None)[0]["margin"]
-            comment = [f"fails: {row['way']} (margin {margin:.2f}); found by lsds search, shrunk"]
+            (failed_row,) = self._scenarios.rows([small], lambda _: None)
+            margin, sentence = failed_row["margin"], failed_row.get("sentence", failed_row["outcome"])
+            comment = [f"fails: {row['way']} (margin {margin:.2f}); found by lsds search, shrunk", sentence]
             file = ""
             if self._options.found:
-                file = str(save_scenario(Path(self._options.found), name, small, self._settings, comment))
-            found.append({"failure": row["way"], "margin": margin, "keys": keys or "none: the default", "file": file})
+                file = str(save_scenario(Path(self._options.found), name, small, settings, comment))
+            shown = {"keys": keys or "none: the default", "sentence": sentence, "file": file}
+            found.append({"failure": row["way"], "margin": margin, **shown})
         return found
 
     def _fails(self, way: str, scenario: Scenario) -> bool:

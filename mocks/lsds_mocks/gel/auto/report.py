@@ -12,10 +12,19 @@ STRAIN_INVALID = 0.2
 _AT_WALL_M = 1e-9
 
 
+def invalid_reasons(strain: float) -> list[str]:
+    """Return why results of a small-strain model at an indentation over thickness are not valid; empty if they are."""
+    if strain <= STRAIN_INVALID:
+        return []
+    return [
+        f"indentation is {strain:.0%} of the thickness: small strain is not valid beyond {100 * STRAIN_INVALID:g} %"
+    ]
+
+
 def strain_warnings(strain: float) -> list[str]:
     """Return the warnings of any small-strain model at an indentation over thickness."""
-    if strain > STRAIN_INVALID:
-        return [f"indentation is {strain:.0%} of the thickness: small strain is not valid beyond 20 %"]
+    if invalid := invalid_reasons(strain):
+        return invalid
     if strain > STRAIN_DOUBTFUL:
         return [f"indentation is {strain:.0%} of the thickness: small strain is off by some um beyond 10 %"]
     return []
@@ -80,4 +89,4 @@ class FidelityReport:
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as plain values."""
-        return {**asdict(self), "warnings": list(self.warnings)}
+        return {**asdict(self), "warnings": list(self.warnings), "invalid": invalid_reasons(self.strain)}

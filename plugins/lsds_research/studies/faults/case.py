@@ -75,6 +75,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
         "moment": case.moment,
         "pair": case.pair,
         "outcome": summary["outcome"],
+        "sentence": session.verdict.sentence,
         "error": None if fault is None else type(fault).__name__,
         "reason": summary["fault"],
         "unusable_frames": summary["unusable_frames"],

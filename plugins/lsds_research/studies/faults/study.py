@@ -14,6 +14,7 @@ from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
 from lsds.registry.backends import OWN_DISTRIBUTION
 from lsds.registry.host import PluginHost
+from lsds.session.verdict import Outcome
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.faults.case import OPENED_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
@@ -118,7 +119,7 @@ def _is_scaled(host: PluginHost, name: str) -> bool:
 
 def _judged(row: Row, alone: Row) -> Row:
     stopped = row["error"] is not None
-    same = row["outcome"] == alone["outcome"]
+    same = _compared_outcome(row) == _compared_outcome(alone)
     peak, usual = row["peak_n"], alone["peak_n"]
     squeezed = bool(peak and usual and peak > SQUEEZED * usual)
     verdict = "stopped" if stopped else "harmless" if same else "missed"
@@ -130,6 +131,11 @@ def _judged(row: Row, alone: Row) -> Row:
         "opened": opened,
         "outcome_without": alone["outcome"],
     }
+
+
+def _compared_outcome(row: Row) -> str:
+    """Return the outcome of a run; one that left the model's validity with the object in the grip counts as held."""
+    return str(Outcome.HELD if row["outcome"] == Outcome.OUTSIDE else row["outcome"])
 
 
 def _summary(name: str, rows: Sequence[Row]) -> Row:

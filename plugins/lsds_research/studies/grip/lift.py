@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds.contracts import CellTruth, Cycle
+    from lsds.session.verdict import Verdict
 
 OFF = "off"
 SETTLED_S = 0.5
@@ -116,22 +117,24 @@ def lift(what: Lift) -> dict[str, Any] | str:
     except LsdsError as error:
         return f"{what.key}: {error}"
     after_s = CHANGES[what.change].get("cell.simulated.changes_after_s")
-    found = asdict(what) | figures(session.summary, session.truths, closings, after_s)
+    found = asdict(what) | figures(session.summary, session.verdict, session.truths, closings, after_s)
     found["frame_us"] = session.summary["frame_to_command_us"]["p50"]
     simulated_ns = session.truths[-1].t_ns - session.truths[0].t_ns
     found["cost"] = (cpu_ns() - began_ns) / max(simulated_ns, 1)
-    crushed = None if what.fragile_n is None else found["peak_n"] > what.fragile_n
-    return found | {"crushed": crushed}
+    margin = session.verdict.force_margin
+    return found | {"crushed": None if what.fragile_n is None or margin is None else margin < 0}
 
 
-def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: float | None) -> dict[str, Any]:
-    """Return the figures of a run, from its summary, the truth, the times (ns) of closings, and how long after the lift
-    (s) its load changed, if it did."""
+def figures(
+    summary: dict[str, Any], verdict: Verdict, truths: Any, closings: list[int], after_s: float | None
+) -> dict[str, Any]:
+    """Return the figures of a run, from its summary, its verdict, the truth, the times (ns) of closings, and how long
+    after the lift (s) its load changed, if it did. `held`: the object is in the grip at the end."""
     t_s, normal, required, slip = _columns(truths)
     lifted = np.array([not truth.supported for truth in truths])
     start = int(np.argmax(normal > 0)) if not lifted.any() else int(np.argmax(lifted))
     end = t_s > t_s[-1] - SETTLED_S
-    held = summary["outcome"] == "held"
+    held = verdict.in_grip
     sliding = t_s[np.abs(slip) > SLIPS_M_S]
     without = [at for at in closings if not np.any((sliding <= at * 1e-9) & (sliding > at * 1e-9 - AFTER_SLIP_S))]
     needed = float(required[start:].max())
@@ -140,6 +143,7 @@ def figures(summary: dict[str, Any], truths: Any, closings: list[int], after_s: 
     changes = len(t_s) if after_s is None else int(np.searchsorted(t_s, t_s[start] + after_s))
     return {
         "outcome": summary["outcome"],
+        "sentence": verdict.sentence,
         "fault": summary["fault"],
         "held": held,
         "slip_mm": 1e3 * float(slipped_m[-1]),

@@ -13,6 +13,7 @@ from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.errors import DataError
 from lsds.registry.host import PluginHost
+from lsds.session.verdict import Outcome
 from lsds_research.collecting.objects import PLANS
 from lsds_research.run_store import run_and_store
 from lsds_research.studies.grip import sensitivity
@@ -34,7 +35,8 @@ EXPLAINED = (
     "needed: minimum normal force per finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
     f"quantiles over the runs that slipped by more than {MET_MM} mm; grown where it held: share of the other runs "
     "whose grip grew by more than a tenth; closings without slip: per run; change held fast: share of the runs that "
-    "did not slip when the load changed; needed force of objects that turn: by weight alone"
+    "did not slip when the load changed; needed force of objects that turn: by weight alone; held: in the grip at the "
+    "end; verdict held: also within task.max_slip_m, task.max_grip_ratio and the model's validity, as lsds run judges"
 )
 _COLUMNS = (
     ("controller", "controller", ""),
@@ -56,6 +58,8 @@ _COLUMNS = (
     ("change_90_mm", "its slip, 90 %", ".1f"),
     ("turned_90", "turned, deg, 90 %", ".1f"),
     ("crushed", "crushed", ".3f"),
+    ("sound", "verdict held", ".3f"),
+    ("outside", "outside validity", ".3f"),
 )
 
 
@@ -200,6 +204,8 @@ def _summary(rows: Sequence[Row]) -> Row:
         "change_kept": _mean([row["change_slip_mm"] <= MET_MM for row in rows if row["change_slip_mm"] is not None]),
         "change_90_mm": _quantile(rows, "change_slip_mm", 0.9),
         "turned_90": _quantile([row for row in rows if row["change"] == "turn"], "turned_deg", 0.9),
+        "sound": float(np.mean([row["outcome"] == Outcome.HELD for row in rows])),
+        "outside": float(np.mean([row["outcome"] == Outcome.OUTSIDE for row in rows])),
         "crushed": _mean([row["crushed"] for row in rows if row["crushed"] is not None]),
     }
 
