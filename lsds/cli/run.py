@@ -54,6 +54,12 @@ if TYPE_CHECKING:
     show_default=True,
     help="Images of the recording; a replay of jpeg, a tenth of the size, is not exact.",
 )
+@click.option(
+    "--view",
+    default=None,
+    metavar="WHERE",
+    help="Show the run live: terminal; rerun (extra view); rerun+http://HOST:PORT/proxy; or write F.rrd for Rerun.",
+)
 @json_option
 def run(
     config: Path | None,
@@ -64,6 +70,7 @@ def run(
     no_plot: bool,
     record: Path | None,
     record_images: Images,
+    view: str | None,
     json_file: str | None,
 ) -> None:
     """Grasp, lift and hold an object, and close the gripper when it slips.
@@ -94,6 +101,7 @@ def run(
       lsds run --fault gripper-stuck@slip              the fingers stop at the first slip: safety stop (7)
       lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on: safety stop (7)
       lsds run rig.toml --no-plot                      run your own cell
+      lsds run --view terminal                         watch it as text; --view rerun in Rerun's viewer
       lsds run --record run.mcap                       keep frames, states, answers and commands
     """
     one_thread()
@@ -127,7 +135,7 @@ def run(
             session.draw(plot)
             click.echo(f"picture: {plot}", err=json_file == "-")
 
-    session = run_session(config, chosen, finished=_fault_first(report), record=record, images=record_images)
+    session = run_session(config, chosen, finished=_fault_first(report), record=record, images=record_images, view=view)
     if isinstance(session.fault, KeyboardInterrupt):
         # Drawing takes seconds, and the user who has interrupted waits for the end.
         asked = click.get_current_context().get_parameter_source("plot") is ParameterSource.COMMANDLINE
@@ -135,6 +143,8 @@ def run(
     recorded = session.summary["recording"]
     if recorded is not None and recorded["problem"]:
         click.echo(f"warning: recording {recorded['file']}: {recorded['problem']}", err=True)
+    if session.summary["view"]:
+        click.echo(f"warning: view: {session.summary['view']}", err=True)
     verdict = session.verdict
     if verdict.exit_code and verdict.outcome is not Outcome.STOPPED:
         # The outcome of the lift comes before devices that did not close.

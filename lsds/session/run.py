@@ -15,16 +15,18 @@ from lsds.contracts.events import TruthKnown
 from lsds.contracts.stages import Stages
 from lsds.errors import LsdsError, PluginError
 from lsds.runtime.engine import Engine
-from lsds.runtime.observers import Observers
+from lsds.runtime.observers import Observers, ObserverStatistics
 from lsds.runtime.rig import Rig, require_moments
 from lsds.session.record import RunRecord
 from lsds.session.recording import recorder_of
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
 from lsds.session.verdict import Verdict
+from lsds.session.view import view_of
 
 if TYPE_CHECKING:
     from lsds.session.recording.writer import Images, RecordingWriter
+    from lsds.session.view import View
 
 
 LAST_WRITES_S = 10.0
@@ -71,6 +73,7 @@ def run(
     finished: Callable[[Session], object] | None = None,
     record: str | Path | None = None,
     images: Images = "lossless",
+    view: str | None = None,
 ) -> Session:
     """Load, connect, arm, run the job, close. An error during the run becomes `fault`; an earlier one is raised.
 
@@ -80,15 +83,17 @@ def run(
     is called with the session when the cell has been stopped and before it is closed, so that results are safe first.
     `record` is a new file, F.mcap, that keeps everything the run takes in and sends out; `images` are kept "lossless",
     or as "jpeg" in a tenth of the space, from which a replay is not exact. Raises DataError before anything moves where
-    it cannot be created; what goes wrong with it later is in `summary["recording"]["problem"]`.
+    it cannot be created; what goes wrong with it later is in `summary["recording"]["problem"]`. `view` shows the run
+    while it goes on, see `lsds.session.view.view_of`; what goes wrong with it is in `summary["view"]`.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
     rig = Rig(chosen)
     require_moments(rig, job)
     with rig:
         recorder = recorder_of(rig, record, images)
+        watcher = view_of(view) if view is not None else None
         rig.arm_devices()
-        session = _run(rig, job, observe, recorder)
+        session = _run(rig, job, observe, recorder, watcher)
         if isinstance(session.fault, KeyboardInterrupt):
             rig.hurry()
         if finished is not None:
@@ -105,7 +110,11 @@ def run(
 
 
 def _run(
-    rig: Rig, job: Job | None, observe: Callable[[Cycle], object] | None, recorder: RecordingWriter | None = None
+    rig: Rig,
+    job: Job | None,
+    observe: Callable[[Cycle], object] | None,
+    recorder: RecordingWriter | None = None,
+    watcher: View | None = None,
 ) -> Session:
     """Run the job on a rig that is armed, and make its summary."""
     rate_hz = rig.config.schedule.arm_rate_hz
@@ -120,6 +129,8 @@ def _run(
         watching.add("observe", observe)
     if recorder is not None:
         engine.events.add("recording", recorder.observe, recorder.close)
+    if watcher is not None:
+        engine.events.add("view", watcher.observe, watcher.close)
 
     def sample(now_ns: int) -> None:
         truth = truths.sample(now_ns)
@@ -156,16 +167,17 @@ def _run(
     summary, verdict = summarise(
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
-    summary["recording"] = None if recorder is None else _recorded(recorder, engine)
+    of_events = {own.name: own for own in engine.events.statistics()}
+    summary["recording"] = None if recorder is None else _recorded(recorder, of_events["recording"])
+    summary["view"] = None if watcher is None else of_events["view"].failure
     perception = engine.perception
     return Session(
         summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages, verdict
     )
 
 
-def _recorded(recorder: RecordingWriter, engine: Engine) -> dict[str, Any]:
+def _recorded(recorder: RecordingWriter, statistics: ObserverStatistics) -> dict[str, Any]:
     """Return what became of the recording."""
-    (statistics,) = engine.events.statistics()
     problem = statistics.failure
     if statistics.dropped and not problem:
         problem = f"{statistics.dropped} events were lost: the disk is too slow; a replay will not be exact"

@@ -23,6 +23,7 @@ EXTRAS = {
     "jinja2": "new",
     "mcap": "record",
     "orjson": "record",
+    "rerun": "view",
     "mcap_protobuf": "record",
     "foxglove_schemas_protobuf": "record",
 }

@@ -222,3 +222,16 @@ def test_a_newer_format_is_refused_with_the_remedy(recorded, tmp_path):
     RecordingWriter(newer, dataclasses.replace(header, format=99)).close()
     with pytest.raises(DataError, match=r"format 99.*install a newer"):
         Recording(newer)
+
+
+def test_reruns_reader_finds_every_stream(recorded):
+    pytest.importorskip("rerun", reason="needs the extra view")
+    from rerun.chunk import McapReader
+
+    path, _ = recorded
+    rows: Counter[str] = Counter()
+    for chunk in McapReader(str(path)).stream():
+        rows[chunk.entity_path] += chunk.num_rows
+    for name, own in contents(path)["topics"].items():
+        # A channel's description is a row too.
+        assert own["messages"] <= rows[name] <= own["messages"] + 1

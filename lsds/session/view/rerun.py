@@ -1,0 +1,135 @@
+"""The view in Rerun: images with markers and field, slip, grip, load and friction limit on one time line."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.contracts import Cycle
+from lsds.contracts.events import FramesRead, JobStepped, TruthKnown
+from lsds.errors import DataError
+from lsds.support.extras import require
+
+if TYPE_CHECKING:
+    from lsds.contracts import FingerCycle, GripEstimate
+    from lsds.contracts.events import Published
+
+TIMELINE = "rig"
+"""Name of the time line: the rig's clock."""
+JPEG_QUALITY = 80
+"""Quality of the images in the viewer."""
+STRETCH = 8.0
+"""Factor by which displacements are drawn longer than they are."""
+VALID, LOST = (40, 220, 90), (220, 60, 60)
+"""Colours of markers that are followed and of those that are lost."""
+
+
+class RerunView:
+    """A `View` in Rerun's viewer or in a file for it."""
+
+    def __init__(self, where: str) -> None:
+        """Start, connect to or create what `where` names. Raises MissingExtra, DataError."""
+        require("rerun", extra="view", purpose="the view in Rerun")
+        import rerun
+
+        self._rr: Any = rerun
+        self._stream = rerun.RecordingStream("lsds")
+        self._stage = ""
+        blueprint = _blueprint()
+        if where.endswith(".rrd"):
+            path = Path(where)
+            if path.exists():
+                raise DataError(f"{path}: exists already (choose another name, or remove it)")
+            if not path.parent.is_dir():
+                raise DataError(f"{path}: no folder {path.parent} (create it)")
+            self._stream.save(path, default_blueprint=blueprint)
+        elif where == "rerun":
+            self._stream.spawn(default_blueprint=blueprint)
+        else:
+            self._stream.connect_grpc(where, default_blueprint=blueprint)
+
+    def observe(self, event: Published) -> None:
+        """Send an event to the viewer."""
+        if isinstance(event, Cycle):
+            self._at(event.t_ns)
+            for finger in event.fingers:
+                self._finger(finger)
+            self._grip(event.grip)
+            self._number("aperture/commanded_mm", 1e3 * event.held_m)
+            self._number("aperture/measured_mm", 1e3 * event.measured_m)
+        elif isinstance(event, FramesRead):
+            self._at(event.now_ns)
+            for name, frame in event.frames:
+                image = self._rr.Image(frame.image).compress(jpeg_quality=JPEG_QUALITY)
+                self._stream.log(f"finger/{name}/image", image)
+        elif isinstance(event, TruthKnown):
+            self._at(event.now_ns)
+            self._number("slip/true_cm_s", 100 * math.hypot(*event.truth.slip_velocity_m_s))
+            self._number("force/normal_true_n", event.truth.normal_force_n)
+        elif isinstance(event, JobStepped) and event.wanted.stage != self._stage:
+            self._stage = event.wanted.stage
+            self._at(event.now_ns)
+            self._stream.log("stages", self._rr.TextLog(f"stage {self._stage}"))
+
+    def close(self) -> None:
+        """Send what waits and let go of the viewer."""
+        self._stream.flush()
+        self._stream.disconnect()
+
+    def _at(self, now_ns: int) -> None:
+        self._stream.set_time(TIMELINE, duration=np.timedelta64(now_ns, "ns"))
+
+    def _finger(self, finger: FingerCycle) -> None:
+        tracks, field = finger.tracks, finger.observation.field
+        known = np.isfinite(tracks.xy_px).all(axis=1)
+        xy, valid = tracks.xy_px[known], tracks.valid[known]
+        colours = np.where(valid[:, None], VALID, LOST).astype(np.uint8)
+        here = f"finger/{finger.finger}/image"
+        self._stream.log(f"{here}/markers", self._rr.Points2D(xy, colors=colours, radii=2.0))
+        moved = field.displacement_m[known] / field_scale(finger)
+        drawn = np.isfinite(moved).all(axis=1)
+        arrows = self._rr.Arrows2D(origins=xy[drawn], vectors=STRETCH * moved[drawn], colors=[255, 210, 60])
+        self._stream.log(f"{here}/field", arrows)
+        self._number(f"finger/{finger.finger}/score", finger.detection.score)
+
+    def _grip(self, grip: GripEstimate) -> None:
+        self._number("slip/probability", grip.slips)
+        if not grip.estimate.abstained:
+            speed, std = grip.estimate.speed_m_s, grip.estimate.speed_std_m_s
+            self._number("slip/estimated_cm_s", 100 * speed)
+            self._number("slip/estimated_upper_cm_s", 100 * (speed + std))
+        self._number("force/load_n", grip.load_n)
+        self._number("force/limit_n", grip.limit_n)
+        self._number("force/limit_lower_n", grip.limit_n - grip.limit_std_n)
+
+    def _number(self, name: str, value: float) -> None:
+        if math.isfinite(value):
+            self._stream.log(name, self._rr.Scalars(value))
+
+
+def field_scale(finger: FingerCycle) -> float:
+    """Return the metres of a pixel in a finger's image, by the pitch of its markers in both units."""
+    field = finger.observation.field
+    reference = field.reference.xy_px
+    metres = field.position_m - field.displacement_m
+    pixels, lengths = np.ptp(reference, axis=0).max(), np.nanmax(np.ptp(metres[np.isfinite(metres).all(1)], axis=0))
+    return float(lengths / pixels) if pixels > 0 and lengths > 0 else math.inf
+
+
+def _blueprint() -> Any:
+    from rerun import blueprint as rrb
+
+    plots = [rrb.TimeSeriesView(origin=f"/{name}", name=title) for name, title in _PLOTS.items()]
+    images = rrb.Vertical(rrb.Spatial2DView(origin="/finger", name="fingers"), rrb.TextLogView(origin="/stages"))
+    return rrb.Blueprint(rrb.Horizontal(images, rrb.Vertical(*plots)), collapse_panels=True)
+
+
+_PLOTS = {
+    "slip": "slip: probability, speed in cm/s",
+    "force": "load and friction limit, N a finger",
+    "aperture": "aperture, mm",
+}
+"""Time series by their root, with their titles."""
