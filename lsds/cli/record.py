@@ -3,26 +3,72 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.threads import one_thread
+
+if TYPE_CHECKING:
+    from lsds.session.recording.writer import Images
 
 RECORDING = click.Path(dir_okay=False, path_type=Path)
 
 
 @click.group()
 def record() -> None:
-    """Look at recordings of runs, cut and repair them.
+    """Film a sensor; look at recordings, cut and repair them.
 
     \b
     Examples:
-      lsds run --record run.mcap          make one
+      lsds run --record run.mcap          record a run
+      lsds record film rig.toml --seconds 10 --out gel.mcap
       lsds record info run.mcap           what is in it?
       lsds record cut run.mcap --from 3 --to 5 --out short.mcap
       lsds record repair run.mcap --out whole.mcap
     """
+
+
+@record.command()
+@click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--seconds", type=click.FloatRange(min=0.1), default=10.0, show_default=True, help="Length of the film, s."
+)
+@click.option("--out", type=RECORDING, required=True, help="New file for the film.")
+@click.option(
+    "--images",
+    type=click.Choice(["lossless", "jpeg"]),
+    default="lossless",
+    show_default=True,
+    help="How images are stored; jpeg takes a tenth of the space.",
+)
+@click.option("--view", default=None, metavar="WHERE", help="Show it live, as lsds run --view.")
+def film(
+    config: Path | None, overrides: tuple[str, ...], seconds: float, out: Path, images: Images, view: str | None
+) -> None:
+    """Film the sensors of a rig for some seconds; nothing moves.
+
+    Every frame is kept with its markers and answers. Ctrl-C ends the film earlier and keeps it. The commands that take
+    a video (lsds track, label, calibrate) take the film as well.
+
+    \b
+    Examples:
+      lsds record film rig.toml --seconds 10 --out gel.mcap
+      lsds record film --set sensor.backend=gelsight-mini --out gel.mcap --view terminal
+      lsds track gel.mcap
+    """
+    one_thread()
+    from lsds.session.film import film as film_sensors
+
+    session = film_sensors(config, overrides, seconds, out, images=images, view=view)
+    recorded = session.summary["recording"]
+    click.echo(f"{recorded['file']}: {session.summary['cycles']} frames with an answer, {recorded['messages']} messages")
+    if recorded["problem"]:
+        click.echo(f"warning: recording {recorded['file']}: {recorded['problem']}", err=True)
+    if session.fault is not None:
+        raise session.fault
 
 
 @record.command()
