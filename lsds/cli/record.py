@@ -56,7 +56,7 @@ def film(
     \b
     Examples:
       lsds record film rig.toml --seconds 10 --out gel.mcap
-      lsds record film --set sensor.backend=gelsight-mini --out gel.mcap --view terminal
+      lsds record film --out gel.mcap --view terminal
       lsds track gel.mcap
     """
     one_thread()
@@ -77,7 +77,7 @@ def film(
 def info(recording: Path, json_file: str | None) -> None:
     """State what a recording holds, and whether it is whole.
 
-    It reads the whole file, some 200 MB a second. The exit code is 0, and 5 for a file that is no recording.
+    It reads the whole file. The exit code is 0, and 5 for a file that is no recording.
 
     \b
     Examples:

@@ -55,7 +55,7 @@ class Stream:
 
 @dataclass(slots=True)
 class ReplayResult:
-    """What became of a replay. `problem` is the error that ended it early, as it ended the recorded run perhaps;
+    """The result of a replay. `problem` is the error that ended it early, as it ended the recorded run perhaps;
     `damage` says that the recording is cut off. `cycles` holds (seconds, recorded, replayed) grips and corrections for
     a picture.
     """

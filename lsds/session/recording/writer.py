@@ -1,4 +1,4 @@
-"""Write a recording while a run goes on. What is on disk can be read, whatever ends the run."""
+"""Write a recording while a run goes on. Whatever ends the run, its recording can be read."""
 
 from __future__ import annotations
 
