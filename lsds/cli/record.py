@@ -64,7 +64,9 @@ def film(
 
     session = film_sensors(config, overrides, seconds, out, images=images, view=view)
     recorded = session.summary["recording"]
-    click.echo(f"{recorded['file']}: {session.summary['cycles']} frames with an answer, {recorded['messages']} messages")
+    click.echo(
+        f"{recorded['file']}: {session.summary['cycles']} frames with an answer, {recorded['messages']} messages"
+    )
     if recorded["problem"]:
         click.echo(f"warning: recording {recorded['file']}: {recorded['problem']}", err=True)
     if session.fault is not None:

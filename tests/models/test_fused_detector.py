@@ -15,9 +15,8 @@ from lsds.contracts import BuildContext
 from lsds.errors import ModelError
 
 CARD = {
-    "offset": -2.0,
-    "trees": 0.5,
-    "imprint": 1.5,
+    "offset": -1.0,
+    "slope": 0.7,
     "trees_limit": 0.02,
     "imprint_limits": [0.3, 10.0],
     "threshold": 0.6,
@@ -41,13 +40,13 @@ def test_without_an_imprint_the_trees_need_more(trees, score):
 
 def test_trees_alone_are_not_believed_without_limit():
     assert FUSION.probability(1.0, math.nan) == FUSION.probability(0.98, math.nan)
-    assert FUSION.probability(1.0, math.nan) < FUSION.threshold < FUSION.probability(0.5, 10.0)
+    assert FUSION.probability(0.9, math.nan) < FUSION.threshold < FUSION.probability(0.9, 3.0)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"trees": None}, "incomplete"),
+        ({"slope": None}, "incomplete"),
         ({"imprint_limits": [1.0]}, "incomplete"),
         ({"imprint_limits": [0.0, 1.0]}, "exclude"),
         ({"threshold": 1.0}, "exclude"),

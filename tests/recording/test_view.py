@@ -23,7 +23,7 @@ class Terminal(io.StringIO):
 
 
 def shown(stream, columns, monkeypatch, **more):
-    """What a view wrote of a run, each cycle drawn."""
+    """The output of a view of a run, each cycle drawn."""
     from lsds.session import run as runs
     from lsds.session.view import terminal
 

@@ -75,7 +75,7 @@ class RerunView:
             self._stream.log("stages", self._rr.TextLog(f"stage {self._stage}"))
 
     def close(self) -> None:
-        """Send what waits and let go of the viewer."""
+        """Send what waits and disconnect."""
         self._stream.flush()
         self._stream.disconnect()
 

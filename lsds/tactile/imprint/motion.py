@@ -120,7 +120,7 @@ class FollowedImprint:
 
     @property
     def known(self) -> ImprintMotion | None:
-        """The imprint's motion if somebody has asked for it; nothing is computed."""
+        """The imprint's motion if it has been computed; nothing is computed."""
         return self._answer
 
     def recent(self) -> list[ImprintMotion]:

@@ -1,9 +1,9 @@
-"""Detector `fused`: trained trees and the untrained detector `imprint`, combined by a logistic function.
+"""Detector `fused`: trained trees and the untrained detector `imprint`, as two independent pieces of evidence.
 
-The trees saw few real frames, so they are not believed beyond certain odds; `imprint` knows nothing of the markers.
-Together they find more real slips than either alone. The model's card holds the weights, fitted on real frames with
-each object left out of the trees in turn (`real.fusion`; Wolpert 1992, stacked generalization). Without an imprint its
-term is the least there is, which raises the threshold of the trees.
+The log-odds of the trees and the logarithm of the score of `imprint` are added. The trees saw few real frames, so they
+are not believed beyond certain odds; `imprint` knows nothing of the markers. The model's card holds the logistic
+function that turns the sum into a probability, fitted on real frames with each object left out of the trees in turn
+(`real.fusion`). Without an imprint its term is the least there is, which raises the threshold of the trees.
 """
 
 from __future__ import annotations
@@ -21,15 +21,14 @@ from lsds_plugins.detectors.learned import LearnedDetector, LearnedOptions
 
 @dataclass(frozen=True, slots=True)
 class Fusion:
-    """Log-odds of slip: `offset + trees * log-odds of the trees + imprint * ln(score of imprint)`.
+    """Log-odds of slip: `offset + slope * (log-odds of the trees + ln(score of imprint))`.
 
     The trees' probability is kept within `trees_limit` of 0 and 1, the score within `imprint_limits`. Slip is reported
     above the probability `threshold`.
     """
 
     offset: float
-    trees: float
-    imprint: float
+    slope: float
     trees_limit: float
     imprint_limits: tuple[float, float]
     threshold: float
@@ -39,26 +38,25 @@ class Fusion:
         """Return the fusion that a model card holds. Raises ModelError."""
         try:
             low, high = values["imprint_limits"]
-            numbers = [float(values[name]) for name in ("offset", "trees", "imprint", "trees_limit", "threshold")]
+            numbers = [float(values[name]) for name in ("offset", "slope", "trees_limit", "threshold")]
             limits = float(low), float(high)
         except (KeyError, TypeError, ValueError) as error:
             raise ModelError(f"real.fusion of the card of 'fused' is incomplete: {error!r} (train it again)") from error
-        offset, trees, imprint, trees_limit, threshold = numbers
+        offset, slope, trees_limit, threshold = numbers
         if not (0 < trees_limit < 0.5 and 0 < limits[0] < limits[1] and 0 < threshold < 1):
             raise ModelError(f"real.fusion of the card of 'fused' has limits that exclude all: {dict(values)}")
-        return cls(offset, trees, imprint, trees_limit, limits, threshold)
+        return cls(offset, slope, trees_limit, limits, threshold)
 
-    def terms(self, probability: float, imprint_score: float) -> tuple[float, float]:
-        """Return the two logarithms that are weighted; NaN for a missing score of the imprint counts as its least."""
+    def evidence(self, probability: float, imprint_score: float) -> float:
+        """Return the sum of the two logarithms; NaN for a missing score of the imprint counts as its least."""
         kept = min(max(probability, self.trees_limit), 1.0 - self.trees_limit)
         low, high = self.imprint_limits
         score = min(max(imprint_score, low), high) if math.isfinite(imprint_score) else low
-        return math.log(kept / (1.0 - kept)), math.log(score)
+        return math.log(kept / (1.0 - kept)) + math.log(score)
 
     def probability(self, probability: float, imprint_score: float) -> float:
-        """Return the probability of slip among frames as those that the weights were fitted on."""
-        trees, imprint = self.terms(probability, imprint_score)
-        return 1.0 / (1.0 + math.exp(-(self.offset + self.trees * trees + self.imprint * imprint)))
+        """Return the probability of slip among frames as those that the function was fitted on."""
+        return 1.0 / (1.0 + math.exp(-(self.offset + self.slope * self.evidence(probability, imprint_score))))
 
 
 class FusedDetector:

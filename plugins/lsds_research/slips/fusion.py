@@ -30,13 +30,13 @@ ALARMS = 5.0
 
 
 def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -> dict[str, Any]:
-    """Return the entry `real.fusion` of the card: weights, threshold, and the scores with each object left out in turn.
+    """Return the entry `real.fusion` of the card: the function, its threshold, and the scores with each object left out in turn.
 
     `scores` (n,) of each recording are those of trees that were fitted without its object. Raises DataError if the
     recordings do not show both slip and sticking.
     """
-    plain = Fusion(0.0, 1.0, 1.0, TREES_LIMIT, IMPRINT_LIMITS, 0.5)
-    rows = [_terms(plain, own, score) for own, score in zip(recordings, scores, strict=True)]
+    plain = Fusion(0.0, 1.0, TREES_LIMIT, IMPRINT_LIMITS, 0.5)
+    rows = [_rows(plain, own, score) for own, score in zip(recordings, scores, strict=True)]
     left_out: list[Floats] = [np.empty(0)] * len(recordings)
     for name in {own.object for own in recordings}:
         others = [index for index, own in enumerate(recordings) if own.object != name]
@@ -51,10 +51,8 @@ def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floa
     least = threshold(np.concatenate(moving), np.empty(0), Budget(ALARMS))
     if not 0 < least < 1:
         raise DataError("the labelled recordings move too little to set a threshold")
-    offset, trees, imprint = _weights(recordings, rows).tolist()
-    fusion = replace(
-        plain, offset=round(offset, 3), trees=round(trees, 3), imprint=round(imprint, 3), threshold=round(least, 3)
-    )
+    offset, slope = _weights(recordings, rows).tolist()
+    fusion = replace(plain, offset=round(offset, 3), slope=round(slope, 3), threshold=round(least, 3))
     counts = Counts()
     for own, score in zip(recordings, left_out, strict=True):
         counts += counted(own.with_slip(np.where(np.isfinite(score), score > least, np.nan)))
@@ -68,18 +66,18 @@ def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floa
     }
 
 
-def _terms(plain: Fusion, own: LabelledRecording, score: Floats) -> Floats:
-    """Return the rows (n, 3) of the logistic function; NaN where the trees abstain."""
+def _rows(plain: Fusion, own: LabelledRecording, score: Floats) -> Floats:
+    """Return the rows (n, 2) of the logistic function, one and the evidence; NaN if the trees abstain."""
     imprint = own.outputs.score["imprint"]
     rows = [
-        (1.0, *plain.terms(trees, other)) if np.isfinite(trees) else (np.nan,) * 3
+        (1.0, plain.evidence(trees, other)) if np.isfinite(trees) else (np.nan, np.nan)
         for trees, other in zip(score.tolist(), imprint.tolist(), strict=True)
     ]
-    return np.array(rows, float).reshape(-1, 3)
+    return np.array(rows, float).reshape(-1, 2)
 
 
 def _weights(recordings: Sequence[LabelledRecording], rows: Sequence[Floats]) -> Floats:
-    """Return the weights (3,) fitted on all scored frames with an answer."""
+    """Return offset and slope (2,), fitted on all scored frames with an answer."""
     used, slips = [], []
     for own, row in zip(recordings, rows, strict=True):
         frames = scored_frames(own.intervals, own.outputs.moved_px)
