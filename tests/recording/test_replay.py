@@ -73,7 +73,7 @@ def test_another_controller_has_no_effect_on_what_happened(recorded):
     assert held == [row["held_m"] for row in result.replayed if row["topic"] == "/cycle"]
 
 
-def test_a_recording_that_begins_late_says_its_differences(recorded, tmp_path):
+def test_a_recording_that_begins_late_is_not_identical(recorded, tmp_path):
     path, _ = recorded
     late = tmp_path / "late.mcap"
     cut(path, late, 2.0)

@@ -1,4 +1,4 @@
-"""Messages of well-known types in addition to ours, so that Foxglove and Rerun show fingers, arm and poses without a plugin."""
+"""Messages of well-known types in addition to ours: Foxglove and Rerun show gripper, arm and poses without a plugin."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ ALARMS = 5.0
 
 
 def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -> dict[str, Any]:
-    """Return the entry `real.fusion` of the card: the function, its threshold, and the scores with each object left out in turn.
+    """Return the entry `real.fusion` of the card: the function, its threshold, and its scores on objects left out.
 
     `scores` (n,) of each recording are those of trees that were fitted without its object. Raises DataError if the
     recordings do not show both slip and sticking.
