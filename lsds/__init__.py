@@ -26,10 +26,14 @@ if TYPE_CHECKING:
     from lsds.errors import LsdsError, SafetyStop
     from lsds.jobs import HoldJob, WatchJob
     from lsds.registry import PluginHost
+    from lsds.registry.in_program import register
     from lsds.runtime.engine import Engine
     from lsds.runtime.rig import Rig
     from lsds.session.bring_up import bring_up
+    from lsds.session.recording.reader import Recording
+    from lsds.session.replay import ReplayResult, replay
     from lsds.session.run import Session, run
+    from lsds.session.single_device import open_device as open
     from lsds.session.track import TrackResult, track, watch
 
 former_names.install()
@@ -53,7 +57,10 @@ _HOMES = {
     "lsds.session.bring_up": ("bring_up",),
     "lsds.jobs": ("HoldJob", "WatchJob"),
     "lsds.registry": ("PluginHost",),
+    "lsds.registry.in_program": ("register",),
     "lsds.runtime.rig": ("Rig",),
+    "lsds.session.recording.reader": ("Recording",),
+    "lsds.session.replay": ("ReplayResult", "replay"),
     "lsds.session.run": ("Session", "run"),
     "lsds.session.track": ("TrackResult", "track", "watch"),
 }
@@ -69,6 +76,8 @@ __all__ = [
     "LsdsError",
     "Observation",
     "PluginHost",
+    "Recording",
+    "ReplayResult",
     "Rig",
     "RigConfig",
     "SafetyStop",
@@ -83,6 +92,9 @@ __all__ = [
     "__version__",
     "bring_up",
     "load_config",
+    "open",
+    "register",
+    "replay",
     "run",
     "track",
     "watch",
@@ -92,6 +104,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     import importlib
 
+    if name == "open":  # A name that the module must not have itself: it would hide the builtin.
+        return importlib.import_module("lsds.session.single_device").open_device
     for module, names in _HOMES.items():
         if name in names:
             value = getattr(importlib.import_module(module), name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from lsds.contracts.brief import brief
 from lsds.contracts.grip import GripEstimate
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Cycle:
     """One cycle from camera to gripper, at `t_ns` of the rig's clock.
 
@@ -31,6 +32,8 @@ class Cycle:
     `twist` is the TCP velocity that the job wants, None if it does not use the arm. `leads` is true if the first
     finger of `fingers` is the first of the rig.
     """
+
+    __repr__ = brief
 
     t_ns: int
     stage: str

@@ -5,17 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lsds.contracts.brief import brief
+
 if TYPE_CHECKING:
     from lsds.contracts.values import Detection, Frame, MarkerTracks, Observation, SlipEstimate
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FingerCycle:
     """One finger's newest frame and all that was computed from it, in that sensor's plane.
 
     An `opposite` finger faces the object from the other side: its x axis and its sense of
     rotation are mirrored.
     """
+
+    __repr__ = brief
 
     finger: str
     frame: Frame

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lsds.contracts.brief import brief
 from lsds.contracts.values import ABSTAINED, UNANSWERED, Detection, SlipEstimate
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ def _unknown_m(risk: float, margin: float, load_n: float, braking: float) -> flo
     return math.nan
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
 class GripEstimate:
     """The grip at the time of a frame. Metres, newtons and seconds; NaN where something is not known.
 
@@ -43,6 +44,8 @@ class GripEstimate:
     With several fingers the belief takes a frame of each at once: `complete` is true in the frame that completes a
     round, and what is believed is that of the last complete one otherwise.
     """
+
+    __repr__ = brief
 
     t_ns: int = 0
     dt_s: float = math.nan

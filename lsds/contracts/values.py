@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+from lsds.contracts.brief import brief
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -38,13 +40,15 @@ class SensorSpec:
     latency_s: float = 0.03
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Frame:
     """One tactile image: uint8, (height, width, 3), RGB.
 
     `redrawn` is true where a video codec has drawn the whole image again, after images with only the changes
     (a key frame): faint detail then jumps although nothing has moved.
     """
+
+    __repr__ = brief
 
     image: NDArray[np.uint8]
     t_ns: int
@@ -173,7 +177,7 @@ class TrackFlag(Enum):
     AMBIGUOUS = 4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MarkerReference:
     """The markers of the undeformed gel.
 
@@ -181,6 +185,8 @@ class MarkerReference:
     `pitch_px` mean distance between neighbours along columns (x) and rows (y); `axes` (2, 2) unit vectors of the
     grid's x and y directions in the image, so that the field of a rotated pad is differentiated along its rows.
     """
+
+    __repr__ = brief
 
     xy_px: NDArray[np.float64]
     cell: NDArray[np.intp]
@@ -195,12 +201,14 @@ class MarkerReference:
         return int(self.xy_px.shape[0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MarkerTracks:
     """Positions of the reference's markers in one frame.
 
     `xy_px` (N, 2), NaN where lost; `valid` (N,) bool; `flags` (N,) uint8, values of `TrackFlag`.
     """
+
+    __repr__ = brief
 
     t_ns: int
     seq: int
@@ -209,7 +217,7 @@ class MarkerTracks:
     flags: NDArray[np.uint8]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DeformationField:
     """Displacement of the markers against the reference, and its rate over the measured frame interval.
 
@@ -217,6 +225,8 @@ class DeformationField:
     where lost. `velocity_m_s` is NaN on the first frame and where a marker was lost in either frame. `dt_s` is the
     measured interval to the previous frame, NaN on the first.
     """
+
+    __repr__ = brief
 
     t_ns: int
     seq: int
@@ -228,19 +238,23 @@ class DeformationField:
     valid: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ContactPatch:
     """The contact patch: depth map (h, w) in metres at reduced resolution, and the fraction of the image deeper than
     the declared threshold."""
+
+    __repr__ = brief
 
     depth_m: NDArray[np.float32]
     threshold_m: float
     area_fraction: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FeatureVector:
     """Named features of one frame; `values` (F,) float64 in the order of `names`, NaN where undefined."""
+
+    __repr__ = brief
 
     names: tuple[str, ...]
     values: NDArray[np.float64]
@@ -308,7 +322,7 @@ class Imprint(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Observation:
     """The input of a detector or an estimator: the present frame and nothing of the future.
 
@@ -319,6 +333,8 @@ class Observation:
     `lost_share` is the share of the markers that were followed in the last frame and are lost in this one: what slips
     fast takes them along.
     """
+
+    __repr__ = brief
 
     t_ns: int
     seq: int

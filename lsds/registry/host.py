@@ -15,6 +15,7 @@ from lsds.contracts.backend import BuildContext
 from lsds.contracts.former import as_controller
 from lsds.contracts.kinds import KINDS, Kind
 from lsds.errors import ConfigError, ConfigIssue, LsdsError, PluginConflict, PluginLoadError
+from lsds.registry import in_program
 from lsds.registry.backends import (
     NO_DISTRIBUTION,
     OWN_DISTRIBUTION,
@@ -82,7 +83,10 @@ class PluginHost:
     def backends(self) -> tuple[Backend, ...]:
         """All backends that are not blocked, in order of kind and name."""
         self._load()
-        offered = [b for b in self._backends if not self._is_blocked(b.plugin, b.distribution)]
+        # What the program itself registers may change at any time.
+        own = () if self._entry_points is not None else in_program.specs()
+        known = [*self._backends, *(Backend(spec, in_program.DISTRIBUTION, in_program.DISTRIBUTION) for spec in own)]
+        offered = [b for b in known if not self._is_blocked(b.plugin, b.distribution)]
         return tuple(sorted(offered, key=lambda b: (b.spec.kind, b.spec.name, b.distribution)))
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,14 @@ from lsds.errors import LsdsError, PluginError
 from lsds.runtime.engine import Engine
 from lsds.runtime.observers import Observers, ObserverStatistics
 from lsds.runtime.rig import Rig, require_moments
+from lsds.session.parts import with_parts
 from lsds.session.record import RunRecord
 from lsds.session.recording import recorder_of
 from lsds.session.summary import summarise
 from lsds.session.truth_log import TruthLog
 from lsds.session.verdict import Verdict
 from lsds.session.view import view_of
+from lsds.support.extras import require
 
 if TYPE_CHECKING:
     from lsds.session.recording.writer import Images, RecordingWriter
@@ -33,7 +35,7 @@ LAST_WRITES_S = 10.0
 """Time in which a recording may write what waits when the run has ended, s."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Session:
     """A finished run. `fault` is the error or Ctrl-C that ended it early, None if it ran to the end; `stages` holds
     when each stage began; `verdict` is the outcome with its reason.
@@ -50,6 +52,23 @@ class Session:
     fault: BaseException | None
     stages: Stages
     verdict: Verdict
+
+    def __repr__(self) -> str:
+        figures = self.summary.get("figures_are", "")
+        return f"Session({self.verdict.sentence}; {self.summary['cycles']} cycles, {figures})"
+
+    def frame(self) -> Any:
+        """Return one row a frame as a pandas DataFrame: the fields of `Sample`, in SI units, and `t_s` since the start.
+
+        Raises MissingExtra without pandas.
+        """
+        require("pandas", extra="data", purpose="a table of the run")
+        import pandas as pd  # type: ignore[import-untyped]
+
+        table = pd.DataFrame([asdict(sample) for sample in self.record.samples])
+        if len(table):
+            table.insert(0, "t_s", (table["t_ns"] - table["t_ns"].iloc[0]) * 1e-9)
+        return table
 
     def draw(self, path: Path) -> None:
         """Write the picture of the run. Raises DataError where the file cannot be written."""
@@ -74,6 +93,10 @@ def run(
     record: str | Path | None = None,
     images: Images = "lossless",
     view: str | None = None,
+    tracker: Any = None,
+    detector: Any = None,
+    estimator: Any = None,
+    controller: Any = None,
 ) -> Session:
     """Load, connect, arm, run the job, close. An error during the run becomes `fault`; an earlier one is raised.
 
@@ -84,10 +107,14 @@ def run(
     `record` is a new file, F.mcap, that keeps everything the run takes in and sends out; `images` are kept "lossless",
     or as "jpeg" in a tenth of the space, from which a replay is not exact. Raises DataError before anything moves where
     it cannot be created; what goes wrong with it later is in `summary["recording"]["problem"]`. `view` shows the run
-    while it goes on, see `lsds.session.view.view_of`; what goes wrong with it is in `summary["view"]`.
+    while it goes on, see `lsds.session.view.view_of`; what goes wrong with it is in `summary["view"]`. `tracker`,
+    `detector`, `estimator` and `controller` replace those of the config: an object, or a class that is built for each
+    finger.
     """
     chosen = config if isinstance(config, RigConfig) else load_config(config, overrides)
-    rig = Rig(chosen)
+    parts = {"tracker": tracker, "detector": detector, "estimator": estimator, "controller": controller}
+    with with_parts(chosen, parts) as complete:
+        rig = Rig(complete)
     require_moments(rig, job)
     with rig:
         recorder = recorder_of(rig, record, images)
