@@ -184,6 +184,11 @@ class TouchGrasp:
                     "(move the gripper so that the pads' centres meet it)"
                 )
         self.touch_m = self._finder.touch_m
+        squeezed_m = self.touch_m - self._squeeze_m()
+        if self._task.fragile_n is None and squeezed_m < self._last_m(now) - self._gripper.resolution_m:
+            # The first touch was a mistake, and the fingers have touched later than they were squeezed for.
+            self._squeeze(now)
+            return False
         return not self._squeezes_on(now)
 
     def _squeezes_on(self, now: Situation) -> bool:

@@ -140,6 +140,10 @@ def _in_the_light_of(still: Blocks, blocks: Blocks) -> tuple[Blocks, float]:
     return np.asarray(own / gain + mean, np.float32), float(gain.mean())
 
 
+MISTAKEN = 2
+"""Frames without touch in a row after which the touch before them was none: the light flickered in one frame."""
+
+
 class TouchFinder:
     """Finds the aperture at which each finger touches, while the fingers close.
 
@@ -158,6 +162,7 @@ class TouchFinder:
         self._free_m: dict[str, float] = {}
         self._touched_m: dict[str, tuple[float, float]] = {}
         self._touching = dict.fromkeys(names, False)
+        self._untouched = dict.fromkeys(names, 0)
 
     def see(self, now: Situation) -> None:
         """Take the new frames and gripper state of a situation."""
@@ -221,8 +226,11 @@ class TouchFinder:
         self._heard_ns[name] = now_ns
         self._touching[name] = touches
         aperture = aperture_at(self._apertures, frame.t_ns)
+        self._untouched[name] = 0 if touches else self._untouched[name] + 1
         if not touches:
             self._free_m[name] = aperture
+            if self._untouched[name] >= MISTAKEN:
+                self._touched_m.pop(name, None)
         elif name not in self._touched_m:
             before = self._free_m.get(name, aperture)
             self._touched_m[name] = ((before + aperture) / 2, abs(before - aperture) / math.sqrt(12))

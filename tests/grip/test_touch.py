@@ -112,6 +112,22 @@ def closing(finder, touches_mm, names=("left", "right"), speed_mm_s=8.0):
         finder.see(situation(t_ns, (20 - speed_mm_s * t_ns * 1e-9) * 1e-3, fingers))
 
 
+def test_a_flicker_in_one_frame_does_not_move_the_touch():
+    finder = TouchFinder(["left"], 0)
+    flickers = {70}
+    for step in range(400):
+        t_ns = step * 8 * MS
+        fingers = []
+        if step % 5 == 0:
+            then_mm = 20 - 8.0 * max(t_ns - 60 * MS, 0) * 1e-9
+            deep = 5.0 if step in flickers else max(0.0, 9.0 - then_mm)
+            fingers.append(("left", Frame(image(step, pressed=4 * deep), t_ns - 60 * MS, step)))
+        finder.see(situation(t_ns, (20 - 8.0 * t_ns * 1e-9) * 1e-3, fingers))
+        if step == 71:
+            assert finder.touch_m > 0.015
+    assert finder.touch_m == pytest.approx(0.009, abs=0.0005)
+
+
 def test_the_touch_is_placed_between_frame_and_gripper_samples():
     finder = TouchFinder(["left", "right"], 0)
     closing(finder, {"left": 9.0, "right": 9.0})
