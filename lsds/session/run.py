@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -126,10 +126,31 @@ def _run(
 
     if rig.own_cell is not None:
         engine.every("truth", sample, rate_hz)
+    with ExitStack() as ending:
+        ending.callback(engine.events.close, LAST_WRITES_S)
+        fault, summary = _summarised(rig, engine, record, truths, watching, sample, observes=observe is not None)
+        if recorder is not None:
+            recorder.summary = summary
+    summary["recording"] = None if recorder is None else _recorded(recorder, engine)
+    perception = engine.perception
+    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)
+
+
+def _summarised(
+    rig: Rig,
+    engine: Engine,
+    record: RunRecord,
+    truths: TruthLog,
+    watching: Observers[Cycle],
+    sample: Callable[[int], None],
+    *,
+    observes: bool,
+) -> tuple[BaseException | None, dict[str, Any]]:
+    """Run the engine to its end; return what ended it early, and the summary."""
     begun, began_ns = perf_ns(), rig.clock.now()
     fault: BaseException | None = None
     try:
-        if observe is None:
+        if not observes:
             engine.run()
         else:
             with closing(iter(engine)) as cycles:
@@ -146,17 +167,13 @@ def _run(
         wall_s = seconds(perf_ns() - begun)
         simulated_s = seconds(rig.clock.now() - began_ns)
         engine.observers.close()
-        engine.events.close(LAST_WRITES_S)
     observers = (*engine.observers.statistics(), *watching.statistics())
     failures = [observer.failure for observer in observers if observer.failure]
     if failures and fault is None:
         fault = PluginError(f"an observer of the run failed: {failures[0]}")
-    summary = summarise(
+    return fault, summarise(
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
-    summary["recording"] = None if recorder is None else _recorded(recorder, engine)
-    perception = engine.perception
-    return Session(summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages)
 
 
 def _recorded(recorder: RecordingWriter, engine: Engine) -> dict[str, Any]:

@@ -78,6 +78,7 @@ def _copied(path: Path, out: Path, wanted: Callable[[Raw], bool]) -> tuple[int, 
     for message in recording.messages():
         if wanted(message):
             copier.copy(message, recording.schemas[message.schema])
+    copier.summary = recording.summary
     copier.close()
     if not copier.written:
         out.unlink()
