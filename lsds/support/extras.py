@@ -25,6 +25,7 @@ EXTRAS = {
     "orjson": "record",
     "mcap_protobuf": "record",
     "foxglove_schemas_protobuf": "record",
+    "plotly": "report",
 }
 """Import name -> extra of lsds that installs it."""
 

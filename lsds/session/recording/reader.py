@@ -68,8 +68,8 @@ class Recording:
     """A recording on disk.
 
     `damage` says what is wrong with the file's end after it was read to there; empty if it is whole. `schemas` holds
-    the text of each schema read so far by its name. `summary` holds the figures of the run after the file was read to its
-    end; None if the run did not write them.
+    the text of each schema read so far by its name. `summary` holds the figures of the run once the file was read to
+    its end; None if the run did not write them.
     """
 
     def __init__(self, path: str | Path) -> None:
