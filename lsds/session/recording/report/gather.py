@@ -72,8 +72,11 @@ class RunData:
 
     @property
     def cell(self) -> str:
-        """The simulated cell of the configuration, "" for none."""
-        name = str(tomllib.loads(self.header.config).get("cell", {}).get("backend", NO_DEVICE))
+        """The simulated cell of the configuration, "" for none or if the configuration cannot be read."""
+        try:
+            name = str(tomllib.loads(self.header.config).get("cell", {}).get("backend", NO_DEVICE))
+        except (tomllib.TOMLDecodeError, AttributeError):
+            return ""
         return "" if name == NO_DEVICE else name
 
     @property
