@@ -53,7 +53,7 @@ class Happening(NamedTuple):
 
 @dataclass(slots=True)
 class RunData:
-    """What a report shows of a run. Curves carry the time at which their values were true, s since the beginning.
+    """The content of a report. Curves carry the time at which their values were true, s since the beginning.
 
     `summary` is that of the run, None if the recording has none; `damage` states where a damaged file ends.
     """

@@ -78,7 +78,7 @@ def timing_rows(data: RunData) -> Rows:
     """Return the costs of the run on the computer that ran it."""
     summary = data.summary
     if summary is None:
-        return []
+        return [("timings", "not recorded")]
     timing = summary["timing"]
     rows: Rows = [("wall time", f"{timing['wall_s']:.2f} s")]
     if summary.get("realtime_factor"):
