@@ -1,4 +1,4 @@
-"""`lsds record`: look at recordings, cut and repair them."""
+"""`lsds record`: look at recordings, report, cut and repair them."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ RECORDING = click.Path(dir_okay=False, path_type=Path)
 
 @click.group()
 def record() -> None:
-    """Film a sensor; look at recordings, cut and repair them.
+    """Film a sensor; look at recordings, report, cut and repair them.
 
     \b
     Examples:
       lsds run --record run.mcap          record a run
       lsds record film rig.toml --seconds 10 --out gel.mcap
       lsds record info run.mcap           what is in it?
+      lsds record report run.mcap --out run.html
       lsds record cut run.mcap --from 3 --to 5 --out short.mcap
       lsds record repair run.mcap --out whole.mcap
     """
@@ -94,6 +95,27 @@ def info(recording: Path, json_file: str | None) -> None:
         click.echo(_table(found))
     if json_file is not None:
         write_json(found, json_file)
+
+
+@record.command()
+@click.argument("recording", type=RECORDING)
+@click.option("--out", type=RECORDING, required=True, metavar="F.html", help="New file for the page.")
+def report(recording: Path, out: Path) -> None:
+    """Write one page of a recorded run: plots over one time axis, tactile images, events and summary.
+
+    The page opens from disk in a browser and loads nothing from the network. A damaged recording gives a page of what
+    can be read, with a note.
+
+    \b
+    Examples:
+      lsds record report run.mcap --out run.html
+    """
+    from lsds.session.recording.report.page import write_report
+
+    damage = write_report(recording, out)
+    click.echo(f"report: {out}")
+    if damage:
+        click.echo(f"warning: the report is incomplete: {damage}", err=True)
 
 
 @record.command()

@@ -60,6 +60,14 @@ if TYPE_CHECKING:
     metavar="WHERE",
     help="Show the run live: terminal; rerun (extra view); rerun+http://HOST:PORT/proxy; or write F.rrd for Rerun.",
 )
+@click.option(
+    "--report",
+    "page",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=None,
+    metavar="F.html",
+    help="Write this new page with plots, images, events and summary; it opens from disk.",
+)
 @json_option
 def run(
     config: Path | None,
@@ -71,6 +79,7 @@ def run(
     record: Path | None,
     record_images: Images,
     view: str | None,
+    page: Path | None,
     json_file: str | None,
 ) -> None:
     """Grasp, lift and hold an object, and close the gripper when it slips.
@@ -103,9 +112,11 @@ def run(
       lsds run rig.toml --no-plot                      run your own cell
       lsds run --view terminal                         watch it as text; --view rerun in Rerun's viewer
       lsds run --record run.mcap                       keep frames, states, answers and commands
+      lsds run --report run.html                       look at the run in a browser
     """
     one_thread()
     from lsds.cli.faults import faults_override
+    from lsds.cli.report import recording_for, report_run
     from lsds.session.run import run as run_session
     from lsds.session.verdict import Outcome
 
@@ -124,7 +135,7 @@ def run(
                 moment, came = fault["moment"], ", ".join(session.stages.names)
                 click.echo(f"note: {fault['backend']} never began: no '{moment}' came (there were {came})", err=True)
         recorded = session.summary["recording"]
-        if recorded is not None:
+        if recorded is not None and record is not None:
             click.echo(f"recording: {recorded['file']}, {recorded['messages']} messages", err=json_file == "-")
         sys.stdout.flush()
         if not isinstance(session.fault, KeyboardInterrupt):
@@ -135,7 +146,13 @@ def run(
             session.draw(plot)
             click.echo(f"picture: {plot}", err=json_file == "-")
 
-    session = run_session(config, chosen, finished=_fault_first(report), record=record, images=record_images, view=view)
+    with recording_for(page, record) as kept:
+        session = run_session(
+            config, chosen, finished=_fault_first(report), record=kept, images=record_images, view=view
+        )
+        if page is not None and kept is not None:
+            target, source = page, kept
+            _fault_first(lambda ended: report_run(ended, target, source, err=json_file == "-"))(session)
     if isinstance(session.fault, KeyboardInterrupt):
         # Drawing takes seconds, and the user who has interrupted waits for the end.
         asked = click.get_current_context().get_parameter_source("plot") is ParameterSource.COMMANDLINE

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -166,10 +166,37 @@ def _run(
 
     if rig.own_cell is not None:
         engine.every("truth", sample, rate_hz)
+    with ExitStack() as ending:
+        ending.callback(engine.events.close, LAST_WRITES_S)
+        fault, summary, verdict = _summarised(
+            rig, engine, record, truths, watching, sample, observes=observe is not None
+        )
+        if recorder is not None:
+            recorder.summary = summary
+    of_events = {own.name: own for own in engine.events.statistics()}
+    summary["recording"] = None if recorder is None else _recorded(recorder, of_events["recording"])
+    summary["view"] = None if watcher is None else of_events["view"].failure
+    perception = engine.perception
+    return Session(
+        summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages, verdict
+    )
+
+
+def _summarised(
+    rig: Rig,
+    engine: Engine,
+    record: RunRecord,
+    truths: TruthLog,
+    watching: Observers[Cycle],
+    sample: Callable[[int], None],
+    *,
+    observes: bool,
+) -> tuple[BaseException | None, dict[str, Any], Verdict]:
+    """Run the engine to its end; return the error that ended it early, the summary and the verdict."""
     begun, began_ns = perf_ns(), rig.clock.now()
     fault: BaseException | None = None
     try:
-        if observe is None:
+        if not observes:
             engine.run()
         else:
             with closing(iter(engine)) as cycles:
@@ -186,7 +213,6 @@ def _run(
         wall_s = seconds(perf_ns() - begun)
         simulated_s = seconds(rig.clock.now() - began_ns)
         engine.observers.close()
-        engine.events.close(LAST_WRITES_S)
     observers = (*engine.observers.statistics(), *watching.statistics())
     failures = [observer.failure for observer in observers if observer.failure]
     if failures and fault is None:
@@ -194,13 +220,7 @@ def _run(
     summary, verdict = summarise(
         rig, engine, record.samples, truths.samples, wall_s=wall_s, simulated_s=simulated_s, fault=fault
     )
-    of_events = {own.name: own for own in engine.events.statistics()}
-    summary["recording"] = None if recorder is None else _recorded(recorder, of_events["recording"])
-    summary["view"] = None if watcher is None else of_events["view"].failure
-    perception = engine.perception
-    return Session(
-        summary, record, truths.samples, perception.reference_frame, perception.reference, fault, rig.stages, verdict
-    )
+    return fault, summary, verdict
 
 
 def _recorded(recorder: RecordingWriter, statistics: ObserverStatistics) -> dict[str, Any]:

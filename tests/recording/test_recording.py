@@ -77,6 +77,18 @@ def test_other_peoples_readers_read_it(recorded):
             assert value.timestamp.seconds >= 0
 
 
+def test_a_whole_recording_holds_the_summary_of_its_run(recorded, tmp_path):
+    path, session = recorded
+    mended = tmp_path / "mended.mcap"
+    repair(path, mended)
+    for source in (path, mended):
+        recording = Recording(source)
+        assert recording.summary is None
+        list(recording.messages())
+        assert recording.summary["outcome"] == session.summary["outcome"] == "held"
+        assert recording.summary["slip_distance_m"] == session.summary["slip_distance_m"]
+
+
 @pytest.mark.parametrize("share", np.linspace(0.02, 0.999, 20))
 def test_a_file_that_ends_anywhere_reads_up_to_there(recorded, tmp_path, share):
     path, _ = recorded

@@ -58,7 +58,7 @@ def cut(path: Path, out: Path, start_s: float = 0.0, end_s: float | None = None)
     end = math.inf if end_s is None else end_s
     if not start_s < end:
         raise DataError(f"{path}: a part from {start_s:g} s to {end:g} s is empty (--from before --to)")
-    written, _ = _copied(path, out, lambda message: start_s <= (message.now_ns - begin_ns) * 1e-9 <= end)
+    written, _ = _copied(path, out, lambda message: start_s <= (message.now_ns - begin_ns) * 1e-9 <= end, whole=False)
     return written
 
 
@@ -67,10 +67,10 @@ def repair(path: Path, out: Path) -> tuple[int, str]:
 
     Raises DataError.
     """
-    return _copied(path, out, lambda message: True)
+    return _copied(path, out, lambda message: True, whole=True)
 
 
-def _copied(path: Path, out: Path, wanted: Callable[[Raw], bool]) -> tuple[int, str]:
+def _copied(path: Path, out: Path, wanted: Callable[[Raw], bool], *, whole: bool) -> tuple[int, str]:
     recording = Recording(path)
     if out.exists() and out.samefile(path):
         raise DataError(f"{out}: is the recording itself (choose another name for the copy)")
@@ -78,6 +78,8 @@ def _copied(path: Path, out: Path, wanted: Callable[[Raw], bool]) -> tuple[int, 
     for message in recording.messages():
         if wanted(message):
             copier.copy(message, recording.schemas[message.schema])
+    # The summary of the run is not that of a part.
+    copier.summary = recording.summary if whole else None
     copier.close()
     if not copier.written:
         out.unlink()

@@ -21,6 +21,8 @@ FORMAT = 1
 """Version of the recordings that this version writes; it reads all versions up to it."""
 NAME = "lsds"
 """Name of the metadata record that holds the header."""
+SUMMARY = "lsds.summary"
+"""Name of the metadata record at the end of the file that holds the summary of the run."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from lsds.contracts.events import (
 )
 from lsds.errors import DataError
 from lsds.session.recording.codec import from_json
-from lsds.session.recording.header import NAME, RecordingHeader
+from lsds.session.recording.header import NAME, SUMMARY, RecordingHeader
 from lsds.session.recording.messages import (
     ARM,
     CORRECTION,
@@ -68,7 +68,8 @@ class Recording:
     """A recording on disk.
 
     `damage` says what is wrong with the file's end after it was read to there; empty if it is whole. `schemas` holds
-    the text of each schema read so far by its name.
+    the text of each schema read so far by its name. `summary` holds the figures of the run once the file was read to
+    its end; None if the run did not write them.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -77,6 +78,7 @@ class Recording:
         self.path = Path(path)
         self.damage = ""
         self.schemas: dict[str, bytes] = {}
+        self.summary: dict[str, Any] | None = None
         self.header = self._header()
 
     def messages(self) -> Iterator[Raw]:
@@ -90,6 +92,8 @@ class Recording:
                 self.schemas[record.name] = record.data
             elif kind == "Channel":
                 channels[record.id] = record
+            elif kind == "Metadata" and record.name == SUMMARY:
+                self.summary = _summary(record.metadata)
             elif kind == "Message" and record.channel_id in channels:
                 channel = channels[record.channel_id]
                 schema = schemas.get(channel.schema_id)
@@ -208,6 +212,15 @@ _STATES: dict[str, tuple[Any, Any]] = {
     TRUTH: (CellTruth, TruthKnown),
 }
 _EVENTS = frozenset((FRAMES, POSES, JOB, CORRECTION, *_STATES))
+
+
+def _summary(metadata: dict[str, str]) -> dict[str, Any] | None:
+    """Return the figures in a metadata record; None if they cannot be read, as the messages do not depend on them."""
+    try:
+        found = json.loads(metadata["json"])
+    except (KeyError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def _decoded(data: bytes, where: str) -> NDArray[np.uint8]:

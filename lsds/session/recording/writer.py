@@ -11,8 +11,8 @@ import cv2
 
 from lsds.clock import nanoseconds, perf_ns
 from lsds.errors import DataError
-from lsds.session.recording.codec import to_text
-from lsds.session.recording.header import NAME, RecordingHeader
+from lsds.session.recording.codec import to_json, to_text
+from lsds.session.recording.header import NAME, SUMMARY, RecordingHeader
 from lsds.session.recording.messages import SCHEMAS, Image, Message, messages_of
 from lsds.session.recording.viewers import stamp, viewer_messages
 from lsds.support.extras import require
@@ -39,7 +39,8 @@ JPEG_QUALITY = 90
 class RecordingWriter:
     """An observer of `Engine.events` that writes an MCAP file. It never overwrites a file.
 
-    `written` is the number of messages so far. `observe` raises DataError where the disk fails; the file is then cut
+    `written` is the number of messages so far. `summary` holds the figures of the run; `close` writes them if they are
+    set by then. `observe` raises DataError where the disk fails; the file is then cut
     back to its last whole chunk, which stays readable.
     """
 
@@ -49,6 +50,7 @@ class RecordingWriter:
         from mcap.writer import Writer
 
         self.path, self.written = path, 0
+        self.summary: dict[str, Any] | None = None
         self._images = images
         self._file = _created(path)
         self._whole_bytes = 0
@@ -101,6 +103,8 @@ class RecordingWriter:
         if self._broken or self._file.closed:
             return
         try:
+            if self.summary is not None:
+                self._writer.add_metadata(SUMMARY, {"json": json.dumps(to_json(self.summary))})
             self._writer.finish()
             self._file.close()
         except OSError as error:
