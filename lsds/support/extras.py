@@ -26,6 +26,7 @@ EXTRAS = {
     "rerun": "view",
     "mcap_protobuf": "record",
     "foxglove_schemas_protobuf": "record",
+    "mcap_ros2": "ros2",
 }
 """Import name -> extra of lsds that installs it."""
 
