@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from lsds.cli.main import main
@@ -18,12 +20,25 @@ def test_an_export_lists_what_it_wrote(recorded, tmp_path, capsys):
     assert (out / "grip.parquet").exists()
 
 
+def test_recordings_become_episodes(recorded, tmp_path, capsys):
+    out, path = tmp_path / "dataset", str(recorded[0])
+    command = ["record", "export", path, path, "--to", "lerobot", "--rate", "5", "--task", "hold", "--out", str(out)]
+    assert main(command) == 0
+    shown = capsys.readouterr()
+    assert "exporting 2 recordings" in shown.err
+    assert "frames" in shown.out
+    info = json.loads((out / "meta" / "info.json").read_text())
+    assert (info["total_episodes"], info["fps"]) == (2, 5)
+
+
 def test_errors_are_one_line_with_a_remedy(recorded, tmp_path, capsys):
     path = str(recorded[0])
     assert main(["record", "export", path, "--to", "parquet", "--out", str(tmp_path)]) == 5
     assert "exists already, and an export overwrites nothing" in capsys.readouterr().err
     assert main(["record", "export", path, path, "--to", "ros2", "--out", str(tmp_path / "bag")]) == 2
     assert "takes one recording, not 2" in capsys.readouterr().err
+    assert main(["record", "export", path, "--to", "parquet", "--rate", "5", "--out", str(tmp_path / "bag")]) == 2
+    assert "--task and --rate are for --to lerobot" in capsys.readouterr().err
     other = tmp_path / "other.mcap"
     other.write_bytes(b"nothing")
     assert main(["record", "export", str(other), "--to", "ros2", "--out", str(tmp_path / "bag")]) == 5

@@ -68,8 +68,8 @@ class _Bag:
         other = self._sources.setdefault(message.topic, raw.topic)
         if other != raw.topic:
             raise DataError(
-                f"{raw.topic}: its name in ROS is {message.topic}, and that of {other} too (record with finger names that "
-                "differ in letters or digits)"
+                f"{raw.topic}: its name in ROS is {message.topic}, and that of {other} too (give the fingers names "
+                "that differ in letters or digits, and record again)"
             )
         now_ns = since_ns + raw.now_ns
         self._writer.write_message(

@@ -1,4 +1,4 @@
-"""What a message of a recording becomes in a ROS 2 bag."""
+"""The messages of a ROS 2 bag that stand for a message of a recording."""
 
 from __future__ import annotations
 
