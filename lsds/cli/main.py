@@ -19,7 +19,7 @@ from lsds.errors import LsdsError
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("lsds.cli.run:run", "Run the closed loop: grasp, lift, hold, on hardware or in the simulated cell."),
     "track": ("lsds.cli.track:track", "Track slip in recordings. No device moves."),
-    "record": ("lsds.cli.record:record", "Film a sensor; look at recordings, report, cut and repair them."),
+    "record": ("lsds.cli.record:record", "Film a sensor; look at recordings, cut, repair, report and export them."),
     "replay": ("lsds.cli.replay:replay", "Run the algorithms again on a recorded run, and compare."),
     "study": ("lsds.cli.study:study", "Run a study: measure speed against accuracy."),
     "chart": ("lsds.cli.study:study", "Another name for study."),

@@ -1,4 +1,4 @@
-"""`lsds record`: look at recordings, report, cut and repair them."""
+"""`lsds record`: look at recordings, cut, repair, report and export them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.record_export import export
 from lsds.cli.threads import one_thread
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ RECORDING = click.Path(dir_okay=False, path_type=Path)
 
 @click.group()
 def record() -> None:
-    """Film a sensor; look at recordings, report, cut and repair them.
+    """Film a sensor; look at recordings, cut, repair, report and export them.
 
     \b
     Examples:
@@ -28,7 +29,11 @@ def record() -> None:
       lsds record report run.mcap --out run.html
       lsds record cut run.mcap --from 3 --to 5 --out short.mcap
       lsds record repair run.mcap --out whole.mcap
+      lsds record export run.mcap --to parquet --out tables
     """
+
+
+record.add_command(export)
 
 
 @record.command()

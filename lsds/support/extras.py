@@ -27,6 +27,7 @@ EXTRAS = {
     "mcap_protobuf": "record",
     "foxglove_schemas_protobuf": "record",
     "plotly": "report",
+    "mcap_ros2": "ros2",
 }
 """Import name -> extra of lsds that installs it."""
 
