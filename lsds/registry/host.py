@@ -83,7 +83,7 @@ class PluginHost:
     def backends(self) -> tuple[Backend, ...]:
         """All backends that are not blocked, in order of kind and name."""
         self._load()
-        # What the program itself registers may change at any time.
+        # The program itself may register a backend at any time.
         own = () if self._entry_points is not None else in_program.specs()
         known = [*self._backends, *(Backend(spec, in_program.DISTRIBUTION, in_program.DISTRIBUTION) for spec in own)]
         offered = [b for b in known if not self._is_blocked(b.plugin, b.distribution)]

@@ -44,7 +44,7 @@ def register(
 
 
 def unregister(kind: Kind, name: str) -> None:
-    """Withdraw a backend; do nothing if there is none."""
+    """Withdraw a backend; do nothing if it is not registered."""
     _SPECS.pop((kind, name), None)
     _OBJECTS.pop(f"{kind}/{name}", None)
     _OBJECTS.pop(f"{kind}/{name}/options", None)

@@ -63,7 +63,7 @@ class Session:
         Raises MissingExtra without pandas.
         """
         require("pandas", extra="data", purpose="a table of the run")
-        import pandas as pd  # type: ignore[import-untyped]
+        import pandas as pd
 
         table = pd.DataFrame([asdict(sample) for sample in self.record.samples])
         if len(table):
