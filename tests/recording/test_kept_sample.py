@@ -1,4 +1,4 @@
-"""A recording that an earlier version wrote is read as before: `data/format_1.mcap`, half a second of a simulated lift."""
+"""A recording of an earlier version is read as before: `data/format_1.mcap`, half a second of a simulated lift."""
 
 from __future__ import annotations
 
