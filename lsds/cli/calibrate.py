@@ -8,7 +8,8 @@ import click
 
 from lsds.cli.calibrate_grip import grip
 from lsds.cli.calibrate_slip import slip
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.text_table import table
 from lsds.errors import DataError
 
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
+from lsds.cli.text_table import table
 from lsds.errors import DataError
 
 if TYPE_CHECKING:

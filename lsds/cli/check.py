@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.plugged import host_of
+from lsds.cli.text_table import table
 
 if TYPE_CHECKING:
     from lsds.registry.host import PluginHost

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_flag, table, write_json
+from lsds.cli.output import json_flag, write_json
+from lsds.cli.text_table import table
 from lsds.contracts import DEVICE_KINDS
 from lsds.registry.host import PluginHost
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import plain, table, write_json
+from lsds.cli.output import plain, write_json
+from lsds.cli.text_table import table
 from lsds.contracts.kinds import KINDS
 from lsds.errors import PluginNotFound
 from lsds.registry.backends import Backend, did_you_mean

@@ -6,12 +6,29 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_flag, require_known, table, write_json
+from lsds.cli.output import json_flag, require_known, write_json
 from lsds.cli.plugin_show import show
+from lsds.cli.text_table import table
 from lsds.contracts.kinds import KINDS
-from lsds.registry.backends import Backend
+from lsds.registry.backends import OWN_DISTRIBUTION, Backend
 from lsds.registry.containment import one_line
 from lsds.registry.host import PluginHost
+
+NOT_VERIFIED = "not verified"
+"""Text for a backend without a test on its hardware."""
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Devices": ("sensor", "gripper", "arm", "pose_source", "cell"),
+    "Algorithms": ("tracker", "detector", "estimator", "controller", "job"),
+    "Commands": ("command", "study", "learner"),
+    "Test equipment": ("wire_mock", "fault"),
+}
+"""Kinds in the order in which they are listed, by title."""
+SHORTENED = ("Commands", "Test equipment")
+"""Groups of which only the number is listed: they have commands of their own, and would hide the others."""
+COLUMNS = ("kind", "name", "distribution", "status", "hardware", "summary")
+"""Columns of the tables."""
+USUAL = {"distribution": OWN_DISTRIBUTION, "status": "ready", "hardware": NOT_VERIFIED}
+"""Values that are not worth a column if all backends have them."""
 
 
 class PluginsGroup(click.Group):
@@ -27,27 +44,31 @@ class PluginsGroup(click.Group):
 
 @click.group(cls=PluginsGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="List only backends of this kind.")
+@click.option("--all", "everything", is_flag=True, help="List commands, studies, wire mocks and faults as well.")
 @json_flag
 @click.pass_context
-def plugins(ctx: click.Context, kind: str | None, json_file: str | None) -> None:
+def plugins(ctx: click.Context, kind: str | None, everything: bool, json_file: str | None) -> None:
     """List the installed backends, and the plugins that failed to load with the reason.
+
+    Devices and algorithms first; of commands and test equipment the number.
 
     \b
     Examples:
       lsds plugins
       lsds plugins --kind gripper
+      lsds plugins --all
       lsds plugins --json backends.json
       lsds plugins show mock-hand-e
       LSDS_BLOCK_PLUGINS=acme-gripper lsds plugins
     """
     if ctx.invoked_subcommand is None:
-        _list(kind, json_file)
+        _list(kind, json_file, everything=everything)
 
 
 plugins.add_command(show)
 
 
-def _list(kind: str | None, json_file: str | None) -> None:
+def _list(kind: str | None, json_file: str | None, *, everything: bool) -> None:
     host = PluginHost()
     backends = [_row(b, host) for b in host.backends if kind in (None, b.spec.kind)]
     failures = [
@@ -58,10 +79,8 @@ def _list(kind: str | None, json_file: str | None) -> None:
     if json_file is not None:
         write_json({"backends": backends, "failures": failures, "notes": notes}, json_file)
         return
-    columns = ("kind", "name", "distribution", "status", "hardware_verified", "summary")
-    rows = [tuple(str(row[column]) for column in columns) for row in backends]
-    if rows:
-        click.echo(table(rows, ("KIND", "NAME", "DISTRIBUTION", "STATUS", "HARDWARE", "SUMMARY")))
+    if backends:
+        click.echo("\n\n".join(_groups(backends, everything=everything or kind is not None)))
     else:
         click.echo("no backend is installed" + (f" of kind {kind}" if kind else ""))
     for failure in host.failures:
@@ -69,6 +88,22 @@ def _list(kind: str | None, json_file: str | None) -> None:
         click.echo(f"plugin {failure.plugin} ({failure.distribution}): {state}")
     for note in host.notes:
         click.echo(f"plugin {note}")
+
+
+def _groups(backends: list[dict[str, Any]], *, everything: bool) -> list[str]:
+    """Return a table of each group of kinds; of the last groups only the number, unless everything is wanted."""
+    parts = []
+    for title, kinds in GROUPS.items():
+        rows = sorted(
+            (row for row in backends if row["kind"] in kinds), key=lambda row: (kinds.index(row["kind"]), row["name"])
+        )
+        if rows and not everything and title in SHORTENED:
+            parts.append(f"{title}: {len(rows)} (lsds plugins --all)")
+        elif rows:
+            columns = [name for name in COLUMNS if any(row[name] != USUAL.get(name) for row in backends)]
+            cells = [tuple(str(row[column]) for column in columns) for row in rows]
+            parts.append(f"{title}\n\n" + table(cells, tuple(column.upper() for column in columns)))
+    return parts
 
 
 def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
@@ -83,5 +118,6 @@ def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
         "missing": list(missing),
         "extra": backend.spec.extra,
         "virtual_time": backend.spec.virtual_time,
-        "hardware_verified": backend.spec.hardware_verified or "not verified",
+        "hardware": backend.spec.hardware_verified or NOT_VERIFIED,
+        "hardware_verified": backend.spec.hardware_verified or NOT_VERIFIED,
     }

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from lsds.cli.output import table
 from lsds.cli.progress import Progress
+from lsds.cli.text_table import table
 
 RECORDING = click.Path(dir_okay=False, path_type=Path)
 

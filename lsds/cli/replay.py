@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 
 if TYPE_CHECKING:

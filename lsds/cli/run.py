@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.output import csv_text, table, write_json, write_text
+from lsds.cli.output import csv_text, write_json, write_text
 from lsds.cli.progress import Progress
+from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 from lsds.contracts.study import StudyTable
 from lsds.errors import DataError, MissingExtra

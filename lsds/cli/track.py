@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, table, write_json
+from lsds.cli.output import json_option, write_json
 from lsds.cli.progress import Progress
+from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lsds.cli.output import plain, table, to_json, write_json
+from lsds.cli.output import plain, to_json, write_json
+from lsds.cli.text_table import table
 from lsds.errors import DataError
 from lsds.safety.guard import SafetyOptions
 

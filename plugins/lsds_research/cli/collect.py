@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
+from lsds.cli.text_table import table
 from lsds.cli.threads import MOST_PROCESSES, processes
 from lsds.support.extras import require
 

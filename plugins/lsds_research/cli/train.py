@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.output import json_option, require_writable, table, write_json
+from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.text_table import table
 from lsds.registry.backends import did_you_mean
 from lsds.support.extras import require
 
