@@ -16,7 +16,7 @@ from lsds.registry import PluginHost
 from lsds.session.track import TrackResult, track
 from lsds.support.processes import DIED, spread
 
-VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg")
+VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg", ".mcap")
 #: A reference with at least this many markers shows a whole pad; with fewer it is zoomed or cropped.
 WHOLE_PAD = 60
 

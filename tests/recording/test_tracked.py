@@ -55,3 +55,18 @@ def test_real_recordings_replay_identically(source, tmp_path):
     again = replay(path)
     assert again.identical
     assert again.cycles == len(result.t_s) > 0
+
+
+def test_labels_and_calibration_read_a_recording_as_a_video(video, tmp_path):
+    from lsds_plugins.replay.reader import open_reader
+    from lsds_research.slips.recording_view import RecordingView
+
+    path = tmp_path / "clip.mcap"
+    track(video, record=path)
+    from_video, from_run = list(open_reader(str(video)).images()), list(open_reader(str(path)).images())
+    assert len(from_run) == len(from_video)
+    for one, other in zip(from_video, from_run, strict=True):
+        np.testing.assert_array_equal(one.image, other.image)
+        assert one.time_s == pytest.approx(other.time_s, abs=1e-6)
+    view = RecordingView(path)
+    np.testing.assert_array_equal(view.images, RecordingView(Path(video)).images)

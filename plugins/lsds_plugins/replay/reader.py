@@ -1,4 +1,4 @@
-"""Frames from a video file, a folder of images, or a glob pattern of image names."""
+"""Frames from a video file, a recorded run, a folder of images, or a glob pattern of image names."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from lsds.errors import DataError
 
+RECORDED = ".mcap"
+"""Ending of a recorded run."""
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
@@ -38,7 +40,10 @@ class Reader(Protocol):
 
 
 def open_reader(path: str) -> Reader:
-    """Return a reader for a video file, a folder of images, or a pattern such as `clip/*.png`. Raises DataError."""
+    """Return a reader for a video file, a recorded run, a folder of images, or a pattern `clip/*.png`.
+
+    Raises DataError.
+    """
     source = Path(path).expanduser()
     if source.is_dir():
         return ImageReader(path, [p for p in source.iterdir() if p.suffix.lower() in IMAGE_ENDINGS])
@@ -48,7 +53,29 @@ def open_reader(path: str) -> Reader:
         raise DataError(f"{path}: no such file or folder; check the path")
     if source.stat().st_size == 0:
         raise DataError(f"{path}: the file is empty (was the recording or the copy interrupted?)")
+    if source.suffix.lower() == RECORDED:
+        return RunReader(source)
     return VideoReader(source)
+
+
+class RunReader:
+    """The first finger of a recorded run; times are those of the exposures."""
+
+    def __init__(self, file: Path) -> None:
+        from lsds.session.recording.reader import Recording
+
+        self._recording = Recording(file)
+        self.nominal_hz = self._recording.header.fingers[0].spec.rate_hz
+        self.count = 0
+
+    def images(self) -> Iterator[Picture]:
+        """Yield the frames. Raises DataError at the end of a recording that is cut off."""
+        first_ns: int | None = None
+        for _, frame in self._recording.frames():
+            first_ns = frame.t_ns if first_ns is None else first_ns
+            yield Picture(frame.image, (frame.t_ns - first_ns) * 1e-9, frame.redrawn)
+        if self._recording.damage:
+            raise DataError(f"{self._recording.path}: {self._recording.damage} (the earlier frames are valid)")
 
 
 class ImageReader:

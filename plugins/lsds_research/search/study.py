@@ -14,6 +14,8 @@ import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
+from lsds.session.run import run
+from lsds.support.extras import importable
 from lsds_research.search.files import save_scenario
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
@@ -101,10 +103,23 @@ class SearchStudy:
             comment = [f"fails: {row['way']} (margin {margin:.2f}); found by lsds search, shrunk", sentence]
             file = ""
             if self._options.found:
-                file = str(save_scenario(Path(self._options.found), name, small, settings, comment))
+                file = str(self._saved(name, small, settings, comment))
             shown = {"keys": keys or "none: the default", "sentence": sentence, "file": file}
             found.append({"failure": row["way"], "margin": margin, **shown})
         return found
+
+    def _saved(self, name: str, scenario: Scenario, settings: tuple[str, ...], comments: list[str]) -> Path:
+        """Save a failure as a file that lsds run repeats, next to a recording of it; return the file."""
+        folder = Path(self._options.found or "")
+        if not importable("mcap"):
+            return save_scenario(folder, name, scenario, settings, comments)
+        recording = folder / f"{name}.mcap"
+        comments = [*comments, f"recording: {recording.name} (lsds replay, lsds record report)"]
+        file = save_scenario(folder, name, scenario, settings, comments)
+        # A failure that was found before is recorded again by the present code.
+        recording.unlink(missing_ok=True)
+        run(file, record=recording, images="jpeg")
+        return file
 
     def _fails(self, way: str, scenario: Scenario) -> bool:
         row = self._scenarios.rows([scenario], lambda _: None)[0]

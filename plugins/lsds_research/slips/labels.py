@@ -24,7 +24,7 @@ from lsds.support.files import write_whole
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm")
+VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm", ".mcap")
 PROTOCOL = "labelled"
 """Value of a dataset's column `protocol` for frames labelled by eye."""
 NAME = "slip_labels.csv"
