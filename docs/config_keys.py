@@ -20,8 +20,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "config_keys.md"
 INTRODUCTION = """# Config keys
 
-A config is a TOML file. Every key is optional unless its default is "required". `lsds schema --example` prints a config
-to start from; `lsds schema` prints the JSON schema of the plugins installed here. An override names a key, too:
+A config is a TOML file. Every key is optional unless its default is "required". `lsds config example` prints a config
+to start from; `lsds config schema` prints the JSON schema of the plugins installed here. An override names a key, too:
 `lsds run --set task.lift_s=0.5`.
 
 The page lists the plugins of this repository. `python docs/config_keys.py` writes it from the JSON schema.

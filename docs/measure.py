@@ -2,7 +2,7 @@
 
 A measurement is a list of runs and the rows that a page quotes of them. `docs/measured/NAME.json` holds the command,
 the commit on which it was run, and the values. Rows are printed for pasting; `tests/docs/test_figures.py` looks for
-each of them in its page. Measurements on recordings, and on datasets of `lsds collect`, find their folders below
+each of them in its page. Measurements on recordings, and on datasets of `lsds learn collect`, find their folders below
 `LSDS_DATA`.
 """
 
@@ -109,8 +109,8 @@ OF_EACH_SETUP = ("fused", "fused, calibrated", "imprint")
 
 
 def slip() -> dict[str, Any]:
-    """Return the rows of `lsds evaluate slip` on the public incipient-slip set."""
-    found = result_of("evaluate", "slip", str(_folder("incipient_slip")))
+    """Return the rows of `lsds study slip` on the public incipient-slip set."""
+    found = result_of("study", "slip", str(_folder("incipient_slip")))
     return {"rows": [row for row in found["rows"] if row["detector"] in DETECTORS], "title": found["title"]}
 
 
@@ -141,7 +141,7 @@ Row = Mapping[str, Any]
 
 def _scored(dataset: str, *words: str) -> dict[str, Any]:
     """Return the rows, and how many recordings they are of."""
-    found = result_of("evaluate", "models", str(_folder(dataset)), *words)
+    found = result_of("study", "models", str(_folder(dataset)), *words)
     return {"of": found["notes"][0].split(";")[0], "rows": found["rows"]}
 
 
@@ -259,8 +259,8 @@ AS_IT_IS = ("monotone", "field-mlp", "logistic", "random-forest", "gradient-boos
 
 
 def incipient() -> dict[str, Any]:
-    """Return the rows of `lsds evaluate incipient-slip` on the public set."""
-    found = result_of("evaluate", "incipient-slip", str(_folder("incipient_slip")), "--cache", "none")
+    """Return the rows of `lsds study incipient-slip` on the public set."""
+    found = result_of("study", "incipient-slip", str(_folder("incipient_slip")), "--cache", "none")
     return {key: found[key] for key in ("title", "notes", "rows", "online", "clip_frames", "folds", "prevalence")}
 
 
@@ -280,7 +280,7 @@ def incipient_rows(values: dict[str, Any]) -> list[str]:
 
 # -- random objects -------------------------------------------------------------------------------------------
 
-RANDOM = ("evaluate", "grip", "--random", "60", "--draw", "1009", "--controller", "belief", "--controller", "pd")
+RANDOM = ("study", "grip", "--random", "60", "--draw", "1009", "--controller", "belief", "--controller", "pd")
 
 
 def random_objects() -> list[dict[str, Any]]:
@@ -427,12 +427,12 @@ MEASUREMENTS: dict[str, Measurement] = {
     "cost": Measurement("python docs/measure.py cost", "figures.md", cost, cost_rows),
     "random": Measurement("lsds " + " ".join(RANDOM), "grip.md", random_objects, random_rows),
     "frame": Measurement("lsds study frame --repeats 12", "figures.md", frame, frame_rows),
-    "slip": Measurement("lsds evaluate slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),
-    "detection": Measurement("lsds evaluate models $LSDS_DATA/detection", "learning.md", detection, detection_rows),
+    "slip": Measurement("lsds study slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),
+    "detection": Measurement("lsds study models $LSDS_DATA/detection", "learning.md", detection, detection_rows),
     "severity": Measurement("python docs/measure.py severity", "learning.md", severity, severity_rows),
     "asked": Measurement("lsds " + " ".join(ASK), "learning.md", None, asked_rows),
     "incipient": Measurement(
-        "lsds evaluate incipient-slip $LSDS_DATA/incipient_slip --cache none", "learning.md", incipient, incipient_rows
+        "lsds study incipient-slip $LSDS_DATA/incipient_slip --cache none", "learning.md", incipient, incipient_rows
     ),
     "pipe": Measurement("python docs/measure.py pipe", "figures.md", pipe, pipe_rows),
 }

@@ -21,18 +21,30 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "track": ("lsds.cli.track:track", "Track slip in recordings. No device moves."),
     "record": ("lsds.cli.record:record", "Film a sensor; look at recordings, cut, repair, report and export them."),
     "replay": ("lsds.cli.replay:replay", "Run the algorithms again on a recorded run, and compare."),
-    "study": ("lsds.cli.study:study", "Run a study: measure speed against accuracy."),
-    "chart": ("lsds.cli.study:study", "Another name for study."),
+    "study": ("lsds.cli.study:study", "Measure speed and accuracy, score models, look for failures."),
+    "learn": ("lsds.cli.learn:learn", "Record datasets, label slip by eye, and train models."),
     "mock": ("lsds.cli.mock:mock", "Serve a mock device on its own wire protocol."),
     "calibrate": ("lsds.cli.calibrate:calibrate", "Calibrate a camera, or slip and load on your own gel."),
     "plugins": ("lsds.cli.plugins:plugins", "List the installed backends and the plugins that failed to load."),
     "check": ("lsds.cli.check:check", "Check that a backend keeps the contract of its kind."),
     "new": ("lsds.cli.new:new", "Write a plugin to start from: code, options, tests, packaging."),
-    "schema": ("lsds.cli.schema:schema", "Print the JSON schema of a config, or an example config."),
+    "config": ("lsds.cli.config:config", "Write a config to start from, check one, or print the schema."),
     "devices": ("lsds.cli.devices:devices", "List cameras and serial ports, and what each backend is missing."),
     "completion": ("lsds.cli.completion:completion", "Print a shell completion script."),
 }
 """Built-in commands: name -> (module:attribute, the summary in `lsds --help`)."""
+FORMER = {
+    "chart": "study",
+    "choose": "study choose",
+    "collect": "learn collect",
+    "evaluate": "study",
+    "label": "learn label",
+    "reproduce": "study reproduce",
+    "schema": "config schema' or 'lsds config example",
+    "search": "study search",
+    "train": "learn train",
+}
+"""Names of the release before, each with the present one; they are removed in lsds 0.3."""
 
 
 class LazyGroup(click.Group):
@@ -77,6 +89,8 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
+        if args and args[0] in FORMER and args[0] not in _summaries(ctx):
+            raise click.UsageError(f"'lsds {args[0]}' is now 'lsds {FORMER[args[0]]}'", ctx)
         if args and args[0] not in COMMANDS and ":" not in args[0]:
             from lsds.cli.output import require_known
 
@@ -101,7 +115,7 @@ def cli(debug: bool) -> None:
       lsds run                                  run the simulated cell, closed loop
       lsds run rig.toml --set seed=7            run your own cell
       lsds plugins                              list what is installed
-      lsds schema --example > rig.toml          write a config to start from
+      lsds config example > rig.toml            write a config to start from
     """
 
 

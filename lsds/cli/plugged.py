@@ -24,18 +24,20 @@ def host_of(ctx: click.Context) -> PluginHost:
     return host
 
 
-def command_summaries(ctx: click.Context) -> dict[str, str]:
-    """Return the name and summary of every plugin command, from the manifests alone."""
-    return {b.spec.name: b.spec.summary for b in host_of(ctx).backends if b.spec.kind == "command"}
+def command_summaries(ctx: click.Context, group: str = "") -> dict[str, str]:
+    """Return the name and summary of every plugin command of a group, from the manifests alone."""
+    return {
+        b.spec.name: b.spec.summary for b in host_of(ctx).backends if b.spec.kind == "command" and b.spec.group == group
+    }
 
 
-def plugin_command(ctx: click.Context, name: str) -> click.Command | None:
-    """Import a plugin's command, "name" or "distribution:name"; None if no plugin offers that name.
+def plugin_command(ctx: click.Context, name: str, group: str = "") -> click.Command | None:
+    """Import a plugin's command of a group, "name" or "distribution:name"; None if no plugin offers it.
 
     Raises PluginConflict, PluginLoadError, ContractMismatch. During shell completion, returns None instead of raising.
     """
     host = host_of(ctx)
-    if name.rpartition(":")[2] not in host.names("command"):
+    if name.rpartition(":")[2] not in command_summaries(ctx, group):
         return None
     try:
         backend = host.find("command", name)

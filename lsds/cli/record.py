@@ -64,7 +64,6 @@ def film(
     Examples:
       lsds record film rig.toml --seconds 10 --out gel.mcap
       lsds record film --out gel.mcap --view terminal
-      lsds track gel.mcap
     """
     one_thread()
     from lsds.session.film import film as film_sensors

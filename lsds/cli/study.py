@@ -9,14 +9,18 @@ import click
 from click.shell_completion import CompletionItem
 
 from lsds.cli.output import require_known
-from lsds.cli.plugged import host_of
+from lsds.cli.plugged import command_summaries, host_of, plugin_command
 from lsds.cli.threads import one_thread
 from lsds.errors import PluginError
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+
     from lsds.registry.backends import Backend
     from lsds.registry.host import PluginHost
 
+GROUP = "study"
+"""Group of the plugin commands that are listed among the studies."""
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
@@ -24,14 +28,14 @@ class StudyGroup(click.Group):
     """Subcommands made from the installed studies, with flags made from each study's options model."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all studies."""
-        return list(host_of(ctx).names("study"))
+        """Return the names of all studies, and of the commands that are among them."""
+        return [*host_of(ctx).names("study"), *command_summaries(ctx, GROUP)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command of one study. Raises PluginConflict, PluginLoadError."""
         host = host_of(ctx)
         if cmd_name.rpartition(":")[2] not in host.names("study"):
-            return None
+            return plugin_command(ctx, cmd_name, GROUP)
         # The options may import numpy, after which its number of threads can no longer be set.
         one_thread()
         try:
@@ -62,13 +66,14 @@ class StudyGroup(click.Group):
 
 
 def _summaries(ctx: click.Context) -> list[tuple[str, str]]:
-    return [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "study"]
+    studies = [(b.spec.name, b.spec.summary) for b in host_of(ctx).backends if b.spec.kind == "study"]
+    return [*studies, *command_summaries(ctx, GROUP).items()]
 
 
 @click.group(cls=StudyGroup, context_settings=_HELP, invoke_without_command=True)
 @click.pass_context
 def study(ctx: click.Context) -> None:
-    """Run a study: measure speed against accuracy. `lsds chart` is another name for this command.
+    """Run a study: measure speed and accuracy, score models, look for failures, repeat the paper.
 
     A study prints a table and writes NAME.png. Each option can be given as a flag or with --set KEY=VALUE.
 
@@ -92,9 +97,21 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
     text = text or backend.spec.summary[:1].upper() + backend.spec.summary[1:]
     if "Examples:" not in text:
         text += f"\n\n\b\nExamples:\n  lsds study {name}\n  lsds study {name} --seed 1 --json {name}.json"
-    command = study_command(name, model, text, study=backend.qualified_name, picture=Path(f"{name}.png"))
+    command = study_command(
+        name, model, text, study=backend.qualified_name, picture=Path(f"{name}.png"), positional=_arguments(model)
+    )
     command.context_settings = _HELP
     return command
+
+
+def _arguments(model: type[BaseModel] | None) -> tuple[str, ...]:
+    """Return the options that are arguments: those that their model marks so."""
+    fields = {} if model is None else model.model_fields
+    return tuple(
+        name
+        for name, field in fields.items()
+        if isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("argument")
+    )
 
 
 def _own_doc(model: type) -> str:

@@ -17,7 +17,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        remedy = "check the path, or create a config: lsds schema --example > rig.toml"
+        remedy = "check the path, or create a config: lsds config example > rig.toml"
         raise ConfigError(str(path), [ConfigIssue("file", "does not exist", remedy)]) from None
     except IsADirectoryError:
         raise ConfigError(

@@ -31,11 +31,12 @@ class BackendSpec:
 
     `factory` and `options` are "module:attribute" strings, imported when the backend is used: a callable
     `factory(options, context)` and a pydantic model of its options table (None if it takes none). `requires` are the
-    import names it needs; `extra` is the pip extra that installs them. `hardware_verified` states on which hardware,
-    and when, a person has tested it; empty if never. `virtual_time` marks a device that runs on the virtual clock (an
+    import names it needs; `extra` is the pip extra that installs them. `group` names the command of lsds ("study",
+    "learn") that a command is a part of; empty for one at the top. `hardware_verified` states on which hardware, and
+    when, a person has tested it; empty if never. `virtual_time` marks a device that runs on the virtual clock (an
     in-process simulation, a recording); a rig of only such devices runs faster than real time. `in_cell` marks a device
-    that is part of the rig's cell; without one no cell is built, so that no simulated truth enters the figures of
-    a recording or of real hardware. `over_wire` marks a cell whose devices are reached from outside, over their wire
+    that is part of the rig's cell; without one no cell is built, so that no simulated truth enters the figures of a
+    recording or of real hardware. `over_wire` marks a cell whose devices are reached from outside, over their wire
     protocols: it is built whenever a config names it. `contract` is the version of the contracts that the backend is
     written for; a plugin that needs another version than this lsds supports is refused when it is loaded.
     """
@@ -47,6 +48,7 @@ class BackendSpec:
     summary: str = ""
     requires: tuple[str, ...] = ()
     extra: str = ""
+    group: str = ""
     hardware_verified: str = ""
     virtual_time: bool = False
     in_cell: bool = False

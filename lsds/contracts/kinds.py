@@ -56,7 +56,7 @@ KINDS: MappingProxyType[Kind, KindSpec] = MappingProxyType(
         "fault": KindSpec(Fault, "An injected fault of a part; [[faults]] of a config names it"),
         "wire_mock": KindSpec(WireMock, "A server that speaks a device's protocol; lsds mock runs it"),
         "study": KindSpec(Study, "Measures speed against accuracy; lsds study runs it"),
-        "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds train runs it"),
+        "learner": KindSpec(Learner, "Fits a detector or an estimator; lsds learn train runs it"),
         "command": KindSpec(Command, "A command of lsds; its factory names a click.Command, which is not called"),
     }
 )

@@ -151,7 +151,7 @@ def load(path: Path, job: str) -> Artefact:
     try:
         onnx = path.read_bytes()
     except OSError as error:
-        raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one with lsds train)") from error
+        raise ModelError(f"{path}: cannot be read: {error.strerror or error} (train one: lsds learn train)") from error
     card, fields = _card(path, job)
     if hashlib.sha256(onnx).hexdigest() != fields.get("sha256"):
         raise ModelError(
@@ -196,7 +196,7 @@ def _card(path: Path, job: str) -> tuple[Card, dict[str, Any]]:
         raise ModelError(f"{card_file}: not a model's card: {error}") from error
     if isinstance(fields, dict) and fields.get("format") == CLIPS:
         raise ModelError(
-            f"{path}: a model of whole clips, for lsds evaluate incipient-slip; it cannot run on single frames"
+            f"{path}: a model of whole clips, for lsds study incipient-slip; it cannot run on single frames"
         )
     if not isinstance(fields, dict) or fields.get("format") != FORMAT:
         raise ModelError(f"{card_file}: not the card of an '{FORMAT}'; train the model again")

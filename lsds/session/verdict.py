@@ -1,6 +1,6 @@
 """The verdict on a lift: the outcome, its reason, and the exit code of `lsds run`.
 
-`judge` is the only place that decides. `lsds run`, the studies and `lsds search` use its result.
+`judge` is the only place that decides. `lsds run`, the studies and `lsds study search` use its result.
 """
 
 from __future__ import annotations

@@ -180,11 +180,11 @@ def load(folder: Path) -> Dataset:
     path = folder / FRAMES
     card = read_card(folder)
     if card is None:
-        raise DataError(f"{folder}: no dataset there, for it has no {CARD} (lsds collect makes one)")
+        raise DataError(f"{folder}: no dataset there, for it has no {CARD} (lsds learn collect makes one)")
     if card.get("format") != FORMAT:
         raise DataError(f"{folder / CARD}: not the card of an '{FORMAT}'; collect it again")
     if not card.get("complete", False):
-        raise DataError(f"{folder}: its collection was not finished; run lsds collect with the same --out to go on")
+        raise DataError(f"{folder}: its collection was not finished (go on: lsds learn collect, same --out)")
     columns = read_table(path)
     _check(path, columns)
     if card.get("rows") != len(columns["frame"]):

@@ -1,10 +1,10 @@
 """Train the shipped models: `python -m lsds_research.make_models DATA`.
 
-DATA holds the datasets `detection`, `severity`, `catch` and `loads` (`lsds collect`). The five held-out objects and the
-pipe are not used for training. `fused` is trained on `detection`, `loads` and `labelled`, a folder (or a link to one)
-of real recordings labelled by eye, without the objects that are only scored. Estimators are trained on severity, catch
-and detection. Severity contains no held load: an estimator trained on it alone takes a held load for a slow slip. A
-third of detection is enough, because most of it is at rest.
+DATA holds the datasets `detection`, `severity`, `catch` and `loads` (`lsds learn collect`). The five held-out objects
+and the pipe are not used for training. `fused` is trained on `detection`, `loads` and `labelled`, a folder (or a link
+to one) of real recordings labelled by eye, without the objects that are only scored. Estimators are trained on
+severity, catch and detection. Severity contains no held load: an estimator trained on it alone takes a held load for a
+slow slip. A third of detection is enough, because most of it is at rest.
 
 `python -m lsds_research.make_models --real FOLDER` then measures the detectors on real recordings labelled by eye and
 writes the scores to their cards; training a model again removes them. `--reliability DATA` (five minutes) then fits

@@ -198,32 +198,29 @@ _MAPS = tuple(
 )
 
 _COMMANDS = (
-    ("collect", ("pyarrow",), "data", "Record a dataset by a protocol of the paper."),
+    ("learn", "collect", ("pyarrow",), "data", "Record a dataset by a protocol of the paper."),
+    ("learn", "label", (), "plot", "Label slip in recordings by eye, frame by frame."),
     (
+        "learn",
         "train",
         ("pyarrow", "sklearn", "torch"),
         "train",
         "Fit a detector or an estimator and write its ONNX model.",
     ),
-    ("evaluate", ("pyarrow",), "data", "Score models on unseen data, such as real recordings."),
-    ("choose", ("numba",), "sim", "Print the cheapest rig file within limits of slip and grip."),
-    ("search", ("numba", "cma", "scipy"), "search", "Look for scenarios in which the cell fails."),
-    ("label", (), "plot", "Label slip in recordings by eye, frame by frame."),
-    (
-        "reproduce",
-        ("pyarrow", "sklearn", "torch"),
-        "train",
-        "Measure the paper's tables on simulated data.",
-    ),
+    ("study", "choose", ("numba",), "sim", "cheapest rig file within limits of slip and grip"),
+    ("study", "reproduce", ("pyarrow", "sklearn", "torch"), "train", "the paper's tables on simulated data"),
 )
+"""Commands by group."""
 
 
 @hookimpl
 def lsds_backends() -> list[BackendSpec]:
     """Return the commands, studies, learners and the collecting job of research."""
     commands = [
-        BackendSpec("command", name, f"lsds_research.cli.{name}:{name}", summary=text, requires=needs, extra=extra)
-        for name, needs, extra, text in _COMMANDS
+        BackendSpec(
+            "command", name, f"lsds_research.cli.{name}:{name}", summary=text, requires=needs, extra=extra, group=group
+        )
+        for group, name, needs, extra, text in _COMMANDS
     ]
     studies = [
         BackendSpec(
@@ -254,6 +251,6 @@ def lsds_backends() -> list[BackendSpec]:
         "trial",
         "lsds_research.collecting.job:trial_job",
         "lsds_research.collecting.job:TrialOptions",
-        summary="make one recording by a protocol of lsds collect",
+        summary="make one recording by a protocol of lsds learn collect",
     )
     return [trial, *commands, *studies, *learners]

@@ -1,6 +1,6 @@
 """Regression scenarios, found by a campaign or a search: none of them may fail.
 
-`lsds search --found tests/closed_loop/found` adds to them.
+`lsds study search --found tests/closed_loop/found` adds to them.
 """
 
 from __future__ import annotations

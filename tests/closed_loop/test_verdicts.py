@@ -131,7 +131,7 @@ def test_a_failure_that_search_has_saved_fails_the_same_way_in_run(tmp_path, lim
     space = tmp_path / "space.toml"
     space.write_text("[task]\nlift_speed_m_s = [0.03, 0.08]\nfirst_squeeze_m = [0.0006, 0.0012]\n")
     found = tmp_path / "found"
-    asked = ["search", "--runs", "8", "--most", "2", "--space", str(space), "--found", str(found), *limit]
+    asked = ["study", "search", "--runs", "8", "--most", "2", "--space", str(space), "--found", str(found), *limit]
     asked += [word for text in QUICK for word in ("--with", text)]
     assert main([*asked, "--no-plot", "--json", str(tmp_path / "search.json")]) == 0
     saved = json.loads((tmp_path / "search.json").read_text())["found"]

@@ -23,7 +23,7 @@ CASES += [case for name in READY for case in cases(Bench("study", name, STUDIES[
 def test_commands_and_studies_are_found():
     if not has_manifest("lsds_research"):
         pytest.skip("lsds_research has no manifest in this checkout")
-    assert {"collect", "evaluate", "train"} <= set(COMMANDS)
+    assert {"collect", "label", "train", "choose", "reproduce"} <= set(COMMANDS)
     assert set(STUDIES) <= set(FOUND)
 
 

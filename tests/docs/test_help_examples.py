@@ -52,7 +52,7 @@ SECONDS = (
     r"lsds study gel --help",
     r"lsds calibrate camera --board",
     r"lsds calibrate grip$",
-    r"lsds label recordings/\*\.avi --pictures",
+    r"lsds learn label recordings/\*\.avi --pictures",
 )
 """Examples that are executed as they stand. The others run for minutes, serve until they are stopped, open a window, or
 need hardware or a data set: their arguments are checked."""
@@ -141,4 +141,4 @@ def test_the_arguments_of_a_long_example_are_valid(example, folder, monkeypatch)
 
 
 def test_a_wrong_example_is_found(folder):
-    assert main(["evaluate", "grip", "--objct", "ball"]) == 2
+    assert main(["study", "grip", "--objct", "ball"]) == 2

@@ -102,7 +102,7 @@ def test_no_recordings_are_no_dataset():
 
 
 def test_a_folder_that_is_no_dataset(tmp_path, saved):
-    refused(tmp_path / "nowhere", r"no dataset there, for it has no card\.json \(lsds collect")
+    refused(tmp_path / "nowhere", r"no dataset there, for it has no card\.json \(lsds learn collect")
     (saved / datasets.CARD).unlink()
     refused(saved, "no dataset there")
 
@@ -115,7 +115,7 @@ def test_a_card_that_is_none(saved, text):
 
 def test_a_collection_that_was_not_finished(saved):
     change_card(saved, complete=False)
-    refused(saved, "was not finished; run lsds collect with the same --out to go on")
+    refused(saved, r"was not finished \(go on: lsds learn collect, same --out\)")
 
 
 def test_frames_that_are_missing_or_damaged(saved):

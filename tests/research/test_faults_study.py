@@ -1,4 +1,4 @@
-"""`lsds evaluate faults`: runs next to those without, on one process or two, and its statistics."""
+"""`lsds study faults`: runs next to those without, on one process or two, and its statistics."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lsds_research.studies.faults.paired import holm, mcnemar
 
 from lsds.cli.main import main
 
-ASKED = ("evaluate", "faults", "--fault", "gripper-stuck", "--fault", "camera-dark", "--severity", "1")
+ASKED = ("study", "faults", "--fault", "gripper-stuck", "--fault", "camera-dark", "--severity", "1")
 
 
 def test_mcnemars_exact_test_and_holms_correction():
@@ -39,5 +39,5 @@ def test_a_stuck_gripper_is_stopped_a_dim_light_does_no_harm_on_any_number_of_pr
 
 
 def test_an_unknown_fault_is_named(capsys):
-    assert main(["evaluate", "faults", "--fault", "gripper-stuk"]) == 3
+    assert main(["study", "faults", "--fault", "gripper-stuk"]) == 3
     assert "gripper-stuck" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`lsds search`: the space, the search, the shrinking, and failures that were planted for it."""
+"""`lsds study search`: the space, the search, the shrinking, and failures that were planted for it."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_planted_failure_is_found_shrunk_and_saved_as_a_file_that_runs_again(t
     space = tmp_path / "space.toml"
     space.write_text("[task]\nlift_speed_m_s = [0.03, 0.05]\nfirst_squeeze_m = [0.0008, 0.0012]\n")
     planted = ["--with", "controller.backend=pd", "--with", "controller.pd.literal_sign=true"]
-    asked = ["search", "--runs", "8", "--most", "1", "--space", str(space), "--found", str(tmp_path), *planted]
+    asked = ["study", "search", "--runs", "8", "--most", "1", "--space", str(space), "--found", str(tmp_path), *planted]
     out = ["--out", str(tmp_path / "kept.jsonl"), "--plot", str(tmp_path / "search.png")]
     assert main([*asked, *out, "--json", str(tmp_path / "search.json")]) == 0
     result = json.loads((tmp_path / "search.json").read_text())

@@ -1,4 +1,4 @@
-"""`lsds train`: training on one or several datasets, scores compared with trivial baselines, clear errors."""
+"""`lsds learn train`: training on one or several datasets, scores compared with trivial baselines, clear errors."""
 
 import json
 from itertools import pairwise
@@ -21,7 +21,7 @@ def saved(folder, objects, seed=0):
 
 
 def train(*arguments):
-    return CliRunner().invoke(cli, ["train", *map(str, arguments)])
+    return CliRunner().invoke(cli, ["learn", "train", *map(str, arguments)])
 
 
 def test_it_writes_a_model_and_prints_the_scores_of_the_rules(tmp_path):

@@ -34,7 +34,7 @@ def test_help_lists_every_command(capsys):
     assert "Examples:" in out
 
 
-@pytest.mark.parametrize("name", ["plugins", "schema", "devices", "completion"])
+@pytest.mark.parametrize("name", ["plugins", "config", "learn", "devices", "completion"])
 def test_every_command_has_help_with_examples(capsys, name):
     assert main([name, "--help"]) == 0
     assert "Examples:" in capsys.readouterr().out
@@ -91,7 +91,7 @@ def test_a_command_that_cannot_be_imported_is_an_error(monkeypatch, capsys):
 
 
 def test_a_closed_output_pipe_is_no_traceback():
-    script = f"{sys.executable} -m lsds.cli.main schema | head -c 10"
+    script = f"{sys.executable} -m lsds.cli.main config schema | head -c 10"
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
     assert done.stderr == ""
 

@@ -77,9 +77,9 @@ def test_devices(monkeypatch, capsys, tmp_path):
 
 def test_schema_to_a_file_and_example_to_stdout(capsys, tmp_path):
     target = tmp_path / "schema.json"
-    assert main(["schema", "-o", str(target)]) == 0
+    assert main(["config", "schema", "-o", str(target)]) == 0
     assert json.loads(target.read_text())["$schema"].endswith("2020-12/schema")
-    assert main(["schema", "--example"]) == 0
+    assert main(["config", "example"]) == 0
     example = RigConfig.model_validate(tomllib.loads(capsys.readouterr().out))
     # The example spells out options tables, which the default leaves to the backends; all else is the default.
     bare = {kind: {"backend": example.section(kind).backend} for kind in CONFIG_KINDS}
@@ -87,7 +87,7 @@ def test_schema_to_a_file_and_example_to_stdout(capsys, tmp_path):
 
 
 def test_a_file_that_cannot_be_written_is_one_clear_error(capsys, tmp_path):
-    assert main(["schema", "-o", str(tmp_path / "no" / "x.json")]) == 5
+    assert main(["config", "schema", "-o", str(tmp_path / "no" / "x.json")]) == 5
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert "create the folder first" in err

@@ -179,7 +179,7 @@ def test_the_same_options_by_flags_and_by_set(lsds):
 
 
 def test_tables_notes_files_and_the_picture_of_its_name(lsds, tmp_path):
-    done = lsds("chart", "echo", "--csv", "t.csv")
+    done = lsds("study", "echo", "--csv", "t.csv")
     assert done.exit_code == 0
     assert done.stdout.startswith("echo, simulated\n\nnumber\n------\n1.0\n\nkey")
     assert "a note" in done.stdout
@@ -205,7 +205,7 @@ def test_options_called_like_a_common_flag_are_set_by_set(lsds):
 
 
 def test_all_are_listed_and_a_broken_one_does_not_affect_the_others(lsds):
-    for arguments in (["study"], ["study", "--help"], ["chart"]):
+    for arguments in (["study"], ["study", "--help"]):
         done = lsds(*arguments)
         assert done.exit_code == 0
         assert "gives back its options" in done.output

@@ -199,7 +199,7 @@ def test_a_byte_order_mark_does_not_matter(tmp_path, host):
 
 
 def test_missing_file_and_directory(tmp_path, host):
-    with pytest.raises(ConfigError, match=r"does not exist.*lsds schema --example"):
+    with pytest.raises(ConfigError, match=r"does not exist.*lsds config example"):
         load_config(tmp_path / "nope.toml", host=host)
     with pytest.raises(ConfigError, match="is a directory"):
         load_config(tmp_path, host=host)
@@ -312,7 +312,8 @@ def test_the_default_loads_and_is_valid_with_the_installed_plugins(installed_hos
 def test_every_config_of_the_repository_loads(installed_host, root):
     validator = Draft202012Validator(json_schema(installed_host))
     files = sorted([*root.glob("examples/**/*.toml"), *root.glob("docs/**/*.toml")])
-    for path in (path for path in files if path.name != "pyproject.toml"):
+    # Examples of other distributions need what they install, and have their own tests.
+    for path in (path for path in files if "plugins" not in path.relative_to(root).parts):
         load_config(path, host=installed_host)
         validator.validate(tomllib.loads(path.read_text(encoding="utf-8")))
 

@@ -117,7 +117,7 @@ def test_a_plugin_that_prints_does_not_corrupt_json(program):
     assert note["plugin"] == "acme_noisy"
     for text in ("hello from acme", "bytes from acme", "the hook prints"):
         assert text in note["text"]
-    schema = json.loads(program("schema").stdout)
+    schema = json.loads(program("config", "schema").stdout)
     assert "port" in schema["properties"]["gripper"]["properties"]["acme"]["properties"]
 
 
@@ -133,7 +133,7 @@ WITH_MOCKS = "lsds_plugins.manifest,lsds_mocks.manifest,acme_factory"
     "arguments",
     [
         ("plugins", "--json", "-"),
-        ("schema",),
+        ("config", "schema"),
         ("run", *RIG, "--no-plot", "--json", "-"),
     ],
     ids=lambda arguments: arguments[0],

@@ -1,4 +1,4 @@
-"""`lsds choose`: the cheapest rig within limits of slip and grip."""
+"""`lsds study choose`: the cheapest rig within limits of slip and grip."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Quantity(click.ParamType[float]):
 @click.option(
     "--budget", type=Quantity("time", ("us", "ms", "s")), help="Maximum time from image to command, such as 1ms."
 )
-@click.option("--runs", type=click.Path(dir_okay=False, path_type=Path), help="Runs of `lsds chart loop --out FILE`.")
+@click.option("--runs", type=click.Path(dir_okay=False, path_type=Path), help="Runs of `lsds study loop --out FILE`.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Also write the rig file here.")
 @click.option("--quick", is_flag=True, help="Fewer objects and configurations.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
@@ -67,14 +67,14 @@ def choose(
 ) -> None:
     """Print the cheapest rig file within the limits of slip and grip.
 
-    The command lifts objects with whole configurations, as `lsds chart loop` does. It selects the configuration that is
+    The command lifts objects with whole configurations, as `lsds study loop` does. It selects the configuration that is
     fastest on this machine among those that hold all objects within the limits. With --runs FILE it reuses the lifts in
     that file and adds its own. Slip and grip are simulated. The exit code is 1 if no configuration meets the limits.
 
     \b
     Examples:
-      lsds choose --max-slip 5mm --max-grip 1.5 --budget 1ms
-      lsds choose --max-slip 5mm --runs loop.jsonl --out rig.toml
+      lsds study choose --max-slip 5mm --max-grip 1.5 --budget 1ms
+      lsds study choose --max-slip 5mm --runs loop.jsonl --out rig.toml
     """
     for target in (out, json_file):
         require_writable(target)
@@ -133,7 +133,8 @@ def _rig_file(row: Row) -> str:
 
     kinds = ("tracker", "detector", "estimator", "controller")
     head = (
-        f"# Selected by `lsds choose`: {row['frame_us']:.0f} us from image to command on this machine; simulated: slip "
-        f"{row['slip_mm']:.1f} mm, steady grip {row['steady']:.2f} times needed, {row['runs']} lifts held.\n"
+        f"# Selected by `lsds study choose`: {row['frame_us']:.0f} us from image to command on this machine; "
+        f"simulated: slip {row['slip_mm']:.1f} mm, steady grip {row['steady']:.2f} times needed, "
+        f"{row['runs']} lifts held.\n"
     )
     return head + dumps({kind: {"backend": row[kind]} for kind in kinds})

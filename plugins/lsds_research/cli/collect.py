@@ -1,4 +1,4 @@
-"""`lsds collect`: record a dataset by a protocol of the paper, on the cell of a config."""
+"""`lsds learn collect`: record a dataset by a protocol of the paper, on the cell of a config."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def collect(
 
     \b
     Examples:
-      lsds collect detection --out detection
-      lsds collect severity --out severity --object can --object ruler
-      lsds collect pipe --out pipe --quick --jobs 1
+      lsds learn collect detection --out detection
+      lsds learn collect severity --out severity --object can --object ruler
+      lsds learn collect pipe --out pipe --quick --jobs 1
     """
     require_writable(json_file)
     require("pyarrow", extra="data", purpose="a dataset")

@@ -1,4 +1,4 @@
-"""`lsds label`: label slip by eye, frame by frame."""
+"""`lsds learn label`: label slip by eye, frame by frame."""
 
 from __future__ import annotations
 
@@ -65,9 +65,9 @@ def label(
 
     \b
     Examples:
-      lsds label recordings/mug.avi
-      lsds label recordings/*.avi --pictures looks      # label from PNG files, write the CSV by hand
-      lsds label recordings/*.avi --compare second.csv  # agreement of two labellers
+      lsds learn label recordings/mug.avi
+      lsds learn label recordings/*.avi --pictures looks      # label from PNG files, write the CSV by hand
+      lsds learn label recordings/*.avi --compare second.csv  # agreement of two labellers
     """
     from lsds_research.slips.labels import NAME, read_labels
 

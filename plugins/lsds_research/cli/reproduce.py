@@ -1,4 +1,4 @@
-"""`lsds reproduce`: measure the paper's tables on the simulated cell."""
+"""`lsds study reproduce`: measure the paper's tables on the simulated cell."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def reproduce(out: Path, quick: bool, seed: int, jobs: int, json_file: str | Non
 
     \b
     Examples:
-      lsds reproduce --quick --out quick
-      lsds reproduce --out reproduction --jobs 2
+      lsds study reproduce --quick --out quick
+      lsds study reproduce --out reproduction --jobs 2
     """
     require_writable(json_file)
     require("pyarrow", "sklearn", "torch", "onnx", "skl2onnx", extra="train", purpose="the reproduction")

@@ -1,4 +1,4 @@
-"""`lsds train`: fit a learner on a dataset, and write the model that the running cell loads."""
+"""`lsds learn train`: fit a learner on a dataset, and write the model that the running cell loads."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     "folders",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Folder of a dataset (lsds collect) to train on; repeatable.",
+    help="Folder of a dataset (lsds learn collect) to train on; repeatable.",
 )
 @click.option(
     "--labelled",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Folder of recordings labelled frame by frame (lsds label) to train a detector on; repeatable.",
+    help="Folder of recordings labelled frame by frame (lsds learn label) to train a detector on; repeatable.",
 )
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="Model file to write, .onnx."
@@ -57,10 +57,10 @@ def train(
 
     \b
     Examples:
-      lsds train field-mlp --data detection --out slip.onnx --without book --without sponge
-      lsds train fused --labelled recordings --out slip.onnx
-      lsds train random-forest --data detection --out forest.onnx --option signals=proposed
-      lsds train field-gru --data severity --data catch --out speed.onnx
+      lsds learn train field-mlp --data detection --out slip.onnx --without book --without sponge
+      lsds learn train fused --labelled recordings --out slip.onnx
+      lsds learn train random-forest --data detection --out forest.onnx --option signals=proposed
+      lsds learn train field-gru --data severity --data catch --out speed.onnx
       lsds run --set detector.backend=onnx --set detector.onnx.model=slip.onnx
     """
     from lsds.cli.threads import one_thread

@@ -37,7 +37,7 @@ class TrialOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    protocol: Job = Field(default="pipe", description="protocol to record, as in lsds collect")
+    protocol: Job = Field(default="pipe", description="protocol to record, as in lsds learn collect")
     number: int = Field(default=0, ge=0, description="number of the recording within the protocol, from 0")
 
 

@@ -18,13 +18,15 @@ class IncipientOptions(BaseModel):
 
     \b
     Examples:
-      lsds study incipient-slip --path recordings/
-      lsds study incipient-slip --path new-objects/ --train recordings/ --jobs 4
+      lsds study incipient-slip recordings/
+      lsds study incipient-slip new-objects/ --train recordings/ --jobs 4
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    path: str = Field(description="folder with index.csv and videos", json_schema_extra={"metavar": "FOLDER"})
+    path: str = Field(
+        description="folder with index.csv and videos", json_schema_extra={"metavar": "FOLDER", "argument": True}
+    )
     train: str = Field(
         default="",
         description="also train on all objects of this folder and test on those of --path",

@@ -18,9 +18,9 @@ class SearchOptions(BaseModel):
 
     \b
     Examples:
-      lsds search --quick
-      lsds search --runs 300 --found failures/ --out search.jsonl --plot search.png
-      lsds search --space ranges.toml --with controller.backend=pd
+      lsds study search --quick
+      lsds study search --runs 300 --found failures/ --out search.jsonl --plot search.png
+      lsds study search --space ranges.toml --with controller.backend=pd
       lsds run failures/holds-1.toml
     """
 

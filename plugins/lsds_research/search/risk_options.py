@@ -19,10 +19,10 @@ class RiskOptions(BaseModel):
 
     \b
     Examples:
-      lsds evaluate risk --quick
-      lsds evaluate risk --with cell.simulated.object=pvc-pipe --out pipe.jsonl --json pipe.json
-      lsds evaluate risk --space ranges.toml --failure any --runs 200
-      lsds evaluate risk --plain --runs 3000 --space ranges.toml
+      lsds study risk --quick
+      lsds study risk --with cell.simulated.object=pvc-pipe --out pipe.jsonl --json pipe.json
+      lsds study risk --space ranges.toml --failure any --runs 200
+      lsds study risk --plain --runs 3000 --space ranges.toml
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -39,7 +39,7 @@ class RiskOptions(BaseModel):
     )
     space: str = Field(
         default="",
-        description="TOML file of ranges as for lsds search; default: the space of lsds search",
+        description="TOML file of ranges as for lsds study search; default: the space of lsds study search",
         json_schema_extra={"metavar": "FILE"},
     )
     runs: int = Field(

@@ -100,7 +100,7 @@ class SearchStudy:
             name = f"{row['way'].replace(' ', '-')}-{ways[row['way']]}"
             (failed_row,) = self._scenarios.rows([small], lambda _: None)
             margin, sentence = failed_row["margin"], failed_row.get("sentence", failed_row["outcome"])
-            comment = [f"fails: {row['way']} (margin {margin:.2f}); found by lsds search, shrunk", sentence]
+            comment = [f"fails: {row['way']} (margin {margin:.2f}); found by lsds study search, shrunk", sentence]
             file = ""
             if self._options.found:
                 file = str(self._saved(name, small, settings, comment))

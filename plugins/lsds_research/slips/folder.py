@@ -58,7 +58,7 @@ def labels_of(folder: Path, file: Path | None = None) -> Labels:
         name: intervals for name, intervals in read_labels(own).items() if find_recording(folder, name) is not None
     }
     if not labels:
-        raise DataError(f"{folder}: holds none of the recordings that {own} labels (lsds label makes labels)")
+        raise DataError(f"{folder}: holds none of the recordings that {own} labels (lsds learn label makes labels)")
     return labels
 
 

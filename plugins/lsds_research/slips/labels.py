@@ -78,7 +78,7 @@ def read_labels(path: Path) -> Labels:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise DataError(f"{path}: no such file (lsds label makes one)") from None
+        raise DataError(f"{path}: no such file (lsds learn label makes one)") from None
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"{path}: cannot be read: {error}") from error
     reader = csv.DictReader(io.StringIO(text, newline=""))

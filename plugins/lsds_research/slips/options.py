@@ -12,18 +12,21 @@ from lsds.cli.threads import processes
 class SlipOptions(BaseModel):
     """Score detectors and estimators frame by frame, on real recordings labelled by eye.
 
-    The folder holds the recordings, videos or folders of images, anywhere below it, and slip_labels.csv (lsds label).
-    For the public incipient-slip set the labels are shipped. Scores are over frames of which the label is sure.
+    The folder holds the recordings, videos or folders of images, anywhere below it, and slip_labels.csv (lsds learn
+    label). For the public incipient-slip set the labels are shipped. Scores are over frames of which the label is sure.
 
     \b
     Examples:
-      lsds study slip --path recordings/
-      lsds study slip --path recordings/ --detector imprint --detector monotone --plot curves.png
+      lsds study slip recordings/
+      lsds study slip recordings/ --detector imprint --detector monotone --plot curves.png
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    path: str = Field(description="folder with recordings and slip_labels.csv", json_schema_extra={"metavar": "FOLDER"})
+    path: str = Field(
+        description="folder with recordings and slip_labels.csv",
+        json_schema_extra={"metavar": "FOLDER", "argument": True},
+    )
     labels: str = Field(
         default="",
         description="file of labels; default: slip_labels.csv in the folder, else the shipped ones",
@@ -48,7 +51,7 @@ class SlipOptions(BaseModel):
     )
     simulated: list[str] = Field(
         default=[],
-        description="simulated dataset (lsds collect) to fit 'fused' on as well, and alone; repeatable",
+        description="simulated dataset (lsds learn collect) to fit 'fused' on as well, and alone; repeatable",
         json_schema_extra={"metavar": "FOLDER"},
     )
     alarms: float = Field(

@@ -1,4 +1,4 @@
-"""`lsds evaluate incipient-slip`: the study on a small dataset, the command on real recordings, and their mistakes."""
+"""`lsds study incipient-slip`: the study on a small dataset, the command on real recordings, and their mistakes."""
 
 from __future__ import annotations
 
@@ -191,15 +191,15 @@ def test_mistakes_are_one_message_and_an_exit_code(tmp_path, monkeypatch, capsys
     (tmp_path / "empty").mkdir()
     write_index(tmp_path / "short", [row(1)], ("video", "recording", "object", "camera"))
     write_index(tmp_path / "good", [row(1)])
-    assert main(["evaluate", "incipient-slip", *arguments]) == code
+    assert main(["study", "incipient-slip", *arguments]) == code
     error = capsys.readouterr().err
     assert message in error
     assert "Traceback" not in error
 
 
 def test_help_has_examples(capsys):
-    assert main(["evaluate", "incipient-slip", "--help"]) == 0
-    assert "lsds evaluate incipient-slip recordings/ --plot roc.png" in capsys.readouterr().out
+    assert main(["study", "incipient-slip", "--help"]) == 0
+    assert "lsds study incipient-slip recordings/ --plot roc.png" in capsys.readouterr().out
 
 
 @real
@@ -212,7 +212,7 @@ def test_a_few_real_recordings_are_read_scored_and_drawn(tmp_path, capsys):
     rows[0]["video"] = "videos/gone.avi"
     write_index(tmp_path / "few", rows)
     out = {name: tmp_path / f"out.{name}" for name in ("json", "csv", "png")}
-    arguments = ["evaluate", "incipient-slip", str(tmp_path / "few"), "--repeats", "1", "--jobs", "1"]
+    arguments = ["study", "incipient-slip", str(tmp_path / "few"), "--repeats", "1", "--jobs", "1"]
     arguments += ["--model", "none", "--cache", str(tmp_path / "cache")]
     arguments += ["--json", str(out["json"]), "--csv", str(out["csv"])]
     assert main([*arguments, "--plot", str(out["png"])]) == 0
@@ -229,7 +229,7 @@ def test_a_few_real_recordings_are_read_scored_and_drawn(tmp_path, capsys):
 @pytest.mark.slow
 def test_unseen_objects_are_classified_on_all_real_recordings(tmp_path):
     target = tmp_path / "all.json"
-    assert main(["evaluate", "incipient-slip", str(DATA), "--model", "none", "--json", str(target)]) == 0
+    assert main(["study", "incipient-slip", str(DATA), "--model", "none", "--json", str(target)]) == 0
     rows = {(r["model"], r["unit"]): r for r in json.loads(target.read_text())["rows"]}
     whole = rows["whole recording: mean of 32 clips of 48 frames", "recording"]
     assert whole["auc"] >= 0.94

@@ -1,4 +1,4 @@
-"""`lsds label`: a window, pictures, or the agreement of two labellers, and one clear error for what is wrong."""
+"""`lsds learn label`: a window, pictures, or the agreement of two labellers, and one clear error for what is wrong."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def shown(intervals):
 def test_keys_in_the_window_are_written_at_once_beside_the_recording(folder, screen):
     (folder / NAME).unlink()
     screen(["k", "right", "m", "down", "s", "q"])
-    assert main(["label", SLIDE, "--labeller", "B"]) == 0
+    assert main(["learn", "label", SLIDE, "--labeller", "B"]) == 0
     assert shown(read_labels(folder / NAME)[SLIDE]) == [
         (0, 0, State.STICK, "B"),
         (1, 9, State.SLIP, "B"),
@@ -68,7 +68,7 @@ def test_labels_are_gone_on_with_and_those_of_other_recordings_kept(folder, scre
     monkeypatch.setenv("LOGNAME", "somebody")
     screen(["q"], ["up", "t", "q"])
     before = truth()
-    assert main(["label", SLIDE, STICK]) == 0
+    assert main(["learn", "label", SLIDE, STICK]) == 0
     after = read_labels(folder / NAME)
     assert list(after) == [SLIDE, STICK, TURN]
     assert repr(after[SLIDE]) == repr(before[SLIDE])
@@ -80,7 +80,7 @@ def test_a_recording_with_dots_in_its_name_is_gone_on_with(folder, screen):
     (folder / SLIDE).rename(folder / "mug.v2")
     for key in ("s", "t"):
         screen([*["right"] * (key == "t"), key, "q"])
-        assert main(["label", "mug.v2", "--labeller", "B", "--labels", "own.csv"]) == 0
+        assert main(["learn", "label", "mug.v2", "--labeller", "B", "--labels", "own.csv"]) == 0
     assert [state for _, _, state, _ in shown(read_labels(folder / "own.csv")["mug.v2"])] == [
         State.SLIP,
         State.TOUCH,
@@ -91,12 +91,12 @@ def test_a_recording_with_dots_in_its_name_is_gone_on_with(folder, screen):
 def test_the_folder_that_one_is_in_has_a_name_too(folder, screen, monkeypatch):
     monkeypatch.chdir(folder / SLIDE)
     screen(["s", "q"])
-    assert main(["label", ".", "--labels", "../own.csv"]) == 0
+    assert main(["learn", "label", ".", "--labels", "../own.csv"]) == 0
     assert list(read_labels(folder / "own.csv")) == [SLIDE]
 
 
 def test_pictures_are_drawn_of_the_whole_and_of_what_moves(folder, capsys):
-    assert main(["label", SLIDE, "--pictures", "looks"]) == 0
+    assert main(["learn", "label", SLIDE, "--pictures", "looks"]) == 0
     drawn = sorted(file.name for file in (folder / "looks" / SLIDE).iterdir())
     assert drawn == ["kymograph.png", f"strip_{FIRST - 3:04}-{LAST + 3:04}.png"]
     assert all(cv2.imread(str(folder / "looks" / SLIDE / name)).any() for name in drawn)
@@ -106,7 +106,7 @@ def test_pictures_are_drawn_of_the_whole_and_of_what_moves(folder, capsys):
 
 def test_long_motion_is_cut_into_several_strips(folder, monkeypatch):
     monkeypatch.setattr("lsds_research.slips.pictures.STRIP", 8)
-    assert main(["label", SLIDE, "--pictures", "looks"]) == 0
+    assert main(["learn", "label", SLIDE, "--pictures", "looks"]) == 0
     assert sorted(file.stem for file in (folder / "looks" / SLIDE).glob("strip*")) == [
         "strip_0007-0014",
         "strip_0015-0022",
@@ -119,21 +119,21 @@ def test_two_labellers_are_compared_on_the_recordings_named(folder, capsys):
     second[SLIDE] = [Interval(0, 11, State.STICK), Interval(12, LAST, State.SLIP), Interval(22, 29, State.STICK)]
     second[TURN] = [Interval(0, COUNT - 1, State.STICK)]
     write_labels(folder / "second.csv", second)
-    assert main(["label", SLIDE, TURN, "--compare", "second.csv", "--json", "told.json"]) == 0
+    assert main(["learn", "label", SLIDE, TURN, "--compare", "second.csv", "--json", "told.json"]) == 0
     out = capsys.readouterr().out
     assert "Cohen's kappa" in out
     result = json.loads((folder / "told.json").read_text())
     assert (result["videos"], result["frames"], result["intervals"], result["both"]) == (2, 60, 2, 1)
     assert result["same"] == pytest.approx(1 - 14 / 60)
     assert 0 < result["kappa"] < 1
-    assert main(["label", STICK, "--compare", NAME, "--json", "-"]) == 0
+    assert main(["learn", "label", STICK, "--compare", NAME, "--json", "-"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["same"], result["kappa"]) == (1.0, None), "where nothing slips there is no kappa, and no NaN in JSON"
 
 
 def test_without_a_screen_the_error_has_a_remedy(folder, capsys):
     plt.switch_backend("agg")
-    assert main(["label", SLIDE]) == 5
+    assert main(["learn", "label", SLIDE]) == 5
     error = capsys.readouterr().err
     assert "no window can be opened here" in error
     assert "--pictures" in error
@@ -162,7 +162,7 @@ def test_what_is_wrong_is_one_message_and_an_exit_code(folder, capsys, arguments
     (folder / "wrong.csv").write_text("video,first,last,state\nmug,0,9,x\n")
     (folder / "taken").mkdir()
     (folder / "taken" / SLIDE).write_text("in the way")
-    assert main(["label", *arguments]) == code
+    assert main(["learn", "label", *arguments]) == code
     error = capsys.readouterr().err
     assert message in error
     assert "Traceback" not in error
@@ -170,5 +170,5 @@ def test_what_is_wrong_is_one_message_and_an_exit_code(folder, capsys, arguments
 
 def test_without_matplotlib_the_error_names_the_extra(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert main(["label", SLIDE]) == 3
+    assert main(["learn", "label", SLIDE]) == 3
     assert capsys.readouterr().err.rstrip().endswith("pip install 'lsds[plot]'")

@@ -137,7 +137,7 @@ def test_all_wrong_lines_are_reported_at_once_and_many_are_counted(file):
 
 
 def test_a_file_without_labels_names_what_is_missing(file, tmp_path):
-    with pytest.raises(DataError, match=r"no such file \(lsds label makes one"):
+    with pytest.raises(DataError, match=r"no such file \(lsds learn label makes one"):
         read_labels(tmp_path / "nowhere.csv")
     with pytest.raises(DataError, match="columns first, last missing"):
         read_labels(written(file, "mug,stick", header="video,state"))

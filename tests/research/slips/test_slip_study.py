@@ -1,4 +1,4 @@
-"""`lsds evaluate slip` on three painted recordings, and `lsds train --labelled`."""
+"""`lsds study slip` on three painted recordings, and `lsds learn train --labelled`."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_fused_is_fitted_without_the_object_and_drawn_beside_the_others(recordin
 
 def test_the_command_prints_and_writes_what_it_found(folder, capsys):
     files = ["--csv", "table.csv", "--json", "told.json", "--plot", "curves.png"]
-    assert main(["evaluate", "slip", "own", *IMPRINT, "--no-refit", *files]) == 0
+    assert main(["study", "slip", "own", *IMPRINT, "--no-refit", *files]) == 0
     out = capsys.readouterr().out
     assert "real recordings labelled by eye: 3 of 1 objects (measured)" in out
     assert "within 20 % or 2 px" in out
@@ -101,15 +101,10 @@ def test_the_command_prints_and_writes_what_it_found(folder, capsys):
     assert (folder.parent / "curves.png").stat().st_size > 10_000
 
 
-def test_study_slip_is_the_same(folder, capsys):
-    assert main(["study", "slip", "--path", "own", *IMPRINT, "--no-refit", "--json", "-"]) == 0
-    assert json.loads(capsys.readouterr().out)["rows"][0]["noticed"] == 1.0
-
-
 def test_a_damaged_recording_is_skipped_and_reported(folder, capsys):
     (folder / TURN / "003.png").unlink()
     (folder / TURN / "003.png").write_bytes(b"no image")
-    assert main(["evaluate", "slip", "own", *IMPRINT, "--no-refit", "--json", "told.json"]) == 0
+    assert main(["study", "slip", "own", *IMPRINT, "--no-refit", "--json", "told.json"]) == 0
     assert "passed over: " in capsys.readouterr().err
     result = json.loads((folder.parent / "told.json").read_text())
     assert list(result["failures"]) == [TURN]
@@ -118,7 +113,7 @@ def test_a_damaged_recording_is_skipped_and_reported(folder, capsys):
 
 def test_where_nothing_slips_shares_are_unknown_and_it_is_printed_all_the_same(folder, capsys):
     write_labels(folder / NAME, {STICK: truth()[STICK]})
-    assert main(["evaluate", "slip", "own", *IMPRINT, "--json", "told.json", "--plot", "curves.png"]) == 0
+    assert main(["study", "slip", "own", *IMPRINT, "--json", "told.json", "--plot", "curves.png"]) == 0
     result = json.loads((folder.parent / "told.json").read_text())
     assert result["rows"][0]["found"] is None
     assert result["rows"][0]["per_100_moving"] == 0.0
@@ -130,7 +125,7 @@ def test_a_wrong_file_of_labels_is_one_error_that_names_the_lines(folder, capsys
     lines[2] = f"{SLIDE},11,21,slip,far,,,2,,"
     lines[4] = f"{STICK},0,29,sticks,,,,,,"
     (folder / NAME).write_text("\n".join(lines))
-    assert main(["evaluate", "slip", "own", *IMPRINT]) == 5
+    assert main(["study", "slip", "own", *IMPRINT]) == 5
     (error,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert f"{NAME}: line 3: tx_px is 'far'" in error
     assert "line 3: confidence is '2'" in error
@@ -154,7 +149,7 @@ def test_a_wrong_file_of_labels_is_one_error_that_names_the_lines(folder, capsys
 )
 def test_mistakes_are_one_message_and_an_exit_code(folder, capsys, arguments, code, message):
     (folder.parent / "empty").mkdir()
-    assert main(["evaluate", "slip", *arguments]) == code
+    assert main(["study", "slip", *arguments]) == code
     error = capsys.readouterr().err
     assert message in error
     assert "Traceback" not in error
@@ -237,7 +232,7 @@ def test_a_detector_is_trained_on_labelled_recordings(recordings, tmp_path, monk
     folder = copied(recordings, tmp_path / "own", ("mug", "can", "cup"))
     (folder / "cup__turn" / "000.png").unlink()
     (folder / "cup__turn" / "000.png").write_bytes(b"no image")
-    assert main(["train", "fused", "--labelled", "own", "--out", "slip.onnx", "--json", "told.json"]) == 0
+    assert main(["learn", "train", "fused", "--labelled", "own", "--out", "slip.onnx", "--json", "told.json"]) == 0
     shown = capsys.readouterr()
     assert "passed over: " in shown.err
     assert "measured" in shown.out
@@ -260,6 +255,6 @@ def test_a_detector_is_trained_on_labelled_recordings(recordings, tmp_path, monk
 )
 def test_unusable_training_data_is_an_error(folder, capsys, one_process, arguments, code, message):
     (folder.parent / "empty").mkdir()
-    assert main(["train", "fused", "--out", "slip.onnx", *arguments]) == code
+    assert main(["learn", "train", "fused", "--out", "slip.onnx", *arguments]) == code
     assert message in capsys.readouterr().err
     assert not (folder.parent / "slip.onnx").exists()

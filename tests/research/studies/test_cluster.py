@@ -12,7 +12,7 @@ from lsds_research.cluster import shared_out
 from lsds.cli.main import main
 from lsds.errors import DataError, MissingExtra
 
-LIFT = ["evaluate", "grip", "--controller", "belief", "--object", "pvc-pipe", "--squeeze-mm", "1.0"]
+LIFT = ["study", "grip", "--controller", "belief", "--object", "pvc-pipe", "--squeeze-mm", "1.0"]
 LIFT += ["--speed", "0.08", "--speed", "0.06", "--with", "task.lift_s=0.6", "--with", "task.hold_s=0.2"]
 
 

@@ -1,4 +1,4 @@
-"""`lsds evaluate grip`: runs that go on, figures that come from the truth, a picture."""
+"""`lsds study grip`: runs that go on, figures that come from the truth, a picture."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lsds.config import load_config
 from lsds.contracts import BuildContext
 
 pytestmark = pytest.mark.usefixtures("installed_host")
-ONE = ["evaluate", "grip", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--speed", "0.08", "--jobs", "1"]
+ONE = ["study", "grip", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--speed", "0.08", "--jobs", "1"]
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""`lsds chart loop` and `lsds choose`: whole configurations, their front, and the cheapest that will do."""
+"""`lsds study loop` and `lsds study choose`: whole configurations, their front, and the cheapest that will do."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_what_is_on_the_front_is_beaten_by_none_and_everything_else_is(points):
 
 def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, monkeypatch):
     runs, picture, rig = tmp_path / "loop.jsonl", tmp_path / "loop.png", tmp_path / "rig.toml"
-    code, out, err = run("chart", "loop", *FEW, "--out", str(runs), "--plot", str(picture), "--json", "-")
+    code, out, err = run("study", "loop", *FEW, "--out", str(runs), "--plot", str(picture), "--json", "-")
     assert code == 0, err
     rows = json.loads(out[out.index("{") :])["configurations"]
     assert {row["controller"] for row in rows} == {"belief", "pd"}
@@ -71,11 +71,11 @@ def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, mon
 
     whole = options.LoopOptions
     monkeypatch.setattr(options, "LoopOptions", lambda **own: whole(**few, **own))
-    code, out, err = run("choose", "--max-slip", "60mm", "--runs", str(runs), "--out", str(rig))
+    code, out, err = run("study", "choose", "--max-slip", "60mm", "--runs", str(runs), "--out", str(rig))
     assert code == 0, err
     assert out == rig.read_text()
     assert load_config(rig).section("detector").backend == "threshold"
-    code, out, err = run("choose", "--max-slip", "1um", "--max-grip", "1.0", "--runs", str(runs))
+    code, out, err = run("study", "choose", "--max-slip", "1um", "--max-grip", "1.0", "--runs", str(runs))
     assert code == 1
     assert out == ""
     assert "no configuration meets the limits; nearest: lk threshold+field" in err
@@ -83,12 +83,12 @@ def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, mon
 
 @pytest.mark.parametrize("wrong", ["5", "5kg", "mm", "-1mm"])
 def test_a_limit_without_a_unit_is_refused(run, wrong):
-    code, _, err = run("choose", f"--max-slip={wrong}")
+    code, _, err = run("study", "choose", f"--max-slip={wrong}")
     assert code == 2
     assert "mm" in err
 
 
 def test_a_malformed_pair_is_one_line(run):
-    code, _, err = run("chart", "loop", "--brains", "fused", "--no-plot")
+    code, _, err = run("study", "loop", "--brains", "fused", "--no-plot")
     assert code != 0
     assert "write DETECTOR+ESTIMATOR" in err

@@ -1,4 +1,4 @@
-"""`lsds evaluate models`: scores of finished models on held-out objects."""
+"""`lsds study models`: scores of finished models on held-out objects."""
 
 import json
 
@@ -28,7 +28,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def evaluate(*arguments):
-    return CliRunner().invoke(cli, ["evaluate", "models", *arguments])
+    return CliRunner().invoke(cli, ["study", "models", *arguments])
 
 
 def test_models_are_scored_on_what_they_have_not_learnt_from_beside_the_rules(folder):

@@ -8,7 +8,7 @@ from lsds.cli.main import cli
 
 
 def run(*arguments):
-    return CliRunner().invoke(cli, ["chart", *arguments], catch_exceptions=False)
+    return CliRunner().invoke(cli, ["study", *arguments], catch_exceptions=False)
 
 
 def test_chart_gel(tmp_path):
@@ -37,6 +37,6 @@ def test_chart_optics(tmp_path):
 
 
 def test_an_unknown_scene_is_one_clear_error(tmp_path):
-    done = CliRunner().invoke(cli, ["chart", "gel", "--scene", "spoon", "--plot", str(tmp_path / "g.png")])
+    done = CliRunner().invoke(cli, ["study", "gel", "--scene", "spoon", "--plot", str(tmp_path / "g.png")])
     assert done.exit_code != 0
     assert "no scene 'spoon'" in str(done.exception) + done.output

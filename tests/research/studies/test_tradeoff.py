@@ -65,7 +65,7 @@ def test_a_chart_has_every_model_scored_timed_and_ranked(tmp_path, monkeypatch, 
     assert best["model"] == learner
     result.draw(tmp_path / "chart.png")
     assert (tmp_path / "chart.png").read_bytes()[:4] == b"\x89PNG"
-    assert main(["chart", name, "--data", str(tmp_path / "none")]) != 0
+    assert main(["study", name, "--data", str(tmp_path / "none")]) != 0
 
 
 @pytest.mark.parametrize(

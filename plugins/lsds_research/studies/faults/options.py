@@ -20,11 +20,11 @@ class FaultsOptions(BaseModel):
 
     \b
     Examples:
-      lsds evaluate faults --quick
-      lsds evaluate faults --fault gripper-stuck --fault camera-frozen --moment lift --seeds 5
-      lsds evaluate faults --out faults.jsonl --plot faults.png --json faults.json
-      lsds evaluate faults --rig examples/rigs/wire.toml --jobs 1 --fault gripper-crc --moment lift
-      lsds evaluate faults --controller belief --controller pd --fault camera-late --fault camera-drops
+      lsds study faults --quick
+      lsds study faults --fault gripper-stuck --fault camera-frozen --moment lift --seeds 5
+      lsds study faults --out faults.jsonl --plot faults.png --json faults.json
+      lsds study faults --rig examples/rigs/wire.toml --jobs 1 --fault gripper-crc --moment lift
+      lsds study faults --controller belief --controller pd --fault camera-late --fault camera-drops
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

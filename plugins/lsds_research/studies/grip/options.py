@@ -21,13 +21,13 @@ class GripOptions(BaseModel):
 
     \b
     Examples:
-      lsds evaluate grip --quick
-      lsds evaluate grip --controller belief --controller pd --out runs.jsonl --plot grip.png
-      lsds evaluate grip --object ball --change pour --change shove --seeds 5 --json grip.json
-      lsds evaluate grip --controller belief --probe --with gripper.mock-hand-e.latency_ms=200
-      lsds evaluate grip --random 60 --controller belief --json random.json
-      lsds evaluate grip --random 40 --controller belief --sensitivity --out sensitivity.jsonl
-      lsds evaluate grip --cluster tcp://10.0.0.5:8786
+      lsds study grip --quick
+      lsds study grip --controller belief --controller pd --out runs.jsonl --plot grip.png
+      lsds study grip --object ball --change pour --change shove --seeds 5 --json grip.json
+      lsds study grip --controller belief --probe --with gripper.mock-hand-e.latency_ms=200
+      lsds study grip --random 60 --controller belief --json random.json
+      lsds study grip --random 40 --controller belief --sensitivity --out sensitivity.jsonl
+      lsds study grip --cluster tcp://10.0.0.5:8786
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

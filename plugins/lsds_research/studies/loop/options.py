@@ -27,9 +27,9 @@ class LoopOptions(BaseModel):
 
     \b
     Examples:
-      lsds chart loop --quick
-      lsds chart loop --tracker lk --controller belief --out loop.jsonl
-      lsds choose --max-slip 5mm --max-grip 1.5 --budget 1ms --runs loop.jsonl
+      lsds study loop --quick
+      lsds study loop --tracker lk --controller belief --out loop.jsonl
+      lsds study choose --max-slip 5mm --max-grip 1.5 --budget 1ms --runs loop.jsonl
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

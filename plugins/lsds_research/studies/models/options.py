@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 _FOLDER: dict[str, Any] = {"metavar": "FOLDER"}
-_DATASET = "folder of a dataset, from lsds collect or in data/ of lsds reproduce"
+_DATASET = "folder of a dataset, from lsds learn collect or in data/ of lsds study reproduce"
 
 
 class TradeoffOptions(BaseModel):
@@ -71,21 +71,22 @@ class LearningOptions(BaseModel):
 class ModelsOptions(BaseModel):
     """Score finished models on the objects of a dataset that they were not trained on. Nothing is trained.
 
-    The dataset is a folder written by lsds collect, or a folder in data/ of lsds reproduce. Needs the data extra.
+    The dataset is a folder written by lsds learn collect, or one in data/ of lsds study reproduce. Needs the
+    data extra.
 
     \b
     Examples:
-      lsds study models --data detection
-      lsds study models --data severity --model field-gru --model mine.onnx --plot speeds.png
-      lsds study models --data detection --job estimate --object book --json book.json
+      lsds study models detection
+      lsds study models severity --model field-gru --model mine.onnx --plot speeds.png
+      lsds study models detection --job estimate --object book --json book.json
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    data: str = Field(description=_DATASET, json_schema_extra=_FOLDER)
+    data: str = Field(description=_DATASET, json_schema_extra={"metavar": "FOLDER", "argument": True})
     models: list[str] = Field(
         default=[],
-        description="shipped model, or file (.onnx) of lsds train; repeatable; default: all shipped models",
+        description="shipped model, or file (.onnx) of lsds learn train; repeatable; default: all shipped models",
         json_schema_extra={"flag": "--model", "metavar": "NAME|FILE"},
     )
     job: Literal["", "detect", "estimate"] = Field(

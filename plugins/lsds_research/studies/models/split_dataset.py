@@ -13,5 +13,5 @@ from lsds_research.splits import seen_and_unseen
 def split_dataset(folder: str) -> tuple[Dataset, Dataset]:
     """Return both parts. Raises DataError without a folder, or if it holds no dataset or lacks a part."""
     if not folder:
-        raise DataError("name a dataset with --data: lsds collect makes one, or data/ of lsds reproduce")
+        raise DataError("name a dataset with --data: lsds learn collect makes one, or data/ of lsds study reproduce")
     return seen_and_unseen(load(Path(folder)), UNSEEN, folder)
