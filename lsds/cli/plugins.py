@@ -24,7 +24,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 """Kinds in the order in which they are listed, by title."""
 SHORTENED = ("Commands", "Test equipment")
-"""Groups of which only the number is listed: they have commands of their own, and would hide the others."""
+"""Groups of which only the number is listed: separate commands list them, and they would hide the others."""
 COLUMNS = ("kind", "name", "distribution", "status", "hardware", "summary")
 """Columns of the tables."""
 USUAL = {"distribution": OWN_DISTRIBUTION, "status": "ready", "hardware": NOT_VERIFIED}
