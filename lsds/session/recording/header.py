@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from lsds import __version__
 from lsds.clock import utc_s
 from lsds.config.dump import dump_config
 from lsds.contracts import ArmSpec, GripperSpec, SensorSpec
 from lsds.errors import DataError
-from lsds.registry.backends import prefix_of
+from lsds.registry.backends import OWN_DISTRIBUTION, prefix_of
 from lsds.session.recording.codec import from_json, to_json
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ class RecordingHeader:
             except metadata.PackageNotFoundError:
                 continue
         return cls(
-            __version__,
+            metadata.version(OWN_DISTRIBUTION),
             dump_config(rig.config),
             fingers,
             None if rig.gripper is None else rig.gripper.spec,
