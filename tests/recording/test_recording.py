@@ -126,6 +126,15 @@ def test_a_damaged_byte_ends_the_file_there_and_raises_nothing(recorded, tmp_pat
     assert max(read) > 100
 
 
+def test_a_chunk_that_cannot_be_decompressed_ends_the_file_there_and_raises_nothing(recorded, tmp_path):
+    data = recorded[0].read_bytes()
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(data.replace(b"\x28\xb5\x2f\xfd", bytes(4)))  # the magic number of Zstandard frames
+    recording = Recording(broken)
+    assert list(recording.messages()) == []
+    assert "ZstdError" in recording.damage
+
+
 @pytest.mark.parametrize("content", [b"", b"not a recording", b"\x89MCAP0\r\n"])
 def test_a_file_that_is_no_recording_is_refused(tmp_path, content):
     path = tmp_path / "other.mcap"
