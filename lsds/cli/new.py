@@ -22,8 +22,8 @@ def new(kind: str, name: str, out: Path | None, distribution: str, force: bool) 
 
     KIND is gripper, arm, sensor, pose_source, tracker, detector, estimator, controller, job, fault, wire_mock, study or
     command. NAME is that of the backend in a config. A device comes as a driver behind an interface, and as a mock that
-    joins the simulated cell. Needs Jinja: pip install 'lsds[new]'. The exit code is 2 for a wrong name, and 5 if a file
-    cannot be written.
+    joins the simulated cell. Needs Jinja: pip install 'lsds-tactile[new]'. The exit code is 2 for a wrong name, and 5
+    if a file cannot be written.
 
     \b
     Examples:

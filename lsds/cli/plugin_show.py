@@ -10,7 +10,7 @@ from lsds.cli.output import plain, write_json
 from lsds.cli.text_table import table
 from lsds.contracts.kinds import KINDS
 from lsds.errors import PluginNotFound
-from lsds.registry.backends import Backend, did_you_mean
+from lsds.registry.backends import Backend, did_you_mean, is_named
 from lsds.registry.host import PluginHost
 
 
@@ -44,12 +44,11 @@ def show(name: str, kind: str | None, as_json: bool) -> None:
 
 def _named(name: str, kind: str | None, host: PluginHost) -> list[Backend]:
     """Return the backends of that name. Raises PluginNotFound with a suggestion."""
-    owner, _, bare = name.rpartition(":")
     of_kind = [backend for backend in host.backends if kind in (None, backend.spec.kind)]
-    found = [b for b in of_kind if b.spec.name == bare and owner in ("", b.distribution, b.plugin)]
+    found = [backend for backend in of_kind if is_named(backend, name)]
     if found:
         return found
-    hint = did_you_mean(name, {b.qualified_name if owner else b.spec.name for b in of_kind})
+    hint = did_you_mean(name, {b.qualified_name if ":" in name else b.spec.name for b in of_kind})
     offered = f"{kind} '{name}'" if kind else f"'{name}'"
     raise PluginNotFound(f"no installed plugin offers {offered}; {hint}{' ' if hint else ''}lsds plugins lists all")
 

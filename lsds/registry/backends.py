@@ -12,8 +12,11 @@ from lsds.errors import PluginConflict, PluginNotFound
 NO_DEVICE = "none"
 """The backend name in a config for "no backend"."""
 
-OWN_DISTRIBUTION = "lsds"
-"""The distribution of the first-party plugins."""
+OWN_DISTRIBUTION = "lsds-tactile"
+"""The distribution of the first-party plugins, which is the one that pip installs."""
+
+OWN_PREFIX = "lsds"
+"""Stands for that distribution in a config: "lsds:fused"."""
 
 NO_DISTRIBUTION = "unknown"
 """Stands for the distribution of an entry point that has none."""
@@ -30,7 +33,7 @@ class Backend:
     @property
     def qualified_name(self) -> str:
         """ "distribution:name", as a config has to write it if two distributions offer the same name."""
-        return f"{self.distribution}:{self.spec.name}"
+        return f"{prefix_of(self.distribution)}:{self.spec.name}"
 
     def __str__(self) -> str:
         return f"{self.spec.kind} '{self.spec.name}' of {self.distribution}"
@@ -65,6 +68,22 @@ class PluginNote:
         )
 
 
+def prefix_of(distribution: str) -> str:
+    """Return what a config writes before the colon for a backend of that distribution."""
+    return OWN_PREFIX if distribution == OWN_DISTRIBUTION else distribution
+
+
+def owner_names(plugin: str, distribution: str) -> frozenset[str]:
+    """Return all names by which a config may select or block that plugin of that distribution."""
+    return frozenset({plugin, distribution, prefix_of(distribution)})
+
+
+def is_named(backend: Backend, name: str) -> bool:
+    """Return whether "name", "distribution:name" or "plugin:name" names the backend."""
+    owner, _, bare = name.rpartition(":")
+    return bare == backend.spec.name and (not owner or owner in owner_names(backend.plugin, backend.distribution))
+
+
 def did_you_mean(name: str, known: Iterable[str], cutoff: float = 0.5) -> str:
     """Return "did you mean 'x'?" for the nearest known name of at least that similarity, or an empty string."""
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
@@ -76,13 +95,13 @@ def select(backends: Sequence[Backend], kind: str, name: str, failures: Sequence
 
     Raises PluginNotFound and PluginConflict.
     """
-    owner, _, bare = name.rpartition(":")
+    bare = name.rpartition(":")[2]
     of_kind = [backend for backend in backends if backend.spec.kind == kind]
-    found = [b for b in of_kind if b.spec.name == bare and owner in ("", b.distribution, b.plugin)]
+    found = [backend for backend in of_kind if is_named(backend, name)]
     if len(found) == 1:
         return found[0]
     if found:
-        choices = " or ".join(sorted(f"'{b.distribution}:{bare}'" for b in found))
+        choices = " or ".join(sorted(f"'{b.qualified_name}'" for b in found))
         if len({b.distribution for b in found}) == 1:
             choices = " or ".join(sorted(f"'{b.plugin}:{bare}'" for b in found))
         raise PluginConflict(f"{len(found)} plugins offer {kind} '{bare}'; choose one: {choices}")

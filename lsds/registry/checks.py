@@ -90,7 +90,7 @@ def _contract_mistakes(named: str, contract: object) -> Iterator[tuple[str, str]
     elif contract > CONTRACT_VERSION:
         yield (
             f"{named} needs lsds with contract {contract}; this one has {CONTRACT_VERSION}",
-            "upgrade lsds: pip install -U lsds",
+            "upgrade lsds: pip install -U lsds-tactile",
         )
     elif contract < OLDEST_CONTRACT_VERSION:
         yield (

@@ -19,10 +19,12 @@ from lsds.registry import in_program
 from lsds.registry.backends import (
     NO_DISTRIBUTION,
     OWN_DISTRIBUTION,
+    OWN_PREFIX,
     Backend,
     PluginFailure,
     PluginNote,
     did_you_mean,
+    owner_names,
     select,
 )
 from lsds.registry.containment import contained, diverted, one_line
@@ -127,7 +129,7 @@ class PluginHost:
         """Add a plugin (a module, or any object with hook implementations) that no entry point names."""
         self._load()
         label = name or getattr(plugin, "__name__", None) or type(plugin).__name__
-        self._installed |= {label, distribution}
+        self._installed |= owner_names(label, distribution)
         self._take(lambda: plugin, label, distribution)
 
     def find(self, kind: Kind, name: str) -> Backend:
@@ -145,7 +147,7 @@ class PluginHost:
         try:
             self.find(kind, name)
         except PluginConflict:
-            return f"{OWN_DISTRIBUTION}:{name}" if self._offers_own(kind, name) else name
+            return f"{OWN_PREFIX}:{name}" if self._offers_own(kind, name) else name
         except LsdsError:
             pass
         return name
@@ -258,15 +260,16 @@ class PluginHost:
         return any((b.spec.kind, b.spec.name, b.distribution) == (kind, name, OWN_DISTRIBUTION) for b in self.backends)
 
     def _is_blocked(self, plugin: str, distribution: str) -> bool:
-        return plugin in self._blocked or distribution in self._blocked
+        return not self._blocked.isdisjoint(owner_names(plugin, distribution))
 
     def _load(self) -> None:
         if self._loaded:
             return
         self._loaded = True
-        for entry_point in self._found():
+        # First-party plugins first: those that the distribution of the former name still offers are the duplicates.
+        for entry_point in sorted(self._found(), key=lambda found: _distribution(found) != OWN_DISTRIBUTION):
             name, distribution = entry_point.name, _distribution(entry_point)
-            self._installed |= {name, distribution}
+            self._installed |= owner_names(name, distribution)
             if self._is_blocked(name, distribution):
                 self._failures.append(PluginFailure(name, distribution, "blocked", blocked=True))
                 continue

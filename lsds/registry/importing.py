@@ -57,5 +57,5 @@ def remedy_for(backend: Backend) -> str:
     if backend.spec.extra:
         return f"install it with: pip install '{backend.distribution}[{backend.spec.extra}]'"
     if backend.distribution == OWN_DISTRIBUTION:
-        return f"see the documentation of {backend.distribution}"
+        return "see the documentation of lsds"
     return upgrade_or_block(backend.plugin, backend.distribution)

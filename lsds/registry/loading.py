@@ -49,7 +49,7 @@ def failure_of(plugin: str, distribution: str, error: BaseException) -> PluginFa
         return PluginFailure(plugin, distribution, one_line(error), remedy=error.remedy)
     reason = one_line(f"{type(error).__name__}: {one_line(error)}")
     if isinstance(error, TypeError) and "BackendSpec.__init__() got an unexpected keyword" in reason:
-        remedy = f"upgrade lsds (pip install -U lsds), or block it with LSDS_BLOCK_PLUGINS={plugin}"
+        remedy = f"upgrade lsds (pip install -U lsds-tactile), or block it with LSDS_BLOCK_PLUGINS={plugin}"
         return PluginFailure(plugin, distribution, reason, remedy=remedy)
     return PluginFailure(plugin, distribution, reason, remedy=upgrade_or_block(plugin, distribution))
 

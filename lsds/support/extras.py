@@ -60,5 +60,6 @@ def importable(name: str) -> bool:
 def _missing(purpose: str, names: list[str], extra: str) -> MissingExtra:
     verb = "is" if len(names) == 1 else "are"
     return MissingExtra(
-        f"{purpose} needs {', '.join(names)}, which {verb} not installed; install with: pip install 'lsds[{extra}]'"
+        f"{purpose} needs {', '.join(names)}, which {verb} not installed; "
+        f"install with: pip install 'lsds-tactile[{extra}]'"
     )

@@ -12,9 +12,9 @@ Algorithms get frames that the kit draws.
 
 `wire_mock("hand-e")` starts a mock device in its own process, for tests of any driver.
 
-All but `wire_mock` need pytest and hypothesis (`pip install 'lsds[testing]'`). The rest of lsds does not import this
-package. Its names are imported on first use, so that the pytest plugin in it (`lsds.testing.pytest_plugin`) does not
-delay pytest.
+All but `wire_mock` need pytest and hypothesis (`pip install 'lsds-tactile[testing]'`). The rest of lsds does not import
+this package. Its names are imported on first use, so that the pytest plugin in it (`lsds.testing.pytest_plugin`) does
+not delay pytest.
 """
 
 from __future__ import annotations

@@ -75,9 +75,9 @@ def lsds_cell(lsds_rig: Callable[..., Rig]) -> Any:
     host = PluginHost()
     found = [backend for backend in host.backends if (backend.spec.kind, backend.spec.name) == ("cell", "simulated")]
     if not found:
-        pytest.skip("no simulated cell is installed; pip install 'lsds[sim]'")
+        pytest.skip("no simulated cell is installed; pip install 'lsds-tactile[sim]'")
     if missing := host.missing_requirements(found[0]):
-        pytest.skip(f"the simulated cell needs {', '.join(missing)}; pip install 'lsds[sim]'")
+        pytest.skip(f"the simulated cell needs {', '.join(missing)}; pip install 'lsds-tactile[sim]'")
     rig = lsds_rig(host=host)
     rig.connect()
     return rig.cell

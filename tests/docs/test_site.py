@@ -25,7 +25,7 @@ def site(tmp_path_factory):
     """The built site. A warning, such as a broken link or a page that is not in the navigation, fails the build."""
     for module in ("mkdocs", "material", "mkdocstrings_handlers"):
         if importlib.util.find_spec(module) is None:
-            pytest.skip(f"{module} is not installed (pip install 'lsds[docs]')")
+            pytest.skip(f"{module} is not installed (pip install 'lsds-tactile[docs]')")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}

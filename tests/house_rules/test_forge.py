@@ -67,6 +67,6 @@ def test_every_hook_runs_a_tool_that_the_extra_dev_installs(hooks):
         assert hook["language"] == "system"
         assert {"lint-imports": "import-linter"}.get(tool, tool) in tools
         if shutil.which(tool, path=places) is None:
-            pytest.skip(f"{tool} is not installed (pip install 'lsds[dev]')")
+            pytest.skip(f"{tool} is not installed (pip install 'lsds-tactile[dev]')")
         done = subprocess.run([shutil.which(tool, path=places), "--help"], capture_output=True, check=False)
         assert done.returncode == 0, done.stderr

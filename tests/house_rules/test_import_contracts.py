@@ -17,7 +17,7 @@ PACKAGES = ("lsds", "plugins/lsds_plugins", "plugins/lsds_research", "drivers/ls
 def test_import_contracts_are_kept():
     tool = shutil.which("lint-imports", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
     if tool is None:
-        pytest.skip("import-linter is not installed (pip install 'lsds[dev]')")
+        pytest.skip("import-linter is not installed (pip install 'lsds-tactile[dev]')")
     empty = [package for package in PACKAGES if not (ROOT / package / "__init__.py").exists()]
     if empty:
         pytest.skip(f"no code yet in {', '.join(empty)}")

@@ -84,6 +84,6 @@ def test_without_numba_its_users_report_the_remedy_and_the_rest_works():
     messages = json.loads(run.stdout)
     assert messages.keys() == {f"{spec.kind} {spec.name}" for spec in lsds_backends() if "numba" in spec.requires}
     assert "cell simulated" in messages
-    assert all("needs numba" in text and "lsds[sim]" in text and "\n" not in text for text in messages.values())
+    assert all("needs numba" in text and "lsds-tactile[sim]" in text and "\n" not in text for text in messages.values())
     free = {spec.name for spec in lsds_backends() if not spec.requires and spec.kind != "fault"}
     assert free == {"hand-e", "robotiq-2f-85", "robotiq-2f-140", "ur5e"}

@@ -103,6 +103,14 @@ def test_a_missing_file_or_card(model):
     refused(model, "cannot be read: No such file")
 
 
+@pytest.mark.parametrize("name", ["lsds", "lsds-tactile"])
+def test_a_card_with_the_version_of_lsds_under_either_name(model, name):
+    file = model.with_suffix(".json")
+    card = json.loads(file.read_text())
+    file.write_text(json.dumps(card | {"versions": {name: "0.1.0"}}))
+    assert load(model, "detect").card.versions == {name: "0.1.0"}
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", "\x00", '{"format": "other"}', '"lsds model 1"'])
 def test_a_card_that_is_none(model, text):
     model.with_suffix(".json").write_text(text)

@@ -42,7 +42,7 @@ def test_a_recording_is_tracked_and_a_picture_is_one_line_with_the_remedy(clip, 
     assert json.loads(out)["frames"] == 6
     code, _, err = bare(LSDS, "track", str(clip), "--plot", str(tmp_path / "clip.png"))
     assert code == 3
-    assert err.strip().endswith("pip install 'lsds[plot]'")
+    assert err.strip().endswith("pip install 'lsds-tactile[plot]'")
     assert "Traceback" not in err
 
 
@@ -50,7 +50,7 @@ def test_the_simulated_cell_is_one_line_with_the_remedy():
     code, _, err = bare(LSDS, "run", "--no-plot")
     assert code == 3
     assert err.count("\n") == 1
-    assert "pip install 'lsds[sim]'" in err
+    assert "pip install 'lsds-tactile[sim]'" in err
 
 
 RIG = """

@@ -18,7 +18,7 @@ PACKAGES = {"lsds", "lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks
 def wheel(tmp_path_factory):
     for tool in ("build", "hatchling"):
         if importlib.util.find_spec(tool) is None:
-            pytest.skip(f"{tool} is not installed (pip install 'lsds[dev]' hatchling)")
+            pytest.skip(f"{tool} is not installed (pip install 'lsds-tactile[dev]' hatchling)")
     if not (ROOT / "README.md").exists():
         pytest.skip("there is no README.md yet, and the build needs it")
     out = tmp_path_factory.mktemp("wheel")

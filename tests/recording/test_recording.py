@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import shutil
 import signal
@@ -14,10 +15,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from lsds import __version__
 from lsds.errors import DataError
+from lsds.registry import PluginHost
 from lsds.session.recording.files import contents, cut, repair
 from lsds.session.recording.reader import Recording
 from lsds.session.recording.writer import RecordingWriter
+from lsds.session.replay import replayed_config
 from lsds.session.run import run
 from tests.recording.conftest import SHORT
 
@@ -120,6 +124,15 @@ def test_a_damaged_byte_ends_the_file_there_and_raises_nothing(recorded, tmp_pat
         recording = Recording(broken)
         read.append(sum(1 for _ in recording.messages()))
     assert max(read) > 100
+
+
+def test_a_chunk_that_cannot_be_decompressed_ends_the_file_there_and_raises_nothing(recorded, tmp_path):
+    data = recorded[0].read_bytes()
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(data.replace(b"\x28\xb5\x2f\xfd", bytes(4)))  # the magic number of Zstandard frames
+    recording = Recording(broken)
+    assert list(recording.messages()) == []
+    assert "ZstdError" in recording.damage
 
 
 @pytest.mark.parametrize("content", [b"", b"not a recording", b"\x89MCAP0\r\n"])
@@ -225,12 +238,29 @@ def test_a_part_is_cut_out(recorded, tmp_path):
         repair(part, part)
 
 
+def test_the_header_names_the_version_of_lsds_by_its_prefix(recorded):
+    header = Recording(recorded[0]).header
+    assert header.lsds == __version__
+    assert "lsds-tactile" not in header.versions
+
+
+@pytest.mark.parametrize("prefix", ["lsds", "lsds-tactile"])
+def test_a_header_with_either_name_of_lsds_is_read(recorded, tmp_path, prefix):
+    header = Recording(recorded[0]).header
+    config = header.config.replace('backend = "fused"', f'backend = "{prefix}:fused"')
+    assert config != header.config
+    old = dataclasses.replace(header, versions={"python": "3.11.0", prefix: "0.1.0"}, config=config)
+    path = tmp_path / "old.mcap"
+    RecordingWriter(path, old).close()
+    found = Recording(path).header
+    assert found == old
+    assert replayed_config(found, path, (), PluginHost()).detector.backend == f"{prefix}:fused"
+
+
 def test_a_newer_format_is_refused_with_the_remedy(recorded, tmp_path):
     path, _ = recorded
     header = Recording(path).header
     newer = tmp_path / "newer.mcap"
-    import dataclasses
-
     RecordingWriter(newer, dataclasses.replace(header, format=99)).close()
     with pytest.raises(DataError, match=r"format 99.*install a newer"):
         Recording(newer)

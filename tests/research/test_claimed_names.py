@@ -23,6 +23,7 @@ from lsds.contracts import BackendSpec
 from lsds.errors import ConfigError, DataError, PluginConflict
 from lsds.registry import PluginHost
 from lsds.registry import host as host_module
+from lsds.registry.backends import OWN_DISTRIBUTION
 from lsds.runtime.rig import Rig
 
 PACKAGES = ("plugins", "drivers", "mocks", "research")
@@ -45,7 +46,7 @@ def _claimed(monkeypatch):
     entry_points = [
         SimpleNamespace(
             name=f"lsds-{package}",
-            dist=SimpleNamespace(name="lsds"),
+            dist=SimpleNamespace(name=OWN_DISTRIBUTION),
             load=EntryPoint(package, f"lsds_{package}.manifest", "lsds").load,
         )
         for package in PACKAGES
@@ -88,6 +89,13 @@ def test_the_study_of_faults_runs_the_backends_of_lsds():
 def test_a_claimed_fault_keeps_its_severities():
     cases = faults_planned(FaultsOptions(severities=[2, 3], moments=["lift"]), 0)
     assert {case.severity for case in cases if case.fault == "lsds:camera-noise"} == {2, 3}
+
+
+@pytest.mark.parametrize("prefix", ["lsds", "lsds-tactile"])
+def test_a_fault_with_either_name_of_lsds_has_its_severities(prefix):
+    named = f"{prefix}:camera-noise"
+    cases = faults_planned(FaultsOptions(faults=[named], severities=[2, 3], moments=["lift"]), 0)
+    assert {case.severity for case in cases if case.fault == named} == {2, 3}
 
 
 def test_the_study_of_whole_configurations_compares_backends_of_lsds():

@@ -234,7 +234,7 @@ def test_who_asks_for_something_else_moves_nothing_of_a_campaign_that_was_begun(
 
 def test_without_pyarrow_no_recording_passes_for_damaged(begun, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(MissingExtra, match=r"needs pyarrow, .* pip install 'lsds\[data\]'"):
+    with pytest.raises(MissingExtra, match=r"needs pyarrow, .* pip install 'lsds-tactile\[data\]'"):
         campaign.collect("pipe", begun.parents[1], overrides=FAST, quick=True)
     assert [path.name for path in begun.parent.iterdir()] == [begun.name]
 

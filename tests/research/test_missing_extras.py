@@ -26,7 +26,7 @@ def refused(capsys, arguments, extra):
     errors = [line for line in capsys.readouterr().err.splitlines() if not line.startswith(("measuring", "collecting"))]
     assert len(errors) == 1
     assert errors[0].startswith("error: ")
-    assert errors[0].endswith(f"pip install 'lsds[{extra}]'")
+    assert errors[0].endswith(f"pip install 'lsds-tactile[{extra}]'")
 
 
 @pytest.mark.parametrize(
@@ -77,5 +77,5 @@ def test_without_matplotlib_only_the_picture_is_missing(tmp_path, monkeypatch, c
     assert "winkler" in shown.out
     assert "no picture: a picture needs matplotlib" in shown.err
     assert main([*quick, "--plot", "d.png", "--csv", "d.csv"]) == 3
-    assert "pip install 'lsds[plot]'" in capsys.readouterr().err
+    assert "pip install 'lsds-tactile[plot]'" in capsys.readouterr().err
     assert (tmp_path / "d.csv").exists()

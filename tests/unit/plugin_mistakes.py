@@ -44,7 +44,7 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "names a field of a later lsds": (
         offering("zeal=3"),
         "unexpected keyword argument 'zeal'",
-        "upgrade lsds (pip install -U lsds)",
+        "upgrade lsds (pip install -U lsds-tactile)",
     ),
     # -- the hook is wrong
     "has no hook": ("x = 1", "it has no hook", "define @hookimpl def lsds_backends()"),
@@ -101,7 +101,7 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "newer contract": (
         offering("contract=99"),
         "needs lsds with contract 99; this one has 2",
-        "upgrade lsds: pip install -U lsds",
+        "upgrade lsds: pip install -U lsds-tactile",
     ),
     "older contract": (offering("contract=0"), "written for contract 0; this lsds supports 1", "upgrade the plugin"),
     "contract is no number": (offering("contract='1'"), "contract is '1', not a whole number", "write contract=2"),

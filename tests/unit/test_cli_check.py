@@ -127,7 +127,7 @@ def test_a_missing_extra_is_named(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "hypothesis", None)
     assert main(["check", "gripper:fake-gripper"]) == 3
     assert "lsds check needs hypothesis" in (err := capsys.readouterr().err)
-    assert "pip install 'lsds[testing]'" in err
+    assert "pip install 'lsds-tactile[testing]'" in err
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,7 @@ def test_a_folder_that_is_not_empty_is_left_alone_without_force(tmp_path, capsys
         ("acme", "json", "--distribution: 'json' is the name of an existing package"),
         ("acme", "lsds-mocks", "'lsds_mocks' is the name of an existing package"),
         ("acme", "class", "'class' is the name of an existing package"),
+        ("tactile", "", "--distribution: 'lsds_tactile' is the name of an existing package"),
         ("acme", "Acme Tools", "--distribution: 'Acme Tools' is not a valid name"),
     ],
 )
@@ -68,14 +69,14 @@ def test_names_that_cannot_be_are_refused(name, distribution, problem):
 @pytest.mark.usefixtures("installed_host")
 def test_a_name_that_is_claimed_is_a_warning(tmp_path, capsys):
     assert main(["new", "tracker", "lk", "--out", str(tmp_path)]) == 0
-    warning = "warning: tracker 'lk' is offered by lsds already; a config then has to name DISTRIBUTION:NAME"
+    warning = "warning: tracker 'lk' is offered by lsds-tactile already; a config then has to name DISTRIBUTION:NAME"
     assert warning in capsys.readouterr().err
 
 
 def test_without_jinja_the_remedy_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("lsds.support.extras.importable", lambda name: name != "jinja2")
     assert main(["new", "job", "acme-job", "--out", str(tmp_path / "job")]) == 3
-    assert "lsds new needs jinja2, which is not installed; install with: pip install 'lsds[new]'" in (
+    assert "lsds new needs jinja2, which is not installed; install with: pip install 'lsds-tactile[new]'" in (
         capsys.readouterr().err
     )
     assert not (tmp_path / "job").exists()

@@ -11,6 +11,7 @@ from lsds.cli import plugin_show
 from lsds.cli import plugins as plugins_module
 from lsds.cli.main import main
 from lsds.contracts import BackendSpec
+from lsds.registry.backends import OWN_DISTRIBUTION
 from lsds.registry.describe import unit_of
 
 
@@ -25,6 +26,8 @@ def _fakes(monkeypatch):
             ),
             distribution="acme",
         )
+        own = BackendSpec("gripper", "own-gripper", "m:a", requires=("no_such_library",), extra="cam")
+        made.register(plugin(own), distribution=OWN_DISTRIBUTION)
         return made
 
     for module in (plugins_module, plugin_show):
@@ -62,6 +65,13 @@ def test_a_name_of_several_kinds_and_one_kind_of_them(capsys):
     (one,) = json.loads(shown(capsys, "fake-gripper", "--kind", "sensor", "--json"))["backends"]
     assert one["missing"] == ["no_such_library"]
     assert "pip install 'acme[cam]'" in shown(capsys, "acme:fake-gripper")
+
+
+@pytest.mark.parametrize("prefix", ["lsds", "lsds-tactile"])
+def test_first_party_backends_have_two_prefixes_and_the_distribution_that_pip_knows(capsys, prefix):
+    out = shown(capsys, f"{prefix}:own-gripper")
+    assert out.startswith("gripper 'own-gripper' of lsds-tactile\n")
+    assert "pip install 'lsds-tactile[cam]'" in out
 
 
 def test_options_that_cannot_be_imported(capsys):

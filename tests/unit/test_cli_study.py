@@ -257,7 +257,7 @@ def test_what_was_mistyped_is_one_message(lsds, arguments, message):
         (["plain", "--set", "count=2"], ConfigError, "takes no options"),
         (["echo", "--csv", "no/such/t.csv"], DataError, "create the folder first"),
         (["echo", "--out", "no/such/model"], DataError, "create the folder first"),
-        (["undrawable", "--plot", "p.png"], MissingExtra, r"lsds\[plot\]"),
+        (["undrawable", "--plot", "p.png"], MissingExtra, r"lsds-tactile\[plot\]"),
     ],
 )
 def test_what_is_not_allowed_is_an_error_of_lsds(lsds, monkeypatch, arguments, error, message):

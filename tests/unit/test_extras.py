@@ -31,7 +31,7 @@ def test_an_installed_extra_is_no_error():
 
 def test_a_missing_one_is_named_with_its_remedy(without):
     without("matplotlib", "numba")
-    with pytest.raises(MissingExtra, match=r"^a picture needs matplotlib, which is not installed; .*'lsds\[sim\]'$"):
+    with pytest.raises(MissingExtra, match=r"^a picture needs matplotlib, which is not .*; .*'lsds-tactile\[sim\]'$"):
         require("json", "matplotlib", extra="sim", purpose="a picture")
     with pytest.raises(LsdsError, match="needs matplotlib, numba, which are not installed"):
         require("matplotlib", "numba", extra="sim")
@@ -42,7 +42,7 @@ def test_an_import_that_fails_is_explained_by_the_extra(without, name):
     without(name)
     with pytest.raises(ModuleNotFoundError) as caught:
         __import__(name)
-    assert f"pip install 'lsds[{EXTRAS[name]}]'" in str(explained(caught.value))
+    assert f"pip install 'lsds-tactile[{EXTRAS[name]}]'" in str(explained(caught.value))
 
 
 def test_other_import_errors_are_left_alone(without):
@@ -68,5 +68,5 @@ def test_a_command_without_its_extra_is_an_error_of_one_line(without, monkeypatc
         return
     assert main(["needy"]) == 3
     assert capsys.readouterr().err == (
-        "error: this needs pyarrow, which is not installed; install with: pip install 'lsds[data]'\n"
+        "error: this needs pyarrow, which is not installed; install with: pip install 'lsds-tactile[data]'\n"
     )

@@ -16,6 +16,7 @@ from lsds.config.own import own_section, with_own_backends
 from lsds.contracts import CONFIG_KINDS, KINDS, BackendSpec
 from lsds.errors import ConfigError, PluginConflict
 from lsds.registry import PluginHost
+from lsds.registry.backends import OWN_DISTRIBUTION
 from lsds.runtime.rig import Rig
 
 FIRST_PARTY = [
@@ -29,9 +30,9 @@ def claiming(distribution, kind="gripper", name="mock-hand-e"):
 
 
 def test_a_claimed_default_is_that_of_lsds():
-    host = PluginHost(entry_points=[claiming("lsds"), claiming("acme")])
+    host = PluginHost(entry_points=[claiming(OWN_DISTRIBUTION), claiming("acme")])
     assert host.own("gripper", "mock-hand-e") == "lsds:mock-hand-e"
-    assert PluginHost(entry_points=[claiming("lsds")]).own("gripper", "mock-hand-e") == "mock-hand-e"
+    assert PluginHost(entry_points=[claiming(OWN_DISTRIBUTION)]).own("gripper", "mock-hand-e") == "mock-hand-e"
     assert PluginHost(entry_points=[]).own("gripper", "mock-hand-e") == "mock-hand-e"
     with pytest.raises(PluginConflict, match="'acme:mock-hand-e' or 'lsds:mock-hand-e'"):
         host.find("gripper", "mock-hand-e")
@@ -40,9 +41,9 @@ def test_a_claimed_default_is_that_of_lsds():
 @pytest.fixture
 def claimed(installed_host):
     """Return the installed plugins, as those of lsds, and a plugin that claims a default of every kind."""
+    own = SimpleNamespace(name=OWN_DISTRIBUTION)
     entry_points = [
-        SimpleNamespace(name=name, dist=SimpleNamespace(name="lsds"), load=EntryPoint(name, value, "lsds").load)
-        for name, value in FIRST_PARTY
+        SimpleNamespace(name=name, dist=own, load=EntryPoint(name, value, "lsds").load) for name, value in FIRST_PARTY
     ]
     acme = plugin(
         *(
@@ -87,7 +88,7 @@ def test_the_rest_of_lsds_is_not_stopped_either(claimed):
 
 
 def test_a_misspelt_block_in_a_config_is_an_issue():
-    host = PluginHost(entry_points=[claiming("lsds"), claiming("acme")])
+    host = PluginHost(entry_points=[claiming(OWN_DISTRIBUTION), claiming("acme")])
     with pytest.raises(ConfigError) as caught:
         check_config({"plugins": {"block": ["acm", "elsewhere"]}}, "rig.toml", host)
     assert "plugins.block: 'acm' is not installed (did you mean 'acme'?)" in str(caught.value)
@@ -96,7 +97,7 @@ def test_a_misspelt_block_in_a_config_is_an_issue():
 
 
 def test_a_backend_that_a_command_chooses_is_that_of_lsds():
-    host = PluginHost(entry_points=[claiming("lsds", "job", "watch"), claiming("acme", "job", "watch")])
+    host = PluginHost(entry_points=[claiming(OWN_DISTRIBUTION, "job", "watch"), claiming("acme", "job", "watch")])
     config = RigConfig().model_copy(update={"job": own_section("watch", {"x": 1})})
     assert with_own_backends(config, host).job.backend == "lsds:watch"
     assert with_own_backends(config, host).job.options() == {"x": 1}

@@ -11,6 +11,7 @@ from lsds.clock import VirtualClock
 from lsds.contracts import BackendSpec, BuildContext
 from lsds.errors import ConfigError, ContractMismatch, PluginConflict, PluginLoadError, PluginNotFound
 from lsds.registry import PluginHost, hookimpl
+from lsds.registry.backends import OWN_DISTRIBUTION
 from lsds.registry.contract import check_contract
 
 
@@ -129,6 +130,36 @@ def test_a_name_claimed_twice_is_an_error_unless_the_config_names_the_distributi
         host.find("gripper", "good")
     assert host.find("gripper", "dist-b:good").distribution == "dist-b"
     assert isinstance(host.build("gripper", "dist-a:good", {}, context()), FakeGripper)
+
+
+@pytest.mark.parametrize("name", ["good", "lsds:good", "lsds-tactile:good", "lsds-plugins:good"])
+def test_a_first_party_backend_is_selected_by_prefix_distribution_or_plugin(name):
+    host = PluginHost(entry_points=[good_entry_point("lsds-plugins", OWN_DISTRIBUTION)])
+    found = host.find("gripper", name)
+    assert (found.distribution, found.qualified_name) == ("lsds-tactile", "lsds:good")
+    assert isinstance(host.build("gripper", name, {}, context()), FakeGripper)
+
+
+@pytest.mark.parametrize("name", ["lsds", "lsds-tactile", "lsds-plugins"])
+def test_first_party_plugins_are_blocked_by_each_of_their_names(name):
+    own = good_entry_point("lsds-plugins", OWN_DISTRIBUTION)
+    host = PluginHost(entry_points=[own, good_entry_point("acme", "acme-dist")], block=[name])
+    assert [backend.distribution for backend in host.backends] == ["acme-dist"]
+    assert host.unknown_blocks() == {}
+
+
+def test_the_prefix_names_no_other_distribution():
+    with pytest.raises(PluginNotFound):
+        PluginHost(entry_points=[good_entry_point("acme", "acme-dist")]).find("gripper", "lsds:good")
+
+
+def test_a_distribution_of_the_former_name_is_the_duplicate():
+    manifest = plugin(GOOD)
+    entry_points = [FakeEntryPoint("lsds-plugins", name, lambda: manifest) for name in ("lsds", OWN_DISTRIBUTION)]
+    host = PluginHost(entry_points=entry_points)
+    assert host.find("gripper", "lsds:good").distribution == OWN_DISTRIBUTION
+    (failure,) = host.failures
+    assert (failure.distribution, failure.reason) == ("lsds", "it is installed twice")
 
 
 def test_two_plugins_of_one_distribution_are_selected_by_plugin():

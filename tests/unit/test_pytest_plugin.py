@@ -84,7 +84,7 @@ def test_without_mocks_the_cell_is_skipped(run, monkeypatch):
     monkeypatch.setenv("LSDS_BLOCK_PLUGINS", "lsds-mocks")
     result = run("def test_cell(lsds_cell): pass")
     result.assert_outcomes(skipped=1)
-    result.stdout.fnmatch_lines("*no simulated cell is installed; pip install 'lsds*sim*'*")
+    result.stdout.fnmatch_lines("*no simulated cell is installed; pip install 'lsds-tactile*sim*'*")
 
 
 def test_faults_are_added_to_rigs(run):

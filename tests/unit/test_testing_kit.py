@@ -40,7 +40,7 @@ def test_the_extra_holds_just_what_the_kit_needs():
 
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     assert {re.split(r"\W", text)[0] for text in extras["testing"]} == EXTRA
-    assert "pip install 'lsds[testing]'" in lsds.testing.__doc__
+    assert "pip install 'lsds-tactile[testing]'" in lsds.testing.__doc__
 
 
 def test_the_public_names_exist():
@@ -52,7 +52,7 @@ def test_the_public_names_exist():
 def test_a_missing_library_is_named_with_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "hypothesis", None)
     monkeypatch.delitem(vars(lsds.testing), "conformance", raising=False)
-    with pytest.raises(MissingExtra, match=r"lsds.testing needs hypothesis.*pip install 'lsds\[testing\]'"):
+    with pytest.raises(MissingExtra, match=r"lsds.testing needs hypothesis.*pip install 'lsds-tactile\[testing\]'"):
         lsds.testing.conformance  # noqa: B018
 
 

@@ -42,7 +42,7 @@ class RealSenseSource:
             raise ConnectFailed(
                 self._device,
                 f"pyrealsense2 cannot be imported: {error}",
-                remedy="pip install 'lsds[realsense]'; on Debian also: apt install libusb-1.0-0",
+                remedy="pip install 'lsds-tactile[realsense]'; on Debian also: apt install libusb-1.0-0",
             ) from error
         config = rs.config()
         if self._recording:

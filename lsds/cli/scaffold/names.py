@@ -12,7 +12,7 @@ from lsds.errors import ConfigError, ConfigIssue
 LONGEST, LONGEST_DISTRIBUTION = 30, 40
 """Characters of a name, so that no line of a scaffold is longer than 120."""
 _BACKEND = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_OWN = ("lsds", "lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks")
+_OWN = ("lsds", "lsds_tactile", "lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks")
 _RESERVED = ("none", "lsds", "mock")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from lsds import __version__
 from lsds.cli.scaffold.names import Names
 from lsds.cli.scaffold.plan import PLANS, Plan
 from lsds.errors import DataError
@@ -72,6 +73,7 @@ def _values(names: Names, plan: Plan) -> dict[str, Any]:
         "distribution": names.distribution,
         "package": names.package,
         "prefix": names.prefix,
+        "version": __version__,
         "device": plan.device,
         "module": plan.module,
         "summary": plan.summary[0].upper() + plan.summary[1:],

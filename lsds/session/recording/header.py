@@ -12,6 +12,7 @@ from lsds.clock import utc_s
 from lsds.config.dump import dump_config
 from lsds.contracts import ArmSpec, GripperSpec, SensorSpec
 from lsds.errors import DataError
+from lsds.registry.backends import OWN_DISTRIBUTION, prefix_of
 from lsds.session.recording.codec import from_json, to_json
 
 if TYPE_CHECKING:
@@ -58,11 +59,11 @@ class RecordingHeader:
         versions = {"python": platform.python_version()}
         for name in sorted({backend.distribution for backend in rig.backends.values()} | {"numpy", "opencv"}):
             try:
-                versions[name] = metadata.version(name)
+                versions[prefix_of(name)] = metadata.version(name)
             except metadata.PackageNotFoundError:
                 continue
         return cls(
-            metadata.version("lsds"),
+            metadata.version(OWN_DISTRIBUTION),
             dump_config(rig.config),
             fingers,
             None if rig.gripper is None else rig.gripper.spec,

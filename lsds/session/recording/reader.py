@@ -194,7 +194,7 @@ class Recording:
                     except StopIteration:
                         return
                     except Exception as error:
-                        if not isinstance(error, damaged) and type(error).__module__ != "zstandard":
+                        if not isinstance(error, damaged) and type(error).__module__.partition(".")[0] != "zstandard":
                             raise
                         at = file.tell()
                         self.damage = f"damaged or cut off near byte {at}: {type(error).__name__} {error}".rstrip()

@@ -60,7 +60,7 @@ def make_pad(
 
     The result is valid for all pads of the same proportions, independent of size and modulus, and for Poisson ratios
     between the smallest and the largest given; four ratios are enough. For the shipped pad, one ratio takes about five
-    minutes on one core and 3 GB of memory with PARDISO, and more without. Needs SciPy: pip install 'lsds[pad]'.
+    minutes on one core and 3 GB of memory with PARDISO, and more without. Needs SciPy: pip install 'lsds-tactile[pad]'.
 
     \b
     Examples:

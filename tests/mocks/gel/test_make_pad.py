@@ -207,7 +207,7 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path, capsys, monkeypatch):
 def test_without_scipy_the_extra_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "scipy", None)
     assert run(tmp_path, "--poisson", "0.4") == 1
-    assert "pip install 'lsds[pad]'" in capsys.readouterr().err
+    assert "pip install 'lsds-tactile[pad]'" in capsys.readouterr().err
 
 
 def test_help_shows_examples_and_what_is_shipped(capsys):

@@ -171,4 +171,4 @@ def test_what_is_wrong_is_one_message_and_an_exit_code(folder, capsys, arguments
 def test_without_matplotlib_the_error_names_the_extra(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["learn", "label", SLIDE]) == 3
-    assert capsys.readouterr().err.rstrip().endswith("pip install 'lsds[plot]'")
+    assert capsys.readouterr().err.rstrip().endswith("pip install 'lsds-tactile[plot]'")

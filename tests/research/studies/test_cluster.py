@@ -57,5 +57,5 @@ def test_a_cluster_that_is_none_is_one_line():
 
 def test_a_missing_library_names_its_extra(monkeypatch):
     monkeypatch.setattr("lsds.support.extras.importable", lambda name: False)
-    with pytest.raises(MissingExtra, match=r"lsds\[cluster\]"):
+    with pytest.raises(MissingExtra, match=r"lsds-tactile\[cluster\]"):
         list(shared_out(abs, [1], 1, "tcp://host:1"))

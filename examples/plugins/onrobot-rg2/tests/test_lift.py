@@ -23,7 +23,7 @@ def test_a_simulated_lift_holds(seed: int) -> None:
 
 
 def test_a_lift_over_tcp_holds(tmp_path: Path) -> None:
-    pytest.importorskip("rtde_control", reason="the arm's driver needs ur_rtde: pip install 'lsds[ur]'")
+    pytest.importorskip("rtde_control", reason="the arm's driver needs ur_rtde: pip install 'lsds-tactile[ur]'")
     box, camera = free_port(), free_port()
     arm = f"127.{64 + os.getpid() % 128}.{os.getpid() // 128 % 250 + 1}.9"
     overrides = [

@@ -38,7 +38,7 @@ def record(
         raise ConnectFailed(
             mock,
             f"pyrealsense2 cannot be imported: {error}",
-            remedy="pip install 'lsds[realsense]'; on Debian also: apt install libusb-1.0-0",
+            remedy="pip install 'lsds-tactile[realsense]'; on Debian also: apt install libusb-1.0-0",
         ) from error
     if not path.endswith(".db3"):
         raise ConnectFailed(mock, f"{path}: a recording's name ends in .db3", remedy="other names are not played back")

@@ -19,7 +19,7 @@ def require() -> str:
     try:
         import scipy
     except ImportError as error:
-        raise LsdsError("finite elements need SciPy: pip install 'lsds[pad]'") from error
+        raise LsdsError("finite elements need SciPy: pip install 'lsds-tactile[pad]'") from error
     pardiso = _pardiso()
     return f"SuperLU of SciPy {scipy.__version__}" if pardiso is None else f"PARDISO by pypardiso {pardiso.__version__}"
 

@@ -12,7 +12,7 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult, StudyTable
 from lsds.errors import DataError
-from lsds.registry.backends import OWN_DISTRIBUTION
+from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.run_store import run_and_store
@@ -111,7 +111,8 @@ def _is_scaled(host: PluginHost, name: str) -> bool:
     from lsds_mocks.faults.catalogue import CATALOGUE
 
     own = {entry.name: bool(entry.levels) for entry in CATALOGUE}
-    if (bare := name.removeprefix(f"{OWN_DISTRIBUTION}:")) in own:
+    owner, _, bare = name.rpartition(":")
+    if owner in ("", OWN_PREFIX, OWN_DISTRIBUTION) and bare in own:
         return own[bare]
     model = host.options_model(host.find("fault", name))
     return model is not None and "severity" in model.model_fields

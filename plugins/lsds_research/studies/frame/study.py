@@ -58,5 +58,5 @@ class FrameStudy:
 
 def _compared(cost: FrameCost) -> str:
     if cost.peer_ratio is None:
-        return "peer chains were not timed: they need scikit-learn and torch (pip install 'lsds[train]')"
+        return "peer chains were not timed: they need scikit-learn and torch (pip install 'lsds-tactile[train]')"
     return f"the quickest peer chain takes {cost.peer_ratio:.1f} times as long as image to command (medians, in turns)"
