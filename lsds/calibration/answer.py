@@ -64,8 +64,9 @@ class AnswerTimer:
             elif now.t_ns - sent_ns > LATE_S * 1e9:
                 self._sent = None
         if wanted.grip is not None and wanted.grip != self._wanted:
-            rests = state is not None and not state.moving
-            self._sent = (now.t_ns, state.aperture_m) if state is not None and rests else None
+            # A command that is still unanswered is the one that the next motion answers.
+            if self._sent is None and state is not None and not state.moving:
+                self._sent = (now.t_ns, state.aperture_m)
             self._wanted = wanted.grip
         return wanted
 

@@ -138,7 +138,7 @@ def test_a_fragile_object_that_cannot_be_held_is_the_reason_of_the_drop():
     summary = lsds.run(overrides=["task.fragile_n=2.0"]).summary
     assert summary["outcome"] == "dropped"
     assert summary["outcome_reason"].startswith(
-        "the force limit of 2 N (task.fragile_n) cannot hold 2.8 N; it held the"
+        "the force limit of 2 N (task.fragile_n) cannot hold 2.81 N; it held the"
     )
     assert json.dumps(summary["outcome_reason"])
 
@@ -146,7 +146,7 @@ def test_a_fragile_object_that_cannot_be_held_is_the_reason_of_the_drop():
 def test_a_drop_for_another_reason_is_not_blamed_on_it():
     summary = lsds.run(overrides=["controller.enabled=false"]).summary
     assert summary["outcome"] == "dropped"
-    assert summary["outcome_reason"].startswith("the controller is off, and the grip reached 1.4 N of the 2.8 N needed")
+    assert summary["outcome_reason"].startswith("the controller is off, and the grip reached 1.45 N of the 2.81 N needed")
 
 
 # -- the imprint ----------------------------------------------------------------------------------------------

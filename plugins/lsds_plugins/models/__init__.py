@@ -16,5 +16,5 @@ def model_path(name: str, configured: str) -> Path:
         return Path(configured)
     shipped = Path(__file__).parent / f"{name}.onnx"
     if not shipped.is_file():
-        raise ModelError(f"no model is shipped for '{name}': set the option model to a file written by lsds learn train")
+        raise ModelError(f"no model is shipped for '{name}': set the option model to a file of lsds learn train")
     return shipped
