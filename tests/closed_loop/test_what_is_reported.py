@@ -146,7 +146,9 @@ def test_a_fragile_object_that_cannot_be_held_is_the_reason_of_the_drop():
 def test_a_drop_for_another_reason_is_not_blamed_on_it():
     summary = lsds.run(overrides=["controller.enabled=false"]).summary
     assert summary["outcome"] == "dropped"
-    assert summary["outcome_reason"].startswith("the controller is off, and the grip reached 1.45 N of the 2.81 N needed")
+    assert summary["outcome_reason"].startswith(
+        "the controller is off, and the grip reached 1.45 N of the 2.81 N needed"
+    )
 
 
 # -- the imprint ----------------------------------------------------------------------------------------------

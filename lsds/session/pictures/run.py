@@ -16,7 +16,7 @@ from lsds.session.pictures.tactile_frame import draw_frame
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from lsds.contracts import CellTruth, Frame, MarkerReference
+    from lsds.contracts import CellTruth, Cycle, Frame, MarkerReference
     from lsds.session.record import RunRecord, Sample
 
 _STAGE_SHADE = {
@@ -30,8 +30,10 @@ _STAGE_SHADE = {
     "lift": "#e8f1fa",
     "hold": "#f3f8ec",
 }
-CROWDED = 0.07
-"""Share of the time axis that the name of a stage takes."""
+LETTER = 0.011
+"""Share of the time axis that a letter of a stage's name takes."""
+LEAD = 0.12
+"""Share of the time axis before the lift: the approach is long, and shows nothing of the grip."""
 
 
 def plot_run(
@@ -52,9 +54,11 @@ def plot_run(
     speed, force, *belief = (figure.add_subplot(grid[row, :2], sharex=aperture) for row in range(1, rows))
     start = samples[0].t_ns
     t = np.array([seconds(s.t_ns - start) for s in samples])
+    window = _window(samples, t)
     for axes in (aperture, speed, force, *belief):
-        _shade_stages(axes, samples, t)
+        _shade_stages(axes, samples, t, window, named=axes is aperture)
         axes.grid(alpha=0.25)
+    aperture.set_xlim(*window)
 
     aperture.plot(t, [1e3 * s.measured_m for s in samples], color="tab:blue", label="measured")
     aperture.step(t, [1e3 * s.held_m for s in samples], where="post", color="tab:orange", lw=1, label="commanded")
@@ -94,6 +98,8 @@ def plot_run(
         if cycle is not None:
             title = f"{name}, t = {seconds(cycle.t_ns - start):.2f} s"
             draw_frame(figure.add_subplot(grid[row, 2]), cycle.frame, reference, cycle.tracks, title)
+    if believes and record.worst is not None:
+        _draw_other_finger(figure.add_subplot(grid[3, 2]), record.worst)
     figure.suptitle(_headline(summary), fontsize=11)
     figure.savefig(path, dpi=110)
 
@@ -115,7 +121,8 @@ def _draw_belief(axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any])
     probability.set_ylim(0, 1.05)
     probability.set_ylabel("P(slip)")
     lines = [*axes.get_lines(), *probability.get_lines()]
-    axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper left", fontsize=8)
+    labels = [str(line.get_label()) for line in lines]
+    axes.legend(lines, labels, loc="center right", bbox_to_anchor=(1.0, 0.32), fontsize=8)
 
 
 def _headline(summary: dict[str, Any]) -> str:
@@ -128,19 +135,47 @@ def _headline(summary: dict[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def _shade_stages(axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any]) -> None:
-    begin, row, shown = 0, 0, -math.inf
-    apart = CROWDED * float(t[-1] - t[0])
+def _draw_other_finger(axes: Axes, cycle: Cycle) -> None:
+    """Draw what a second finger showed at the time of a cycle; nothing for a rig of one."""
+    own = cycle.fingers[0].finger
+    other = next((finger for finger in cycle.grip.fingers if finger.finger != own), None)
+    if other is None:
+        axes.set_axis_off()
+        return
+    draw_frame(axes, other.frame, other.observation.field.reference, other.tracks, f"{other.finger}, at that time")
+
+
+def _window(samples: Sequence[Sample], t: np.ndarray[Any, Any]) -> tuple[float, float]:
+    """Return the part of the time axis that is drawn: from a little before the grip is corrected."""
+    acting = [at for at, sample in zip(t, samples, strict=True) if sample.acting]
+    if not acting:
+        return float(t[0]), float(t[-1])
+    span = (float(t[-1]) - float(acting[0])) / (1 - LEAD)
+    return max(float(t[0]), float(t[-1]) - span), float(t[-1])
+
+
+def _shade_stages(
+    axes: Axes, samples: Sequence[Sample], t: np.ndarray[Any, Any], window: tuple[float, float], *, named: bool
+) -> None:
+    """Shade the stages of the job within a part of the time axis, and write their names above it."""
+    begin = 0
+    ends: list[float] = []
+    letter = LETTER * (window[1] - window[0])
     for i in range(1, len(samples) + 1):
         if i == len(samples) or samples[i].stage != samples[begin].stage:
-            stage = samples[begin].stage
-            axes.axvspan(t[begin], t[min(i, len(t) - 1)], color=_STAGE_SHADE.get(stage, "white"), lw=0, zorder=0)
-            # The names of short stages would be written over one another.
-            row = 1 - row if t[begin] - shown < apart else 0
-            axes.text(
-                t[begin], 1.0 + 0.05 * row, f" {stage}", transform=axes.get_xaxis_transform(), fontsize=7, va="bottom"
-            )
-            shown, begin = t[begin], i
+            stage, first, last = samples[begin].stage, float(t[begin]), float(t[min(i, len(t) - 1)])
+            begin = i
+            if last <= window[0]:
+                continue
+            axes.axvspan(first, last, color=_STAGE_SHADE.get(stage, "white"), lw=0, zorder=0)
+            if not named or last - window[0] < letter:
+                continue
+            # A name stands in the lowest row in which the name before it has ended.
+            at = max(first, window[0])
+            row = next((row for row, end in enumerate(ends) if end <= at), len(ends))
+            ends[row : row + 1] = [at + letter * (len(stage) + 2)]
+            place = axes.get_xaxis_transform()
+            axes.text(at, 1.0 + 0.06 * row, f" {stage}", transform=place, fontsize=7, va="bottom")
 
 
 def _zoom_on_grip(axes: Axes, samples: Sequence[Sample]) -> None:
