@@ -11,6 +11,7 @@ import pytest
 from lsds.session.pictures import run as pictures
 from lsds.session.record import Sample
 
+LIFT = [("lift", 60), ("hold", 20)]
 STAGES = [
     ("reference", 40),
     ("approach", 60),
