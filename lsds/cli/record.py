@@ -165,7 +165,7 @@ def repair(recording: Path, out: Path) -> None:
 def _table(found: dict[str, Any]) -> str:
     rows = [
         ("recorded with", f"lsds {found['lsds']}, {found['started']}"),
-        ("length", f"{found['duration_s']:.2f} s, {found['bytes'] / 1e6:.1f} MB"),
+        ("length", f"{found['duration_s']:.2f} s from {found['begins_s']:.2f} s on, {found['bytes'] / 1e6:.1f} MB"),
         ("figures are", "simulated" if found["simulated"] else "measured"),
         ("fingers", ", ".join(found["fingers"])),
         ("state", found["damage"] or "whole"),

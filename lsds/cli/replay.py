@@ -75,7 +75,7 @@ def _table(result: ReplayResult) -> str:
         first = "" if stream.identical else f"{stream.first_s:.2f} s"
         rows.append((name, str(stream.compared), str(stream.different), str(alone), first, largest))
     text = table(rows, ("stream", "compared", "differ", "in one only", "first", "largest difference"))
-    same = "identical bit by bit" if result.identical else "different"
+    same = "identical bit by bit" if result.identical else "different" if result.complete else "not to the end"
     lines = [text, "", f"{result.cycles} cycles replayed: {same}"]
     if result.problem:
         lines.append(f"the replay ended with: {result.problem}")

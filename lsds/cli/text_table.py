@@ -26,7 +26,7 @@ def table(rows: Sequence[tuple[str, ...]], header: tuple[str, ...], width: int |
         return _records(rows, header, limit or 0)
     lines = []
     for row in [header, *rows]:
-        cells = [textwrap.wrap(cell, width) or [""] for cell, width in zip(row, widths, strict=True)]
+        cells = [textwrap.wrap(cell, max(width, 1)) or [""] for cell, width in zip(row, widths, strict=True)]
         for at in range(max(map(len, cells))):
             parts = [cell[at] if at < len(cell) else "" for cell in cells]
             lines.append(GAP.join(f"{part:{width}}" for part, width in zip(parts, widths, strict=True)))

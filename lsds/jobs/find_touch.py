@@ -228,7 +228,7 @@ class TouchGrasp:
         return Grip(min(max(aperture_m, self._least_m), self._most_m), speed_m_s, force_n)
 
     def _enter(self, stage: str, now: Situation, grip: Grip | None = None) -> None:
-        self.stage, self._since_ns = stage, now.t_ns
+        self.stage, self._since_ns, self._stopped_ns = stage, now.t_ns, None
         self.grip = grip if grip is not None else self.grip
 
     def _is_blind(self, now: Situation) -> bool:
@@ -244,8 +244,9 @@ class TouchGrasp:
     def _require_something(self, now: Situation) -> None:
         """Raise SafetyStop where the fingers have come to the end without a touch."""
         state = now.gripper
-        if state is None or state.moving:
+        if state is None or state.moving or state.contact is not Contact.CLOSING:
             self._stopped_ns = None
+        if state is None or state.moving:
             return
         if state.contact is Contact.CLOSING:
             self._stopped_ns = state.t_ns if self._stopped_ns is None else self._stopped_ns

@@ -380,7 +380,7 @@ class Engine:
         before = self._states.pose, self._states.pose_problem
         self._states.read_pose(now_ns)
         now = self._states.pose, self._states.pose_problem
-        if now != before:
+        if now[0] is not before[0] or now[1] != before[1]:
             self.events.publish(PosesRead(now_ns, *now))
 
     def _do_job(self, now_ns: int) -> None:
@@ -410,7 +410,7 @@ class Engine:
         if wanted.corrects:
             # A corrected grip holds an object: an earlier opening was a part of the grasp.
             self._act.opened = False
-        if sent or wanted != before:
+        if sent or _differ(wanted, before):
             self.events.publish(JobStepped(now_ns, wanted, sent, self._act.held_m))
         if sent or (wanted.corrects and not before.corrects):
             self._begin_grip()
@@ -596,6 +596,14 @@ class _Consent:
             raise SafetyStop("the run was ended while a call was in progress; nothing more is sent")
         if self.watchdog is not None:
             self.watchdog.check()
+
+
+def _differ(one: Wanted, other: Wanted) -> bool:
+    """Return whether two wishes differ; a job may give a twist as arrays, which have no single answer."""
+    try:
+        return one != other
+    except ValueError:
+        return True
 
 
 def _moves(twist: Twist | None) -> bool:

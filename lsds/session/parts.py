@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -12,10 +13,10 @@ from lsds.registry.in_program import register, unregister
 
 if TYPE_CHECKING:
     from lsds.config import RigConfig
-    from lsds.contracts.kinds import Kind
 
-NAME = "given"
-"""Name of a backend that is given as an object."""
+NAME = "given-"
+"""Beginning of the name of a backend that is given as an object; a number follows, because runs may overlap."""
+_NUMBERS = itertools.count(1)
 _OF_A_FINGER = ("tracker", "detector", "estimator")
 
 
@@ -28,23 +29,24 @@ def with_parts(config: RigConfig, parts: Mapping[str, Any]) -> Iterator[RigConfi
     """
     given: dict[Any, Any] = {kind: part for kind, part in parts.items() if part is not None}
     changed: dict[str, Any] = {}
+    name = f"{NAME}{next(_NUMBERS)}"
     for kind, part in given.items():
         builds = inspect.isclass(part) or (callable(part) and not hasattr(part, "update"))
         if not builds and kind in _OF_A_FINGER and len(config.fingers) > 1:
             problem = f"{len(config.fingers)} fingers would share one object, and its state"
             raise ConfigError("run", [ConfigIssue(kind, problem, "give the class, or a function that builds one")])
-        register(kind, NAME, part if builds else _same(part))
-        changed[kind] = _section(config, kind)
+        register(kind, name, part if builds else _same(part))
+        changed[kind] = config.section(kind).model_copy(update={"backend": name})
     try:
         yield config.model_copy(update=changed)
     finally:
         for kind in given:
-            unregister(kind, NAME)
+            unregister(kind, name)
 
 
-def _section(config: RigConfig, kind: Kind) -> Any:
-    """Return the section of a kind with the given backend; other keys of the section stay."""
-    return config.section(kind).model_copy(update={"backend": NAME})
+def is_given(table: object) -> bool:
+    """Return whether a section of a configuration names a backend that was given as an object."""
+    return isinstance(table, dict) and str(table.get("backend", "")).startswith(NAME)
 
 
 def _same(part: Any) -> Any:

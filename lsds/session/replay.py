@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,11 +14,12 @@ from lsds.clock import VirtualClock
 from lsds.config.loader import check_config
 from lsds.config.overrides import apply_overrides
 from lsds.contracts import Cycle
-from lsds.errors import LsdsError
+from lsds.errors import DataError, LsdsError
 from lsds.registry.backends import NO_DEVICE
 from lsds.registry.host import PluginHost
 from lsds.runtime.replay_engine import ReplayEngine
 from lsds.runtime.rig import Rig
+from lsds.session.parts import is_given, with_parts
 from lsds.session.recording.codec import to_text
 from lsds.session.recording.messages import CORRECTION, Message, messages_of
 from lsds.session.recording.reader import Recording
@@ -55,9 +56,10 @@ class Stream:
 
 @dataclass(slots=True)
 class ReplayResult:
-    """The result of a replay. `problem` is the error that ended it early, as it ended the recorded run perhaps;
-    `damage` says that the recording is cut off. `cycles` holds (seconds, recorded, replayed) grips and corrections for
-    a picture.
+    """The result of a replay.
+
+    `complete`: it came to the recording's end. `problem` is the error that ended it, which may be that of the
+    recorded run; `damage` says that the recording is cut off. `recorded` and `replayed` hold numbers for a picture.
     """
 
     source: str
@@ -65,6 +67,7 @@ class ReplayResult:
     changed: tuple[str, ...]
     streams: dict[str, Stream] = field(default_factory=dict)
     cycles: int = 0
+    complete: bool = False
     problem: str = ""
     damage: str = ""
     recorded: list[dict[str, Any]] = field(default_factory=list)
@@ -72,8 +75,8 @@ class ReplayResult:
 
     @property
     def identical(self) -> bool:
-        """Whether every output is the same bit by bit."""
-        return all(stream.identical for stream in self.streams.values())
+        """Whether the whole recording was replayed, and every output is the same bit by bit."""
+        return self.complete and bool(self.streams) and all(stream.identical for stream in self.streams.values())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures of the comparison."""
@@ -82,6 +85,7 @@ class ReplayResult:
             "recorded_with": self.header.lsds,
             "changed": list(self.changed),
             "cycles": self.cycles,
+            "complete": self.complete,
             "identical": self.identical,
             "problem": self.problem,
             "damage": self.damage,
@@ -97,19 +101,26 @@ def replay(
     overrides: str | Sequence[str] = (),
     *,
     observe: Callable[[Cycle], object] | None = None,
+    tracker: Any = None,
+    detector: Any = None,
+    estimator: Any = None,
+    controller: Any = None,
 ) -> ReplayResult:
     """Replay a recording with its own configuration, changed by `overrides` ("detector.backend=imprint").
 
     The job's wishes and the devices' states are those of the recording, so what a controller would have commanded has
-    no effect: it is an open loop. `observe` is called with every cycle. Raises DataError for a file that is no
-    recording, ConfigError and PluginError for an override that cannot be used.
+    no effect: it is an open loop. `observe` is called with every cycle; `tracker`, `detector`, `estimator` and
+    `controller` replace those of the recording, as for `run`. Raises DataError for a file that is no recording,
+    ConfigError and PluginError for an override that cannot be used.
     """
     recording = Recording(source)
     changed = (overrides,) if isinstance(overrides, str) else tuple(overrides)
     result = ReplayResult(str(source), recording.header, changed)
-    rig = _rig(recording, changed)
+    parts = {"tracker": tracker, "detector": detector, "estimator": estimator, "controller": controller}
+    rig = _rig(recording, changed, parts)
     comparison = _Comparison(result)
-    engine = ReplayEngine(rig, comparison.inputs(recording), live=recording.header.live)
+    inputs = comparison.inputs(recording)
+    engine = ReplayEngine(rig, inputs, live=recording.header.live)
     engine.events.add("comparison", comparison.replayed)
     try:
         if observe is None:
@@ -117,21 +128,37 @@ def replay(
         else:
             for cycle in engine:
                 observe(cycle)
+        # The job's end is followed by outputs and truths.
+        for _ in inputs:
+            pass
     except LsdsError as error:
         result.problem = str(error)
     finally:
         rig.close()
     (statistics,) = engine.events.statistics()
     if statistics.failure:
-        result.problem = result.problem or statistics.failure
+        result.problem, result.complete = result.problem or statistics.failure, False
     comparison.finish()
     result.damage = recording.damage
     return result
 
 
-def replayed_config(header: RecordingHeader, path: Path, overrides: Sequence[str], host: PluginHost) -> RigConfig:
-    """Return the configuration of a recording with its fingers as sensors and without devices. Raises ConfigError."""
+def replayed_config(
+    header: RecordingHeader, path: Path, overrides: Sequence[str], host: PluginHost, given: Collection[str] = ()
+) -> RigConfig:
+    """Return the configuration of a recording with its fingers as sensors and without devices.
+
+    `given` are the kinds that are replaced by objects. Raises ConfigError, and DataError for a recording whose
+    algorithm was an object of the program that made it.
+    """
     tables: dict[str, Any] = tomllib.loads(header.config)
+    for kind in (kind for kind, table in tables.items() if is_given(table)):
+        if kind not in given and not any(text.startswith(f"{kind}.backend=") for text in overrides):
+            raise DataError(
+                f"{path}: its {kind} was an object of the program that recorded it (pass {kind}= to lsds.replay, or "
+                f"--set {kind}.backend=NAME)"
+            )
+        del tables[kind]["backend"]
     tables.pop("sensor", None)
     tables.pop("sensors", None)
     for kind in ("gripper", "arm", "pose_source", "cell", "faults", "job"):
@@ -157,9 +184,11 @@ class _RecordedDevice:
     spec: Any
 
 
-def _rig(recording: Recording, overrides: Sequence[str]) -> Rig:
+def _rig(recording: Recording, overrides: Sequence[str], parts: Mapping[str, Any]) -> Rig:
     header, host = recording.header, PluginHost()
-    rig = Rig(replayed_config(header, recording.path, overrides, host), host, clock=VirtualClock(header.started_ns))
+    given = [kind for kind, part in parts.items() if part is not None]
+    with with_parts(replayed_config(header, recording.path, overrides, host, given), parts) as config:
+        rig = Rig(config, host, clock=VirtualClock(header.started_ns))
     devices: Any = rig
     devices.gripper = None if header.gripper is None else _RecordedDevice(header.gripper)
     devices.arm = None if header.arm is None else _RecordedDevice(header.arm)
@@ -167,12 +196,11 @@ def _rig(recording: Recording, overrides: Sequence[str]) -> Rig:
 
 
 class _Comparison:
-    """Pairs recorded and replayed messages by topic, time and order; keeps only those without a partner."""
+    """Pairs recorded and replayed messages by topic and time; keeps only those without a partner."""
 
     def __init__(self, result: ReplayResult) -> None:
         self._result = result
         self._waiting: dict[tuple[str, int], tuple[bool, bytes, int]] = {}
-        self._count: dict[tuple[bool, str], int] = {}
         self._last_ns = 0
 
     def inputs(self, recording: Recording) -> Iterator[Event]:
@@ -186,6 +214,7 @@ class _Comparison:
                     self._take(message.topic, text, message.now_ns, recorded=True)
                     self._keep(self._result.recorded, message.topic, text, message.now_ns)
                 yield event
+        self._result.complete = True
 
     def replayed(self, event: Published) -> None:
         """Take what the replay puts out."""
@@ -218,9 +247,7 @@ class _Comparison:
         self._keep(self._result.recorded, output.topic, output.data, output.now_ns)
 
     def _take(self, topic: str, text: bytes, now_ns: int, *, recorded: bool) -> None:
-        count = self._count[recorded, topic] = self._count.get((recorded, topic), -1) + 1
-        # Outputs of a cycle carry its time; corrections that only one of them sent would shift a mere count.
-        key = (topic, now_ns) if topic != CORRECTION else (topic, count)
+        key = topic, now_ns
         before = self._waiting.pop(key, None)
         if before is None:
             self._waiting[key] = (recorded, text, now_ns)

@@ -117,10 +117,17 @@ def run(
         rig = Rig(complete)
     require_moments(rig, job)
     with rig:
-        recorder = recorder_of(rig, record, images)
         watcher = view_of(view) if view is not None else None
-        rig.arm_devices()
-        session = _run(rig, job, observe, recorder, watcher)
+        with ExitStack() as unless_it_runs:
+            if watcher is not None:
+                unless_it_runs.callback(watcher.close)
+            recorder = recorder_of(rig, record, images)
+            if recorder is not None:
+                unless_it_runs.callback(recorder.discard)
+            rig.arm_devices()
+            engine = Engine(rig, job)
+            unless_it_runs.pop_all()
+        session = _run(rig, engine, observe, recorder, watcher)
         if isinstance(session.fault, KeyboardInterrupt):
             rig.hurry()
         if finished is not None:
@@ -138,7 +145,7 @@ def run(
 
 def _run(
     rig: Rig,
-    job: Job | None,
+    engine: Engine,
     observe: Callable[[Cycle], object] | None,
     recorder: RecordingWriter | None = None,
     watcher: View | None = None,
@@ -147,7 +154,6 @@ def _run(
     rate_hz = rig.config.schedule.arm_rate_hz
     truths = TruthLog(rig.own_cell, rate_hz)
     record = RunRecord(truths)
-    engine = Engine(rig, job)
     # The summary is made from the record. Recording takes microseconds, so it runs inline and drops nothing.
     engine.observers.add("record", record.observe)
     # Other observers of a cycle (a live view, say) run in the caller's thread.

@@ -33,5 +33,7 @@ def open_device(kind: Kind, backend: str, **options: Any) -> Iterator[Any]:
         device.connect()
         yield device
     finally:
-        device.stop()
-        device.close()
+        try:
+            device.stop()
+        finally:
+            device.close()

@@ -51,6 +51,8 @@ class MockProcess:
     def start(self) -> Self:
         """Start the mock and wait until it listens. Raises ConnectFailed with its error output if it does not."""
         environment = isolated_environment({"PYTHONUNBUFFERED": "1"})
+        # Nothing of an earlier process of this mock counts.
+        self._lines, self._errors, self.addresses, self._late = queue.Queue(), [], {}, False
         self._process = subprocess.Popen(
             module_command("lsds.cli.main", "mock", *self._arguments()),
             stdin=subprocess.PIPE,
@@ -86,11 +88,16 @@ class MockProcess:
         with self._asking:
             process = self._running()
             assert process.stdin is not None
+            if self._late:
+                # Its answer to the request before would be taken for that to this one.
+                raise DeviceError(f"mock {self.name}", "did not answer the request before this one (start it again)")
             try:
                 process.stdin.write(json.dumps(table) + "\n")
                 process.stdin.flush()
                 line = self._lines.get(timeout=STOP_TIMEOUT_S)
-            except (OSError, ValueError, queue.Empty):
+            except queue.Empty:
+                line, self._late = None, True
+            except (OSError, ValueError):
                 line = None
         if line is None:
             problem = f"does not answer on its control channel; error output: {self.complaints.strip() or 'none'}"

@@ -67,6 +67,7 @@ class MockHandle(Mapping[str, str]):
         """Start the mock and wait until it listens. Raises ConnectFailed, and ConfigError for an unknown transport."""
         process = MockProcess(self.name, {**self._free_options(), **self._options}, seed=self._seed)
         self._process = process.start()
+        self._frames = []
         self._since_ns = CLOCK.now()
         if self._transport is not None and self._transport not in process.addresses:
             self.stop()

@@ -133,6 +133,17 @@ def test_a_frame_after_the_stop_that_shows_no_touch_stops_the_cell():
         grasp.step(situation(1040, 0.02, moving=False, contact=Contact.CLOSING))
 
 
+def test_an_earlier_stop_does_not_count_for_a_later_one():
+    grasp = approaching()
+    grasp._finder.seen_ns = 958 * MS
+    grasp.step(situation(1000, 0.02, moving=False, contact=Contact.CLOSING))
+    grasp._finder.seen_ns = 990 * MS
+    grasp.step(situation(1500, 0.02, moving=False))
+    grasp._finder.seen_ns = 1550 * MS
+    grasp.step(situation(1600, 0.019, moving=False, contact=Contact.CLOSING))
+    assert grasp.stage == "approach"
+
+
 def test_fingers_that_do_not_follow_stop_the_cell():
     grasp = approaching()
     with pytest.raises(SafetyStop, match=r"nothing was grasped.*does the gripper follow"):

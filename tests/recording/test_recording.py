@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from lsds import __version__
-from lsds.errors import DataError
+from lsds.errors import ConfigError, DataError
 from lsds.registry import PluginHost
 from lsds.session.recording.files import contents, cut, repair
 from lsds.session.recording.reader import Recording
@@ -277,3 +277,41 @@ def test_reruns_reader_finds_every_stream(recorded):
     for name, own in contents(path)["topics"].items():
         # A channel's description is a row too.
         assert own["messages"] <= rows[name] <= own["messages"] + 1
+
+
+def test_a_run_that_does_not_begin_leaves_no_recording(tmp_path):
+    path = tmp_path / "run.mcap"
+    for broken in ({"view": "televison"}, {"view": str(tmp_path / "missing" / "v.rrd")}):
+        with pytest.raises(DataError):
+            run(None, SHORT, record=path, **broken)
+        assert not path.exists()
+    with pytest.raises(ConfigError, match="fragile"):
+        run(None, [*SHORT, "task.fragile_n=5.0", "controller.backend=pd"], record=path)
+    assert not path.exists()
+
+
+def test_a_part_states_its_own_length(recorded, tmp_path):
+    part = tmp_path / "part.mcap"
+    cut(recorded[0], part, 1.0, 2.0)
+    found = contents(part)
+    assert found["begins_s"] == pytest.approx(1.0, abs=0.05)
+    assert found["duration_s"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_copy_that_fails_leaves_no_file(recorded, tmp_path, monkeypatch):
+    from lsds.session.recording import writer
+
+    created = writer._created
+    monkeypatch.setattr(writer, "_created", lambda path: FullDisk(created(path), 50_000))
+    with pytest.raises(DataError, match="No space left"):
+        repair(recorded[0], tmp_path / "copy.mcap")
+    assert not (tmp_path / "copy.mcap").exists()
+
+
+def test_a_summary_without_a_form_does_not_cost_the_end_of_the_file(recorded, tmp_path):
+    path = tmp_path / "odd.mcap"
+    odd = RecordingWriter(path, Recording(recorded[0]).header)
+    odd.summary = {"odd": {1, 2}}
+    with pytest.raises(DataError, match="has no summary: set"):
+        odd.close()
+    assert contents(path)["damage"] == ""

@@ -1,4 +1,4 @@
-"""Values of the contracts as JSON and back, without loss; and the JSON schemas of their types.
+"""Values of the contracts as JSON and back, and the JSON schemas of their types.
 
 Numbers round-trip exactly: Python writes the shortest text that reads back as the same double. NaN is null, because
 viewers refuse NaN; in `to_json` infinities are the strings "inf" and "-inf".

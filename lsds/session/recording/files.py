@@ -18,20 +18,21 @@ if TYPE_CHECKING:
 
 
 def contents(path: Path) -> dict[str, Any]:
-    """Return what a recording holds: messages, rate (Hz), size and type by topic, length (s), and its damage.
+    """Return what a recording holds: messages, rate (Hz), size and type by topic, begin and length (s), and its damage.
 
     Raises DataError for a file that is no recording.
     """
     recording = Recording(path)
     header = recording.header
     topics: dict[str, dict[str, Any]] = {}
-    last_ns = header.started_ns
+    first_ns = last_ns = -1
     spans: dict[str, tuple[int, int]] = {}
     for message in recording.messages():
         own = topics.setdefault(message.topic, {"messages": 0, "bytes": 0, "schema": message.schema})
         own["messages"] += 1
         own["bytes"] += len(message.data)
         spans[message.topic] = spans.get(message.topic, (message.now_ns, 0))[0], message.now_ns
+        first_ns = message.now_ns if first_ns < 0 else min(first_ns, message.now_ns)
         last_ns = max(last_ns, message.now_ns)
     for name, own in topics.items():
         first, last = spans[name]
@@ -42,7 +43,8 @@ def contents(path: Path) -> dict[str, Any]:
         "started": datetime.fromtimestamp(header.started_utc_s, UTC).isoformat(timespec="seconds"),
         "simulated": header.simulated,
         "fingers": [finger.name for finger in header.fingers],
-        "duration_s": (last_ns - header.started_ns) * 1e-9,
+        "begins_s": 0.0 if first_ns < 0 else (first_ns - header.started_ns) * 1e-9,
+        "duration_s": (last_ns - first_ns) * 1e-9,
         "bytes": path.stat().st_size,
         "damage": recording.damage,
         "topics": dict(sorted(topics.items())),
@@ -75,13 +77,16 @@ def _copied(path: Path, out: Path, wanted: Callable[[Raw], bool], *, whole: bool
     if out.exists() and out.samefile(path):
         raise DataError(f"{out}: is the recording itself (choose another name for the copy)")
     copier = RecordingWriter(out, recording.header)
-    for message in recording.messages():
-        if wanted(message):
-            copier.copy(message, recording.schemas[message.schema])
-    # The summary of the run is not that of a part.
-    copier.summary = recording.summary if whole else None
-    copier.close()
-    if not copier.written:
-        out.unlink()
-        raise DataError(f"{path}: no message to copy")
+    try:
+        for message in recording.messages():
+            if wanted(message):
+                copier.copy(message, recording.schemas.get(message.schema, b""))
+        if not copier.written:
+            raise DataError(f"{path}: no message to copy")
+        # The summary of the run is not that of a part.
+        copier.summary = recording.summary if whole else None
+        copier.close()
+    except BaseException:
+        copier.discard()
+        raise
     return copier.written, recording.damage

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from typing import TYPE_CHECKING
 
+import cv2
+
 from lsds.clock import utc_s
 from lsds.config.dump import dump_config
 from lsds.contracts import ArmSpec, GripperSpec, SensorSpec
@@ -56,8 +58,8 @@ class RecordingHeader:
     def of(cls, rig: Rig) -> RecordingHeader:
         """Return the header for a run of a rig that is connected."""
         fingers = tuple(RecordedFinger(own.name, own.opposite, own.sensor.spec) for own in rig.fingers)
-        versions = {"python": platform.python_version()}
-        for name in sorted({backend.distribution for backend in rig.backends.values()} | {"numpy", "opencv"}):
+        versions = {"python": platform.python_version(), "opencv": cv2.__version__}
+        for name in sorted({backend.distribution for backend in rig.backends.values()} | {"numpy", "onnxruntime"}):
             try:
                 versions[prefix_of(name)] = metadata.version(name)
             except metadata.PackageNotFoundError:

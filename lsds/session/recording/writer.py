@@ -102,14 +102,28 @@ class RecordingWriter:
         """Finish the file; do nothing the second time. Raises DataError."""
         if self._broken or self._file.closed:
             return
+        problem: TypeError | None = None
         try:
             if self.summary is not None:
-                self._writer.add_metadata(SUMMARY, {"json": json.dumps(to_json(self.summary))})
+                try:
+                    self._writer.add_metadata(SUMMARY, {"json": json.dumps(to_json(self.summary))})
+                except TypeError as error:
+                    problem = error
             self._writer.finish()
             self._file.close()
         except OSError as error:
             self._give_up()
             raise _failed(self.path, error) from error
+        if problem is not None:
+            raise DataError(f"{self.path}: the recording has no summary: {problem} (a value of a plugin)") from problem
+
+    def discard(self) -> None:
+        """Remove the file: the run did not begin."""
+        self._broken = True
+        try:
+            self._file.close()
+        finally:
+            self.path.unlink(missing_ok=True)
 
     def log(self, text: str, now_ns: int, *, level: int = 2) -> None:
         """Write a line for viewers: what ended the run, say. `level`: 2 for information, 3 for a warning, 4 an error.

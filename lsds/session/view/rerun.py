@@ -115,6 +115,8 @@ def field_scale(finger: FingerCycle) -> float:
     field = finger.observation.field
     reference = field.reference.xy_px
     metres = field.position_m - field.displacement_m
+    if not np.isfinite(metres).all(1).any():
+        return math.inf
     pixels, lengths = np.ptp(reference, axis=0).max(), np.nanmax(np.ptp(metres[np.isfinite(metres).all(1)], axis=0))
     return float(lengths / pixels) if pixels > 0 and lengths > 0 else math.inf
 

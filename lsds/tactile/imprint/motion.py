@@ -100,7 +100,7 @@ class ImprintFollower:
 class FollowedImprint:
     """An `Imprint`: registers two frames on the first call and keeps the result."""
 
-    __slots__ = ("_answer", "_earlier", "_frames", "_step")
+    __slots__ = ("_answer", "_earlier", "_frames", "_late", "_step", "_superseded")
 
     def __init__(
         self,
@@ -113,6 +113,9 @@ class FollowedImprint:
         self._frames: tuple[Shown, Shown] | None = None if before is None else (before, now)
         self._answer: ImprintMotion | None = None
         self._earlier = earlier
+        self._superseded = self._late = False
+        if earlier:
+            earlier[0]._superseded = True
 
     def forget(self) -> None:
         """Release the earlier frames: their motions are no longer needed."""
@@ -120,8 +123,8 @@ class FollowedImprint:
 
     @property
     def known(self) -> ImprintMotion | None:
-        """The imprint's motion if it has been computed; nothing is computed."""
-        return self._answer
+        """The imprint's motion if it was computed before the next frame came; nothing is computed."""
+        return None if self._late else self._answer
 
     def recent(self) -> list[ImprintMotion]:
         """Return the motions of this and the last frames, the newest first, up to the first unknown one."""
@@ -137,6 +140,7 @@ class FollowedImprint:
         """Return the imprint's motion since the last frame; None on the first frame and if it cannot be estimated."""
         if self._frames is not None:
             (before, now), self._frames = self._frames, None
+            self._late = self._superseded
             compute = partial(imprint_motion, before, now, self._earlier[0] if self._earlier else None)
             self._answer = compute() if self._step is None else self._step(compute)
         return self._answer

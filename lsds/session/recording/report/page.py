@@ -49,6 +49,7 @@ def write_report(recording: str | Path, out: str | Path, summary: dict[str, Any]
         require_new(target)
         raise
     except OSError as error:
+        target.unlink(missing_ok=True)
         raise DataError(f"{target}: the report cannot be written: {error.strerror or error}") from error
     return data.damage
 
