@@ -48,6 +48,12 @@ def _runs_that_have_ended_are_let_go():
     gc.collect()
 
 
+@pytest.fixture(autouse=True)
+def _output_of_any_width(monkeypatch):
+    """Tables fit a width that the environment states; tests read whole lines."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+
+
 @pytest.fixture
 def root() -> Path:
     return ROOT

@@ -8,7 +8,7 @@ from installed import has_manifest, installed_host
 from lsds.testing import Bench, cases
 
 KINDS = ("sensor", "gripper", "arm", "pose_source")
-NEEDS_DATA = frozenset({"video"})
+NEEDS_DATA = frozenset({"video", "recording"})
 """Backends that cannot run without a file of the user's; their own tests bring one."""
 
 

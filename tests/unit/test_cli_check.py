@@ -136,7 +136,7 @@ def test_a_missing_extra_is_named(capsys, monkeypatch):
         ["fault:gripper-offset"],
         ["wire_mock:hand-e"],
         ["study:scheduler", "--set", "repeats=1"],
-        ["command:evaluate"],
+        ["command:train"],
     ],
     ids=lambda arguments: arguments[0],
 )

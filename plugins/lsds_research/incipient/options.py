@@ -18,7 +18,7 @@ class IncipientOptions(BaseModel):
 
     \b
     Examples:
-      lsds study incipient-slip recordings/
+      lsds study incipient-slip recordings/ --plot roc.png
       lsds study incipient-slip new-objects/ --train recordings/ --jobs 4
     """
 
@@ -29,7 +29,7 @@ class IncipientOptions(BaseModel):
     )
     train: str = Field(
         default="",
-        description="also train on all objects of this folder and test on those of --path",
+        description="also train on all objects of this folder and test on those of PATH",
         json_schema_extra={"metavar": "FOLDER"},
     )
     model: str = Field(

@@ -41,7 +41,8 @@ def lifted(what):
     row = dict.fromkeys(("arrest_s", "change_slip_mm", "crushed", "fault", "steady_excess_n"))
     numbers = {"slip_mm": 1.0, "turned_deg": 0.0, "first_over_needed": 0.9, "peak_over_needed": 1.5}
     return asdict(what) | row | numbers | {
-        "held": not drops, "steady_over_needed": None if drops else 1.3, "closings_without_slip": 0
+        "held": not drops, "outcome": "dropped" if drops else "held",
+        "steady_over_needed": None if drops else 1.3, "closings_without_slip": 0
     }  # fmt: skip
 
 
