@@ -89,7 +89,12 @@ def pipe_rows(values: dict[str, Any]) -> list[str]:
         " | ".join([f"| {label}", *(cell(own[key], scale, digits) for own in values.values())]) + " |"
         for label, (key, scale, digits) in zip(LABELS, FIGURES, strict=True)
     ]
-    return ["| held, of 20 | " + " | ".join(str(own["held"]) for own in values.values()) + " |", *rows]
+    return [
+        "| held, with at most 5 times the needed force, of 20 | "
+        + " | ".join(str(own["held"]) for own in values.values())
+        + " |",
+        *rows,
+    ]
 
 
 # -- slip on real recordings ----------------------------------------------------------------------------------
