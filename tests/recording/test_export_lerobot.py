@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from lsds.contracts import ArmState, GripperState, Pose, Twist, Wanted
+from lsds.contracts.events import Corrected, JobStepped
 from lsds.errors import DataError
 from lsds.session.recording.codec import to_json
 from lsds.session.recording.export import lerobot
@@ -25,7 +26,7 @@ from lsds.session.recording.export.lerobot_features import ACTION, STATE, Finger
 from lsds.session.recording.export.lerobot_samples import samples
 from lsds.session.recording.export.lerobot_stats import Running
 from lsds.session.recording.files import cut
-from lsds.session.recording.messages import ARM, CORRECTION, FRAMES, GRIPPER, JOB, Correction, Stepped
+from lsds.session.recording.messages import ARM, CORRECTION, FRAMES, GRIPPER, JOB
 from lsds.session.recording.reader import Raw, Recording
 from lsds.session.run import run
 from tests.recording.conftest import SHORT
@@ -254,10 +255,10 @@ def test_a_sample_holds_what_was_known_at_its_instant():
 
 
 def test_the_action_is_what_was_commanded_until_the_next_sample():
-    job = message(JOB, 30, Stepped(0, Wanted("lift", None, False, UP), True, 0.02))
-    corrected = message(CORRECTION, 50, Correction(0, 0.019, 0.018))
-    refused = message(CORRECTION, 70, Correction(0, 0.017, None))
-    rest = message(JOB, 71, Stepped(0, Wanted("hold", None, False), False, 0.018))
+    job = message(JOB, 30, JobStepped(0, Wanted("lift", None, False, UP), True, 0.02))
+    corrected = message(CORRECTION, 50, Corrected(0, 0.019, 0.018))
+    refused = message(CORRECTION, 70, Corrected(0, 0.017, None))
+    rest = message(JOB, 71, JobStepped(0, Wanted("hold", None, False), False, 0.018))
     found = np.array([sample[ACTION] for sample in sampled(streams(job, corrected, refused, rest))])
     # Before the first command it is the target that the gripper states.
     assert found[:, 0] == pytest.approx([0.04, 0.02, 0.018, 0.018, 0.018])

@@ -17,9 +17,7 @@ from lsds.contracts import (
     Cycle,
     Detection,
     GripperState,
-    PoseSample,
     SlipEstimate,
-    Wanted,
 )
 from lsds.contracts.events import (
     ArmRead,
@@ -91,41 +89,13 @@ class Poll:
     frames: tuple[FrameRead, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Poses:
-    """An answer of the pose source."""
-
-    now_ns: int
-    sample: PoseSample | None
-    problem: str
-
-
-@dataclass(frozen=True, slots=True)
-class Stepped:
-    """A job's wishes."""
-
-    now_ns: int
-    wanted: Wanted
-    sent: bool
-    held_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class Correction:
-    """A correction of the grip, wanted and sent."""
-
-    now_ns: int
-    wanted_m: float
-    sent_m: float | None
-
-
 SCHEMAS: dict[str, Any] = {
     FRAMES: schema_of(Poll),
     GRIPPER: schema_of(GripperState),
     ARM: schema_of(ArmState),
-    POSES: schema_of(Poses),
-    JOB: schema_of(Stepped),
-    CORRECTION: schema_of(Correction),
+    POSES: schema_of(PosesRead) | {"title": "Poses"},
+    JOB: schema_of(JobStepped) | {"title": "Stepped"},
+    CORRECTION: schema_of(Corrected) | {"title": "Correction"},
     TRUTH: schema_of(CellTruth),
     FUSED_DETECTION: schema_of(Detection),
     FUSED_ESTIMATE: schema_of(SlipEstimate),
@@ -173,13 +143,13 @@ def messages_of(event: Published) -> Iterator[Message | Image]:
             yield Message(GRIPPER, state, now_ns, state.t_ns)
         case ArmRead(_, arm):
             yield Message(ARM, arm, now_ns, arm.t_ns)
-        case PosesRead(_, sample, problem):
-            yield Message(POSES, Poses(now_ns, sample, problem), now_ns, now_ns if sample is None else sample.t_ns)
-        case JobStepped(_, wanted, sent, held_m):
+        case PosesRead(_, sample):
+            yield Message(POSES, event, now_ns, now_ns if sample is None else sample.t_ns)
+        case JobStepped():
             # A wish may be infinite, which only the slow encoder keeps.
-            yield Message(JOB, to_json(Stepped(now_ns, wanted, sent, held_m)), now_ns, now_ns)
-        case Corrected(_, wanted_m, sent_m):
-            yield Message(CORRECTION, Correction(now_ns, wanted_m, sent_m), now_ns, now_ns)
+            yield Message(JOB, to_json(event), now_ns, now_ns)
+        case Corrected():
+            yield Message(CORRECTION, event, now_ns, now_ns)
         case TruthKnown(_, truth):
             yield Message(TRUTH, truth, now_ns, truth.t_ns)
 

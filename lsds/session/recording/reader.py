@@ -34,10 +34,7 @@ from lsds.session.recording.messages import (
     JOB,
     POSES,
     TRUTH,
-    Correction,
     Poll,
-    Poses,
-    Stepped,
 )
 from lsds.support.extras import require
 
@@ -162,14 +159,8 @@ class Recording:
             kind, event = _STATES[message.topic]
             state: Event = event(message.now_ns, from_json(kind, value, where))
             return state
-        if message.topic == POSES:
-            poses: Poses = from_json(Poses, value, where)
-            return PosesRead(poses.now_ns, poses.sample, poses.problem)
-        if message.topic == JOB:
-            step: Stepped = from_json(Stepped, value, where)
-            return JobStepped(step.now_ns, step.wanted, step.sent, step.held_m)
-        correction: Correction = from_json(Correction, value, where)
-        return Corrected(correction.now_ns, correction.wanted_m, correction.sent_m)
+        whole: Event = from_json(_WHOLE[message.topic], value, where)
+        return whole
 
     def _header(self) -> RecordingHeader:
         for record in self._records():
@@ -211,7 +202,8 @@ _STATES: dict[str, tuple[Any, Any]] = {
     ARM: (ArmState, ArmRead),
     TRUTH: (CellTruth, TruthKnown),
 }
-_EVENTS = frozenset((FRAMES, POSES, JOB, CORRECTION, *_STATES))
+_WHOLE: dict[str, Any] = {POSES: PosesRead, JOB: JobStepped, CORRECTION: Corrected}
+_EVENTS = frozenset((FRAMES, *_STATES, *_WHOLE))
 
 
 def _summary(metadata: dict[str, str]) -> dict[str, Any] | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -64,19 +66,16 @@ class RecordingWriter:
         self._sequence: dict[str, int] = {}
         self._broken = False
         self._writer: Any = Writer(self._file, chunk_size=CHUNK_BYTES)
-        try:
+        with self._on_disk():
             self._writer.start(profile="", library=f"lsds {header.lsds}")
             self._writer.add_metadata(NAME, header.as_metadata())
             self._flush()
-        except OSError as error:
-            self._give_up()
-            raise _failed(path, error) from error
 
     def observe(self, event: Published) -> None:
         """Write an event. Raises DataError."""
         if self._broken:
             return
-        try:
+        with self._on_disk():
             for message in messages_of(event):
                 if isinstance(message, Image):
                     self._add_image(message)
@@ -86,30 +85,24 @@ class RecordingWriter:
                         self._add(topic, value, message.now_ns, message.t_ns)
             if perf_ns() - self._flushed_ns > nanoseconds(FLUSH_S):
                 self._flush()
-        except OSError as error:
-            self._give_up()
-            raise _failed(self.path, error) from error
 
     def copy(self, message: Raw, schema: bytes) -> None:
         """Write a message of another recording as it is; `schema` is the text of its schema. Raises DataError."""
         channel = self._channels.get(message.topic)
-        try:
+        with self._on_disk():
             if channel is None:
                 encoding = "protobuf" if message.encoding == "protobuf" else "jsonschema"
                 identifier = self._writer.register_schema(message.schema, encoding, schema)
                 channel = self._writer.register_channel(message.topic, message.encoding, identifier)
                 self._channels[message.topic] = channel
             self._put(channel, message.topic, message.data, message.now_ns, message.t_ns)
-        except OSError as error:
-            self._give_up()
-            raise _failed(self.path, error) from error
 
     def close(self) -> None:
         """Finish the file; do nothing the second time. Raises DataError."""
         if self._broken or self._file.closed:
             return
         problem: TypeError | None = None
-        try:
+        with self._on_disk():
             if self.summary is not None:
                 try:
                     self._writer.add_metadata(SUMMARY, {"json": json.dumps(to_json(self.summary))})
@@ -117,9 +110,6 @@ class RecordingWriter:
                     problem = error
             self._writer.finish()
             self._file.close()
-        except OSError as error:
-            self._give_up()
-            raise _failed(self.path, error) from error
         if problem is not None:
             raise DataError(f"{self.path}: the recording has no summary: {problem} (a value of a plugin)") from problem
 
@@ -130,22 +120,6 @@ class RecordingWriter:
             self._file.close()
         finally:
             self.path.unlink(missing_ok=True)
-
-    def log(self, text: str, now_ns: int, *, level: int = 2) -> None:
-        """Write a line for viewers: what ended the run, say. `level`: 2 for information, 3 for a warning, 4 an error.
-
-        Raises DataError.
-        """
-        from foxglove_schemas_protobuf.Log_pb2 import Log
-
-        if self._broken:
-            return
-        try:
-            line = Log(timestamp=stamp(now_ns), level=level, message=text, name="lsds")  # type: ignore[arg-type]
-            self._add("/log", line, now_ns, now_ns)
-        except OSError as error:
-            self._give_up()
-            raise _failed(self.path, error) from error
 
     def _add_image(self, image: Image) -> None:
         from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
@@ -186,6 +160,15 @@ class RecordingWriter:
         number = self._sequence[topic] = self._sequence.get(topic, -1) + 1
         self._writer.add_message(channel, log_time=now_ns, publish_time=t_ns, sequence=number, data=data)
         self.written += 1
+
+    @contextmanager
+    def _on_disk(self) -> Iterator[None]:
+        """Give the file up where the disk fails in the body. Raises DataError then."""
+        try:
+            yield
+        except OSError as error:
+            self._give_up()
+            raise _failed(self.path, error) from error
 
     def _flush(self) -> None:
         self._writer.flush()
