@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import click
 
-from lsds.cli.output import require_known
 from lsds.cli.plugged import command_summaries, plugin_command
+from lsds.cli.suggesting_group import SuggestingGroup
 
 GROUP = "learn"
 """Group of the plugin commands that are listed here."""
 
 
-class LearnGroup(click.Group):
+class LearnGroup(SuggestingGroup):
     """The commands of the group that installed plugins offer; one is imported when it is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -21,14 +21,6 @@ class LearnGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one. Raises PluginConflict, PluginLoadError, ContractMismatch."""
         return plugin_command(ctx, cmd_name, GROUP)
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
-        if args and ":" not in args[0]:
-            require_known(ctx, args, self.list_commands(ctx))
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands from their manifests without importing any."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
 
-from lsds.cli.output import require_known
 from lsds.cli.plugged import host_of
+from lsds.cli.suggesting_group import SuggestingGroup
 
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-class MockGroup(click.Group):
+class MockGroup(SuggestingGroup):
     """Subcommands made from the installed wire mocks, with flags made from each mock's options model."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -34,14 +34,6 @@ class MockGroup(click.Group):
         if cmd_name.rpartition(":")[2] not in host.names("wire_mock"):
             return None
         return _command(host, host.find("wire_mock", cmd_name))
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the mock; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
-        if args and ":" not in args[0]:
-            require_known(ctx, args, self.list_commands(ctx))
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the mocks from their manifests without importing any."""

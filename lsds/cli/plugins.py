@@ -25,9 +25,16 @@ GROUPS: dict[str, tuple[str, ...]] = {
 """Kinds in the order in which they are listed, by title."""
 SHORTENED = ("Commands", "Test equipment")
 """Groups of which only the number is listed: separate commands list them, and they would hide the others."""
-COLUMNS = ("kind", "name", "distribution", "status", "hardware", "summary")
-"""Columns of the tables."""
-USUAL = {"distribution": OWN_DISTRIBUTION, "status": "ready", "hardware": NOT_VERIFIED}
+COLUMNS = {
+    "kind": "KIND",
+    "name": "NAME",
+    "distribution": "DISTRIBUTION",
+    "status": "STATUS",
+    "hardware_verified": "HARDWARE",
+    "summary": "SUMMARY",
+}
+"""Columns of the tables with their heads."""
+USUAL = {"distribution": OWN_DISTRIBUTION, "status": "ready", "hardware_verified": NOT_VERIFIED}
 """Values that are not worth a column if all backends have them."""
 
 
@@ -102,7 +109,7 @@ def _groups(backends: list[dict[str, Any]], *, everything: bool) -> list[str]:
         elif rows:
             columns = [name for name in COLUMNS if any(row[name] != USUAL.get(name) for row in backends)]
             cells = [tuple(str(row[column]) for column in columns) for row in rows]
-            parts.append(f"{title}\n\n" + table(cells, tuple(column.upper() for column in columns)))
+            parts.append(f"{title}\n\n" + table(cells, tuple(COLUMNS[column] for column in columns)))
     return parts
 
 
@@ -118,6 +125,5 @@ def _row(backend: Backend, host: PluginHost) -> dict[str, Any]:
         "missing": list(missing),
         "extra": backend.spec.extra,
         "virtual_time": backend.spec.virtual_time,
-        "hardware": backend.spec.hardware_verified or NOT_VERIFIED,
         "hardware_verified": backend.spec.hardware_verified or NOT_VERIFIED,
     }

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 from click.shell_completion import CompletionItem
 
-from lsds.cli.output import require_known
 from lsds.cli.plugged import command_summaries, host_of, plugin_command
+from lsds.cli.suggesting_group import SuggestingGroup
 from lsds.cli.threads import one_thread
 from lsds.errors import PluginError
 
@@ -24,7 +24,7 @@ GROUP = "study"
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-class StudyGroup(click.Group):
+class StudyGroup(SuggestingGroup):
     """Subcommands made from the installed studies, with flags made from each study's options model."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -44,14 +44,6 @@ class StudyGroup(click.Group):
             if ctx.resilient_parsing:
                 return None
             raise
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the study; the error for an unknown one suggests the nearest name. Raises click.UsageError."""
-        if args and ":" not in args[0]:
-            require_known(ctx, args, self.list_commands(ctx))
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the studies from their manifests without importing any."""

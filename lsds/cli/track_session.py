@@ -13,10 +13,11 @@ from lsds.cli.threads import processes
 from lsds.config import load_config
 from lsds.errors import DataError, LsdsError
 from lsds.registry import PluginHost
+from lsds.session.recording import ENDING
 from lsds.session.track import TrackResult, track
 from lsds.support.processes import DIED, spread
 
-VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg", ".mcap")
+VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg", ENDING)
 #: A reference with at least this many markers shows a whole pad; with fewer it is zoomed or cropped.
 WHOLE_PAD = 60
 

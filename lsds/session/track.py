@@ -20,7 +20,7 @@ from lsds.registry import PluginHost
 from lsds.registry.backends import NO_DEVICE
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
-from lsds.session.recording import recorder_of
+from lsds.session.recording import ENDING, recorder_of
 from lsds.tactile.feature_sets import FEATURES, feature_indices
 
 if TYPE_CHECKING:
@@ -34,10 +34,6 @@ if TYPE_CHECKING:
 
 UNASKED = ("detector.backend=lsds:threshold", "estimator.backend=lsds:field")
 """Overrides of an engine whose own detector and estimator are not used: the cheapest ones."""
-
-
-RECORDED = ".mcap"
-"""Ending of the files of recorded runs."""
 
 
 @dataclass(slots=True)
@@ -166,7 +162,7 @@ def _of_recording(
     source: str | Path, config: RigConfig | str | Path | None, overrides: str | Sequence[str], host: PluginHost
 ) -> RigConfig:
     """Return the configuration with the recording as its only sensor."""
-    backend = "recording" if Path(source).suffix.lower() == RECORDED else "video"
+    backend = "recording" if Path(source).suffix.lower() == ENDING else "video"
     if isinstance(config, RigConfig):
         options = {**config.section("sensor").tables.get(backend, {}), "path": str(source)}
         return config.model_copy(update={"sensor": own_section(backend, options), "sensors": {}})

@@ -17,7 +17,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lsds.cli.threads import one_thread, processes
 from lsds.support.processes import DIED, spread
@@ -113,11 +113,6 @@ def _measure(folder: Path) -> int:
 
 def _write_reliability(folder: Path) -> int:
     """Write the probabilities of scores to the card of `fused`."""
-    import json
-
-    from lsds_plugins.models import model_path
-
-    from lsds.support.files import write_whole
     from lsds_research.datasets import load, merged
     from lsds_research.slips.folder import labels_of, read_folder, scored_only
     from lsds_research.slips.refit import refitted
@@ -131,21 +126,11 @@ def _write_reliability(folder: Path) -> int:
     scores = refitted(fitted, lambda own: own.object, merged(parts))
     if scores is None:
         return 1
-    path = model_path("fused", "").with_suffix(".json")
-    card = json.loads(path.read_text(encoding="utf-8"))
-    card["real"] = {**card.get("real", {}), "reliability": reliability(fitted, scores)}
-    write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
-    print(card["real"]["reliability"])
-    return 0
+    return _write_on_card("reliability", reliability(fitted, scores))
 
 
 def _write_fusion(folder: Path) -> int:
     """Write how `fused` combines trees and imprint to its card."""
-    import json
-
-    from lsds_plugins.models import model_path
-
-    from lsds.support.files import write_whole
     from lsds_research.slips.folder import labels_of, read_folder, scored_only
     from lsds_research.slips.fusion import fitted_fusion
     from lsds_research.slips.refit import refitted
@@ -156,11 +141,22 @@ def _write_fusion(folder: Path) -> int:
     scores = refitted(fitted, lambda own: own.object)
     if scores is None:
         return 1
+    return _write_on_card("fusion", fitted_fusion(fitted, scores))
+
+
+def _write_on_card(name: str, found: dict[str, Any]) -> int:
+    """Write an entry of `real` to the card of `fused`, and print it."""
+    import json
+
+    from lsds_plugins.models import model_path
+
+    from lsds.support.files import write_whole
+
     path = model_path("fused", "").with_suffix(".json")
     card = json.loads(path.read_text(encoding="utf-8"))
-    card["real"] = {**card.get("real", {}), "fusion": fitted_fusion(fitted, scores)}
+    card["real"] = {**card.get("real", {}), name: found}
     write_whole(path, (json.dumps(card, indent=2, allow_nan=False) + "\n").encode())
-    print(card["real"]["fusion"])
+    print(found)
     return 0
 
 

@@ -9,6 +9,9 @@ if TYPE_CHECKING:
     from lsds.runtime.rig import Rig
     from lsds.session.recording.writer import Images, RecordingWriter
 
+ENDING = ".mcap"
+"""Ending of the files of recorded runs."""
+
 
 def recorder_of(rig: Rig, path: str | Path | None, images: Images = "lossless") -> RecordingWriter | None:
     """Create the recording of a rig that is connected; None without a path. Raises DataError."""

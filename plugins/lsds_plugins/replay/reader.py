@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lsds.errors import DataError
+from lsds.session.recording import ENDING
 
-RECORDED = ".mcap"
-"""Ending of a recorded run."""
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
@@ -53,7 +52,7 @@ def open_reader(path: str) -> Reader:
         raise DataError(f"{path}: no such file or folder; check the path")
     if source.stat().st_size == 0:
         raise DataError(f"{path}: the file is empty (was the recording or the copy interrupted?)")
-    if source.suffix.lower() == RECORDED:
+    if source.suffix.lower() == ENDING:
         return RunReader(source)
     return VideoReader(source)
 

@@ -19,12 +19,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.errors import DataError
+from lsds.session.recording import ENDING
 from lsds.support.files import write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm", ".mcap")
+VIDEO_ENDINGS = (".avi", ".mp4", ".mkv", ".mov", ".webm", ENDING)
 PROTOCOL = "labelled"
 """Value of a dataset's column `protocol` for frames labelled by eye."""
 NAME = "slip_labels.csv"
