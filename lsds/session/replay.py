@@ -159,10 +159,8 @@ def replayed_config(
                 f"--set {kind}.backend=NAME)"
             )
         del tables[kind]["backend"]
-    tables.pop("sensor", None)
-    tables.pop("sensors", None)
-    for kind in ("gripper", "arm", "pose_source", "cell", "faults", "job"):
-        tables.pop(kind, None)
+    for name in ("sensor", "faults"):
+        tables.pop(name, None)
     tables["sensors"] = {
         finger.name: {
             "backend": host.own("sensor", "recording"),
@@ -200,7 +198,7 @@ class _Comparison:
 
     def __init__(self, result: ReplayResult) -> None:
         self._result = result
-        self._waiting: dict[tuple[str, int], tuple[bool, bytes, int]] = {}
+        self._waiting: dict[tuple[str, int], tuple[bool, bytes]] = {}
         self._last_ns = 0
 
     def inputs(self, recording: Recording) -> Iterator[Event]:
@@ -230,7 +228,7 @@ class _Comparison:
 
     def finish(self) -> None:
         """Count what has no partner."""
-        for (topic, _), (recorded, _, now_ns) in self._waiting.items():
+        for (topic, now_ns), (recorded, _) in self._waiting.items():
             if not recorded and now_ns >= self._last_ns:
                 continue  # A recording that was cut off or repaired may end in the middle of a cycle.
             stream = self._stream(topic)
@@ -250,7 +248,7 @@ class _Comparison:
         key = topic, now_ns
         before = self._waiting.pop(key, None)
         if before is None:
-            self._waiting[key] = (recorded, text, now_ns)
+            self._waiting[key] = (recorded, text)
             return
         stream = self._stream(topic)
         stream.compared += 1
