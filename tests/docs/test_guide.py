@@ -17,6 +17,7 @@ from lsds.clock import WallClock
 from lsds.config import load_config
 from lsds.contracts import KINDS, BuildContext
 from lsds.errors import ConfigError, ConnectFailed
+from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
 from lsds.session.run import _run
 from lsds.testing import Bench, run_checks
@@ -62,7 +63,7 @@ def test_the_code_of_a_page_lifts(backend):
     config = load_config(None, [f"{spec.kind}.backend={spec.name}", "task.lift_s=1.0"], host=host)
     with Rig(config, host) as rig:
         rig.arm_devices()
-        session = _run(rig, None, None)
+        session = _run(rig, Engine(rig), None)
     assert session.fault is None
     assert session.summary["outcome"] == "held"
 
@@ -144,7 +145,7 @@ def test_the_fault_of_its_page_ends_a_run_as_the_page_states(backend):
         fault = f'faults=[{{backend = "{spec.name}", severity = {severity}, at = "lift"}}]'
         with Rig(load_config(None, ["task.lift_s=1.0", fault], host=host), host) as rig:
             rig.arm_devices()
-            sessions.append(_run(rig, None, None))
+            sessions.append(_run(rig, Engine(rig), None))
     harmless, worst = sessions
     assert (harmless.fault, harmless.summary["outcome"]) == (None, "held")
     assert worst.summary["outcome"] == "fault"
