@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -24,6 +25,18 @@ if TYPE_CHECKING:
 @click.option("--allow-motion", is_flag=True, help="Also run checks that move a real device. Stay at the stop button.")
 @click.option("--only", multiple=True, metavar="CHECK", help="Run only this check; repeatable.")
 @click.option("--list", "only_list", is_flag=True, help="List the checks with their rules, and run none.")
+@click.option("--client", metavar="MODULE:CLASS", help="Try this client of another project with the faults of a mock.")
+@click.option(
+    "--faults", metavar="NAMES", help="With --client: names separated by commas, all, none, or the file of a finding."
+)
+@click.option("--repeats", type=click.IntRange(1), default=1, show_default=True, help="With --client: runs of a case.")
+@click.option("--jobs", type=click.IntRange(1), default=4, show_default=True, help="With --client: runs at a time.")
+@click.option("--seed", type=int, default=0, show_default=True, help="With --client: seed of the mock's faults.")
+@click.option(
+    "--found",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="With --client: folder for a file of each finding, which repeats it.",
+)
 @json_option
 @click.pass_context
 def check(
@@ -33,6 +46,12 @@ def check(
     allow_motion: bool,
     only: tuple[str, ...],
     only_list: bool,
+    client: str | None,
+    faults: str | None,
+    repeats: int,
+    jobs: int,
+    seed: int,
+    found: Path | None,
     json_file: str | None,
 ) -> int:
     """Check that a device, an algorithm, a fault, a wire mock, a study or a command keeps the contract of its kind.
@@ -41,6 +60,10 @@ def check(
     --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use
     or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md
     explains the checks.
+
+    With --client, KIND is gripper, arm or sensor, or KIND:MOCK; each fault of the mock is tried at each severity on a
+    small class around your driver, some 3 s a case, several at a time. It reports calls that hang, processes that
+    die, wrong values, fingers that open and arms that go on. docs/wire.md explains the class.
 
     \b
     Examples:
@@ -54,11 +77,32 @@ def check(
       lsds check gripper:hand-e --set port=/dev/ttyUSB0    a real gripper that must not move, 20 s
       lsds check arm:ur5e --set host=192.168.1.2 --allow-motion
       lsds check arm:mock-ur5e --list
+      lsds check gripper --client my_driver:Client --faults all --found findings   2 min
+      lsds check gripper --client my_driver:Client --faults drop,delay
+      lsds check gripper --client my_driver:Client --faults findings/my_driver.Client-drop-5-0.json
     """
     from lsds.support.extras import require
 
     require("pytest", "hypothesis", extra="testing", purpose="lsds check")
     require_writable(json_file)
+    if client is not None:
+        from lsds.cli.check_client import check_client
+
+        if only or only_list or allow_motion:
+            raise click.UsageError("--client runs its own course; leave out --only, --list and --allow-motion")
+        return check_client(
+            backend,
+            client,
+            faults or "all",
+            overrides=overrides,
+            repeats=repeats,
+            jobs=jobs,
+            seed=seed,
+            found=found,
+            json_file=json_file,
+        )
+    if faults or found is not None:
+        raise click.UsageError("--faults and --found need --client MODULE:CLASS")
     bench = _bench(backend, overrides, host_of(ctx), allow_motion)
     _require_checks(bench, only)
     if only_list:

@@ -163,7 +163,11 @@ class MockHandle(Mapping[str, str]):
     @property
     def truth(self) -> Truth:
         """The present state of the plant, which no fault falsifies."""
-        return self._truths(CLOCK.now())[-1]
+        return self.truths(CLOCK.now())[-1]
+
+    def truths(self, since_ns: int) -> list[Truth]:
+        """Return the states of the plant since a time (monotonic ns), oldest first; the last one is the present."""
+        return [Truth(truth) for truth in self.process.request({"request": "truths", "since_ns": since_ns})["truths"]]
 
     # -- assertions ---------------------------------------------------------------------------------------
 
@@ -173,7 +177,7 @@ class MockHandle(Mapping[str, str]):
 
     def never_opened(self) -> None:
         """Raise AssertionError if the aperture has increased since the start, the last `fault` or `mark`."""
-        truths = self._truths(self._since_ns)
+        truths = self.truths(self._since_ns)
         if "aperture_m" not in truths[-1]:
             raise DeviceError(f"mock {self.name}", "has no aperture", remedy="assert on a gripper")
         least = truths[0]
@@ -193,7 +197,7 @@ class MockHandle(Mapping[str, str]):
         """
         deadline_ns = self._since_ns + nanoseconds(time_s)
         CLOCK.sleep_until(deadline_ns)
-        for truth in self._truths(deadline_ns):
+        for truth in self.truths(deadline_ns):
             if truth.moving:
                 raise AssertionError(
                     f"{self.name} still moved {self._after(truth, deadline_ns)} after the start of the period, "
@@ -225,9 +229,6 @@ class MockHandle(Mapping[str, str]):
             problem = f"'{self.transport}' is not a TCP port: {self.address}"
             raise DeviceError(f"mock {self.name}", problem, remedy="use .address, or choose another transport")
         return host.strip("[]"), int(port)
-
-    def _truths(self, since_ns: int) -> list[Truth]:
-        return [Truth(truth) for truth in self.process.request({"request": "truths", "since_ns": since_ns})["truths"]]
 
     def _after(self, truth: Truth, least_ns: int = 0) -> str:
         return f"{(max(truth.t_ns, least_ns) - self._since_ns) / NS_PER_S:.3f} s"

@@ -1,0 +1,168 @@
+"""A client under test in its own process: calls with a time limit, so that a hang or a crash ends only the client."""
+
+from __future__ import annotations
+
+import json
+import queue
+import subprocess
+import threading
+from dataclasses import dataclass
+from typing import Any, Self
+
+from lsds.clock import NS_PER_S, WallClock
+from lsds.errors import DataError
+from lsds.support.processes import isolated_environment, module_command
+
+CLOCK = WallClock()
+IMPORT_S = 30.0
+"""Time within which the client's module has to be imported (s)."""
+CLOSE_S = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of the client and what it answered: a value, an error as text, or how the call ended without an answer.
+
+    Times are monotonic, ns. `ending` is "" for an answer, "hang" for none within the limit, else how the process died.
+    """
+
+    name: str
+    began_ns: int
+    ended_ns: int
+    value: Any = None
+    error: str = ""
+    ending: str = ""
+
+    @property
+    def lasted_s(self) -> float:
+        """Duration of the call (s)."""
+        return (self.ended_ns - self.began_ns) / NS_PER_S
+
+
+class DrivenClient:
+    """The process of the client MODULE:CLASS. `close` ends it in any case."""
+
+    def __init__(self, named: str) -> None:
+        self.named = named
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._errors: list[str] = []
+        self._ended = False
+        self._process = subprocess.Popen(
+            module_command("lsds.testing.torture.serve_client", named),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            env=isolated_environment({"PYTHONUNBUFFERED": "1"}),
+            start_new_session=True,
+        )
+        self._readers = [
+            threading.Thread(target=self._read, args=(self._process.stdout, self._lines.put), daemon=True),
+            threading.Thread(target=self._read, args=(self._process.stderr, self._note), daemon=True),
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def described(self) -> tuple[str, dict[str, Any]]:
+        """Return the transport and the mock's options that the client names. Raises DataError if it has no class."""
+        try:
+            line = self._lines.get(timeout=IMPORT_S)
+        except queue.Empty:
+            line = None
+        answer: dict[str, Any] = {"error": f"no answer; {self.last_words}"} if line is None else json.loads(line)
+        if answer.get("error"):
+            self.close()
+            raise DataError(f"client {self.named}: {answer['error']}; write MODULE:CLASS as Python imports it here")
+        return str(answer["value"]["transport"]), dict(answer["value"]["options"])
+
+    @property
+    def alive(self) -> bool:
+        """Whether its process runs."""
+        return self._process.poll() is None
+
+    @property
+    def last_words(self) -> str:
+        """The last line of its standard error."""
+        return next((line.strip() for line in reversed(self._errors) if line.strip()), "no error output")
+
+    def call(self, name: str, *args: Any, limit_s: float) -> Call:
+        """Call a method; a client that does not answer in time or dies is ended."""
+        began_ns = CLOCK.now()
+        line: str | None = None
+        ending = ""
+        try:
+            assert self._process.stdin is not None
+            self._process.stdin.write(json.dumps({"call": name, "args": args}) + "\n")
+            self._process.stdin.flush()
+            line = self._lines.get(timeout=limit_s)
+        except queue.Empty:
+            ending = "hang"
+        except (OSError, ValueError):
+            pass
+        ended_ns = CLOCK.now()
+        if line is None:
+            if not ending:
+                ending = self._how_it_died()
+            self._kill()
+            return Call(name, began_ns, ended_ns, ending=ending)
+        answer = json.loads(line)
+        return Call(name, began_ns, ended_ns, answer.get("value"), answer.get("error", ""))
+
+    def death(self) -> Call | None:
+        """Return a call without a name if the process has died by itself since the last one, else None."""
+        if self._ended or self.alive:
+            return None
+        now_ns = CLOCK.now()
+        ending = self._how_it_died()
+        self._kill()
+        return Call("", now_ns, now_ns, ending=ending)
+
+    def close(self) -> None:
+        """Close the client and end its process."""
+        if self.alive:
+            self.call("close", limit_s=CLOSE_S)
+        self._kill()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _how_it_died(self) -> str:
+        try:
+            code = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return "closed its output"
+        self._readers[1].join(1.0)
+        how = f"signal {-code}" if code < 0 else f"exit code {code}"
+        return f"died with {how}: {self.last_words}"
+
+    def _kill(self) -> None:
+        self._ended = True
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        for reader in self._readers:
+            reader.join(1.0)
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            if stream is not None:
+                try:
+                    stream.close()
+                except OSError:
+                    continue
+
+    def _note(self, line: str | None) -> None:
+        if line is not None:
+            self._errors.append(line)
+
+    @staticmethod
+    def _read(stream: Any, take: Any) -> None:
+        try:
+            for line in stream:
+                take(line)
+        except ValueError:
+            pass
+        finally:
+            take(None)
