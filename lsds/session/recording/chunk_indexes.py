@@ -16,7 +16,7 @@ class ChunkIndexes:
         """Add the index of a chunk (`mcap.records.ChunkIndex`)."""
         from mcap.data_stream import RecordBuilder
 
-        builder = RecordBuilder()
+        builder: Any = RecordBuilder()
         index.write(builder)
         self._bytes += builder.end()
 
