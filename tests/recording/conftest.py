@@ -9,6 +9,11 @@ from lsds.session.run import run
 pytest.importorskip("mcap", reason="recordings need the extra record")
 
 SHORT = ["task.lift_s=0.6", "task.hold_s=0.2", "task.settle_s=0.3", "seed=5"]
+TWO_FINGERS = [
+    "sensors.left.backend=mock-gelsight-mini",
+    "sensors.right.backend=mock-gelsight-mini",
+    "sensors.right.mock-gelsight-mini.gel=4",
+]
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,7 @@ FAST = ("pose_source.backend=none",)
 _done = {}
 
 
-def recorded(trial, config_file, overrides):
+def recorded(trial, config_file, overrides, record=None):
     """`run_trial` on the simulated cell, each trial once: for tests of how recordings are kept, not what they hold."""
     if trial.recording not in _done:
         _done[trial.recording] = run_trial(trial, None, FAST)
@@ -111,7 +111,7 @@ def test_collects_and_goes_on_where_it_stopped(tmp_path, monkeypatch):
     out, seen = tmp_path / "pipe", []
     real = campaign.run_trial
 
-    def third_fails(trial, config_file, overrides):
+    def third_fails(trial, config_file, overrides, record=None):
         seen.append(trial.recording)
         if len(seen) == 2:
             raise KeyboardInterrupt
@@ -170,7 +170,7 @@ def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
 def first_fails(error):
     """`run_trial` that raises an error in a job's first recording."""
 
-    def run(trial, config_file, overrides):
+    def run(trial, config_file, overrides, record=None):
         if trial.recording.endswith("__0"):
             raise error
         return recorded(trial, config_file, overrides)
@@ -200,7 +200,7 @@ def test_a_simulated_trial_that_the_guard_stops_is_left_out_and_named_on_the_car
 
 
 def test_a_dataset_of_which_every_trial_was_stopped_is_an_error(tmp_path, monkeypatch):
-    def stops(trial, config_file, overrides):
+    def stops(trial, config_file, overrides, record=None):
         raise SafetyStop("nothing usable for 1.01 s")
 
     monkeypatch.setattr(campaign, "run_trial", stops)
@@ -237,6 +237,44 @@ def test_without_pyarrow_no_recording_passes_for_damaged(begun, monkeypatch):
     with pytest.raises(MissingExtra, match=r"needs pyarrow, .* pip install 'lsds-tactile\[data\]'"):
         campaign.collect("pipe", begun.parents[1], overrides=FAST, quick=True)
     assert [path.name for path in begun.parent.iterdir()] == [begun.name]
+
+
+def test_each_trial_leaves_a_recording_that_replays_and_the_dataset_stays_the_same(tmp_path):
+    pytest.importorskip("mcap", reason="recordings need the extra record")
+    from lsds.session.recording.reader import Recording
+    from lsds.session.replay import replay
+
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    planned = trials("pipe", None, 0, quick=True)
+    taken = folder / f"{planned[0].recording}.mcap"
+    taken.write_bytes(b"of a trial that failed")
+    data = campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True, record=folder)
+    assert taken.read_bytes() == b"of a trial that failed"
+    kept = [folder / f"{planned[0].recording}-2.mcap", *(folder / f"{own.recording}.mcap" for own in planned[1:])]
+    assert sorted(folder.iterdir()) == sorted([*kept, taken])
+    for trial, path in zip(planned, kept, strict=True):
+        assert replay(path).identical
+        read = {frame.seq for _, frame in Recording(path).frames()}
+        assert set(data["frame"][data["recording"] == trial.recording].tolist()) <= read
+        for name, values in run_trial(trial, None, (*campaign.PRESETS["pipe"], *FAST)).items():
+            own = data[name][data["recording"] == trial.recording]
+            assert np.array_equal(own, values, equal_nan=COLUMNS[name] != "str")
+
+
+def test_a_disk_that_is_full_for_the_recording_fails_the_trial_with_the_remedy(tmp_path, monkeypatch):
+    pytest.importorskip("mcap", reason="recordings need the extra record")
+    from lsds.session.recording.writer import RecordingWriter
+
+    def full(self, event):
+        raise DataError("no space left on device")
+
+    monkeypatch.setattr(RecordingWriter, "observe", full)
+    with pytest.raises(DataError, match=r"no space left on device.*or collect without --record"):
+        campaign.collect("pipe", tmp_path / "pipe", overrides=FAST, quick=True, record=tmp_path / "runs")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(DataError, match="recordings cannot be written"):
+        campaign.collect("pipe", tmp_path / "other", overrides=FAST, quick=True, record=tmp_path / "file" / "runs")
 
 
 def test_a_folder_that_is_something_else_is_left_alone(tmp_path):

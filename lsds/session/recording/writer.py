@@ -13,6 +13,7 @@ import cv2
 
 from lsds.clock import nanoseconds, perf_ns
 from lsds.errors import DataError
+from lsds.session.recording.chunk_indexes import keep_as_bytes
 from lsds.session.recording.codec import to_json, to_text
 from lsds.session.recording.header import NAME, SUMMARY, RecordingHeader
 from lsds.session.recording.messages import SCHEMAS, Image, Message, messages_of
@@ -26,8 +27,9 @@ if TYPE_CHECKING:
 Images = Literal["lossless", "jpeg"]
 """How images are stored: "lossless" (PNG), from which a replay is exact, or "jpeg", a tenth of the size."""
 
-CHUNK_BYTES = 256 * 1024
-"""Size at which a chunk of messages is compressed and written."""
+CHUNK_BYTES = 1024 * 1024
+"""Size at which a chunk of messages is compressed and written: each chunk has an entry of some 300 bytes in the file's
+index, which stays in memory until the end."""
 FLUSH_S = 0.25
 """Time after which a chunk is written whatever its size: a process that is killed loses no more than that."""
 LEAST_FREE_BYTES = 100_000_000
@@ -66,6 +68,7 @@ class RecordingWriter:
         self._sequence: dict[str, int] = {}
         self._broken = False
         self._writer: Any = Writer(self._file, chunk_size=CHUNK_BYTES)
+        keep_as_bytes(self._writer)
         with self._on_disk():
             self._writer.start(profile="", library=f"lsds {header.lsds}")
             self._writer.add_metadata(NAME, header.as_metadata())

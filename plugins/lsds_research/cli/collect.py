@@ -33,6 +33,12 @@ if TYPE_CHECKING:
     show_default="one per core",
     help="Number of processes; simulated cells only.",
 )
+@click.option(
+    "--record",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="Keep a recording of each run, NAME.mcap, in this folder (extra record).",
+)
 @json_option
 def collect(
     job: str,
@@ -43,6 +49,7 @@ def collect(
     seed: int,
     quick: bool,
     jobs: int,
+    record: Path | None,
     json_file: str | None,
 ) -> None:
     """Record a dataset by a protocol: detection, severity or pipe as in the paper, catch, or loads.
@@ -58,6 +65,7 @@ def collect(
       lsds learn collect detection --out detection
       lsds learn collect severity --out severity --object can --object ruler
       lsds learn collect pipe --out pipe --quick --jobs 1
+      lsds learn collect catch --out catch --record runs
     """
     require_writable(json_file)
     require("pyarrow", extra="data", purpose="a dataset")
@@ -88,6 +96,7 @@ def collect(
             jobs=jobs,
             tick=lambda done, whole, _: progress.to(done, whole),
             prepare=prepare if sys.stdin.isatty() else None,
+            record=record,
         )
     for recording, reason in data.card.get("stopped", {}).items():
         click.echo(f"left out: {recording}: {reason}", err=True)

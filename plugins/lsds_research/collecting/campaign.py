@@ -24,6 +24,7 @@ from lsds.contracts import Kind
 from lsds.errors import DataError, LsdsError, SafetyStop
 from lsds.registry.backends import NO_DEVICE
 from lsds.registry.host import PluginHost
+from lsds.support.extras import require
 from lsds.support.files import write_whole
 from lsds.support.processes import DIED, spread
 from lsds_research.collecting.drive import run_trial
@@ -80,10 +81,12 @@ def collect(
     jobs: int = 1,
     tick: Callable[[int, int, str], None] = lambda done, whole, name: None,
     prepare: Callable[[Trial], None] | None = None,
+    record: Path | None = None,
 ) -> Dataset:
     """Collect the recordings of a job that are missing in a folder; `tick(done, whole, recording)` reports progress.
 
-    On a real cell `prepare(trial)` returns when the object is in place. A real cell needs it.
+    On a real cell `prepare(trial)` returns when the object is in place. A real cell needs it. `record` is a folder in
+    which each trial that is run leaves a recording, NAME.mcap; it changes nothing in the dataset.
 
     Raises DataError if the folder holds something else or cannot be written; if trials failed, after all others are
     done, with the name of each. All finished recordings are kept. A simulated trial that the safety guard stops would
@@ -98,6 +101,8 @@ def collect(
     if taken:
         raise DataError(f"{', '.join(taken)}: is set by the protocol in each trial; use --seed to draw other values")
     require_arrow()
+    if record is not None:
+        _prepare_recordings(record)
     begun = _is_begun(out, asked)
     parts = out / PARTS
     missing = [trial for trial in planned if not _is_whole(_part(parts, trial))]
@@ -114,7 +119,7 @@ def collect(
     failed: list[str] = []
     stopped: dict[str, str] = {}
     virtual = _has_virtual_time(config)
-    work = partial(_do, parts=parts, config_file=config_file, settings=settings)
+    work = partial(_do, parts=parts, config_file=config_file, settings=settings, record=record)
     if prepare is not None and not mocked:
         work = partial(_do_by_hand, prepare=prepare, work=work)
     # A cell that runs in real time exists once, so only one process can use it.
@@ -172,10 +177,21 @@ class Stopped(str):
     __slots__ = ()
 
 
-def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str]) -> str:
+def _prepare_recordings(folder: Path) -> None:
+    """Create the folder of recordings. Raises MissingExtra, DataError."""
+    require("mcap", "foxglove_schemas_protobuf", "orjson", extra="record", purpose="a recording")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(
+            f"{folder}: the recordings cannot be written: {error.strerror} (choose another folder)"
+        ) from error
+
+
+def _do(trial: Trial, parts: Path, config_file: str | None, settings: Sequence[str], record: Path | None = None) -> str:
     """Run a trial and save it; return its error text. Raises DataError if it cannot be saved."""
     try:
-        columns = run_trial(trial, config_file, settings)
+        columns = run_trial(trial, config_file, settings, record=record)
     except SafetyStop as error:
         return Stopped(error)
     except LsdsError as error:

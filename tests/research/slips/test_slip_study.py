@@ -22,6 +22,7 @@ from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.errors import DataError, PluginNotFound
 from lsds.models.artefact import load as load_model
+from lsds.session.track import track
 
 IMPRINT = ("--detector", "imprint", "--estimator", "imprint", "--jobs", "1")
 
@@ -55,6 +56,18 @@ def test_the_imprint_notices_the_slides_without_a_false_alarm_and_measures_the_t
     assert "measured" in result.title
     assert "3 of 1 objects" in result.title
     assert result.warnings == []
+
+
+def test_recorded_runs_stand_for_videos(recordings, tmp_path):
+    pytest.importorskip("mcap", reason="recordings need the extra record")
+    own = tmp_path / "runs"
+    own.mkdir()
+    write_labels(own / NAME, read_labels(recordings / NAME))
+    for name in (SLIDE, STICK, TURN):
+        assert track(recordings / name, record=own / f"{name}.mcap").error is None
+    (of_runs,), (of_images,) = study(own, refit=False).rows, study(recordings, refit=False).rows
+    for key in ("intervals", "found", "noticed", "per_100_moving", "onset", "at_noticed", "answered"):
+        assert of_runs[key] == of_images[key]
 
 
 def test_the_same_seed_gives_the_same_figures(recordings):
