@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from lsds.session.recording.reader import Recording
     from lsds.session.replay import ReplayResult, replay
     from lsds.session.run import Session, run
+    from lsds.session.simulate import SimulatedRun, simulate
     from lsds.session.single_device import open_device as open
     from lsds.session.track import TrackResult, track, watch
 
@@ -62,6 +63,7 @@ _HOMES = {
     "lsds.session.recording.reader": ("Recording",),
     "lsds.session.replay": ("ReplayResult", "replay"),
     "lsds.session.run": ("Session", "run"),
+    "lsds.session.simulate": ("SimulatedRun", "simulate"),
     "lsds.session.track": ("TrackResult", "track", "watch"),
 }
 """The module of each public name, imported on first use (PEP 562)."""
@@ -83,6 +85,7 @@ __all__ = [
     "SafetyStop",
     "Session",
     "Setting",
+    "SimulatedRun",
     "Situation",
     "Slide",
     "TrackResult",
@@ -96,6 +99,7 @@ __all__ = [
     "register",
     "replay",
     "run",
+    "simulate",
     "track",
     "watch",
 ]

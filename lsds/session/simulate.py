@@ -1,0 +1,102 @@
+"""Many simulated runs: results as they come, from several processes that keep compiled kernels and gel matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from lsds.config import RigConfig, load_config
+from lsds.config.overrides import override_texts
+from lsds.contracts import CellTruth
+from lsds.errors import DataError, LsdsError
+from lsds.session.run import Session, run
+from lsds.session.verdict import Verdict
+from lsds.support.processes import DIED, spread
+
+Scenario: TypeAlias = RigConfig | str | Path | Mapping[str, Any] | Sequence[str]
+"""A configuration, its file, config keys with values, or overrides as text ("task.lift_s=1"). A text that ends in
+`.toml` is a file; any other text is one override of the default."""
+VIRTUAL = "clock=virtual"
+"""Refuses a config with a real device: many runs must not move one."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedRun:
+    """The result of one scenario; `number` is its place among those given.
+
+    `error` is why it could not run, "" if it ran; then `summary` and `verdict` are those of `lsds.run`, and `figures`
+    is what the function `figures` returned. `truths` are the states of the cell, empty unless they were asked for.
+    """
+
+    number: int
+    summary: dict[str, Any]
+    verdict: Verdict | None
+    figures: Any = None
+    truths: tuple[CellTruth, ...] = ()
+    error: str = ""
+
+    def __repr__(self) -> str:
+        said = self.error or (self.verdict.sentence if self.verdict is not None else "")
+        return f"SimulatedRun({self.number}: {said})"
+
+
+def simulate(
+    scenarios: Iterable[Scenario],
+    *,
+    jobs: int = 1,
+    figures: Callable[[Session], Any] | None = None,
+    truths: bool = False,
+) -> Iterator[SimulatedRun]:
+    """Run scenarios in simulated time and yield each result when it is done, whatever its place among them.
+
+    `jobs` is the number of processes; a crash ends only the scenario that caused it, and results do not depend on the
+    number. `figures` computes something from a run's session in the process that ran it: a function of a module, with
+    a result that pickle can write. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot
+    run, because its config is wrong or names a real device, has an `error`. Raises DataError if no process starts.
+    """
+    items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
+    if jobs < 1:
+        raise DataError(f"jobs = {jobs}: must be at least 1")
+    for (number, _), result in spread(partial(_run_one, figures=figures, truths=truths), items, jobs):
+        yield result if result is not None else SimulatedRun(number, {}, None, error=DIED)
+
+
+def _plain(scenario: Scenario) -> RigConfig | tuple[str | None, tuple[str, ...]]:
+    """Return a scenario as a configuration, or as a file and overrides. Raises DataError for anything else."""
+    if isinstance(scenario, RigConfig):
+        return scenario
+    if isinstance(scenario, Path) or (isinstance(scenario, str) and scenario.endswith(".toml")):
+        return str(scenario), ()
+    if isinstance(scenario, str):
+        return None, (scenario,)
+    if isinstance(scenario, Mapping):
+        return None, tuple(override_texts(scenario))
+    if isinstance(scenario, Sequence) and all(isinstance(text, str) for text in scenario):
+        return None, tuple(scenario)
+    raise DataError(
+        f"{scenario!r} is no scenario: give a config, its file, a mapping of config keys, or a list of texts"
+    )
+
+
+def _run_one(
+    item: tuple[int, RigConfig | tuple[str | None, tuple[str, ...]]],
+    *,
+    figures: Callable[[Session], Any] | None,
+    truths: bool,
+) -> SimulatedRun:
+    number, scenario = item
+    try:
+        if isinstance(scenario, RigConfig):
+            config = scenario.model_copy(update={"clock": "virtual"})
+        else:
+            config = load_config(scenario[0], [*scenario[1], VIRTUAL])
+        session = run(config)
+    except LsdsError as error:
+        return SimulatedRun(number, {}, None, error=f"{type(error).__name__}: {error}")
+    result = SimulatedRun(number, session.summary, session.verdict)
+    if truths:
+        result = replace(result, truths=tuple(session.truths))
+    return result if figures is None else replace(result, figures=figures(session))
