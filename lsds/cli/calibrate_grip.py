@@ -61,10 +61,14 @@ def grip(
 
     The config names the files: calibration = ["grip.toml", "friction.toml"].
 
+    Takes: about 15 s, as long as a lift; with --slide, one more.
+
+    Writes: the file of --out, and that of --json.
+
     \b
     Examples:
       lsds calibrate grip rig.toml --mass-g 320
-      lsds calibrate grip                                   try it on the simulated cell
+      lsds calibrate grip                          try it on the simulated cell
       lsds calibrate grip rig.toml --mass-g 320 --out left.toml --json -
       lsds calibrate grip rig.toml --slide --out friction.toml
     """

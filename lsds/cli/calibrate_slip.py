@@ -90,14 +90,18 @@ def slip(
     slip is detected. The command prints false alarms and detected slips before and after, and writes a file that the
     config names: calibration = ["slip.toml"].
 
-    On your cell use --by-hand: it uses only the sensor and asks you to move the object, for two minutes. Or give
+    On your cell use --by-hand: it uses only the sensor and asks you to move the object. Or give
     recordings. Without either, a simulated rig moves by itself: it lifts and shakes an object in a firm grip, and lifts
     another in the usual grip. A real rig never moves.
+
+    Takes: two minutes by hand, and about a minute on the simulated cell.
+
+    Writes: slip.toml (--out), and the file of --json.
 
     \b
     Examples:
       lsds calibrate slip rig.toml --by-hand --out slip.toml
-      lsds calibrate slip --firm-mm 3                              try it on the simulated cell
+      lsds calibrate slip --firm-mm 3           try it on the simulated cell
       lsds calibrate slip --still s.avi --load w1.avi --load w2.avi --slide p.avi
       lsds run rig.toml --set 'calibration=["slip.toml"]'
     """

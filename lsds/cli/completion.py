@@ -11,6 +11,10 @@ from click.shell_completion import get_completion_class
 def completion(shell: str) -> None:
     """Print the completion script for a shell.
 
+    Takes: less than a second.
+
+    Writes: nothing; the script goes to stdout.
+
     \b
     Examples:
       lsds completion bash > ~/.local/share/bash-completion/completions/lsds

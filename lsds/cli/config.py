@@ -31,6 +31,10 @@ def check(file: Path, overrides: tuple[str, ...], json_file: str | None) -> None
 
     All problems are listed together, each with its place and a remedy; the exit code is 2 then.
 
+    Takes: a second.
+
+    Writes: nothing, except the file of --json.
+
     \b
     Examples:
       lsds config check rig.toml
@@ -56,12 +60,16 @@ def check(file: Path, overrides: tuple[str, ...], json_file: str | None) -> None
 def schema(output: str) -> None:
     """Print the JSON schema (draft 2020-12) of a config, with the options of every installed backend.
 
+    Takes: two seconds.
+
+    Writes: to stdout, or to the file of --output.
+
     \b
     Examples:
       lsds config schema -o rig.schema.json
 
     \b
-    Editors that check TOML read the schema's name from the first line of the config:
+    Editors that check TOML read the schema's name from the config's first line:
       #:schema rig.schema.json
     or from the key "$schema" = "rig.schema.json"; lsds ignores both.
     """
@@ -75,6 +83,10 @@ def schema(output: str) -> None:
 @click.option("-o", "--output", default="-", metavar="FILE", help="Write to FILE instead of stdout.")
 def example(output: str) -> None:
     """Print the default config as commented TOML: a config to start from.
+
+    Takes: two seconds.
+
+    Writes: to stdout, or to the file of --output.
 
     \b
     Examples:

@@ -112,10 +112,10 @@ def cli(debug: bool) -> None:
 
     \b
     Examples:
-      lsds run                                  run the simulated cell, closed loop
-      lsds run rig.toml --set seed=7            run your own cell
-      lsds plugins                              list what is installed
-      lsds config example > rig.toml            write a config to start from
+      lsds run                          run the simulated cell, closed loop
+      lsds run rig.toml --set seed=7    run your own cell
+      lsds plugins                      list what is installed
+      lsds config example > rig.toml    write a config to start from
     """
 
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from lsds.registry.backends import Backend
     from lsds.registry.host import PluginHost
 
+LONGEST_CHOICE = 50
+"""Choices of more characters in all are listed in the text of an option, where they wrap."""
+WRITES = "nothing but the link of --pty and sockets; the addresses go to stdout."
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
@@ -51,11 +54,11 @@ def mock() -> None:
 
     \b
     Examples:
-      lsds mock hand-e --pty hand-e.tty            a gripper on a pseudo-terminal
-      lsds mock ur5e --host 127.0.0.2              an arm, all its ports
-      lsds mock gelsight-mini --port 8080          a fingertip as MJPEG
+      lsds mock hand-e --pty hand-e.tty       a gripper on a pseudo-terminal
+      lsds mock ur5e --host 127.0.0.2         an arm, all its ports
+      lsds mock gelsight-mini --port 8080     a fingertip as MJPEG
       lsds mock hand-e --fault kind=drop,probability=0.05
-      lsds mock rig examples/rigs/wire.toml        all mocks of a rig, sharing one plant
+      lsds mock rig examples/rigs/wire.toml   all mocks of a rig on one plant
     """
 
 
@@ -67,6 +70,10 @@ def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Serve all mocks of a rig until Ctrl-C, each in its own process, with one shared plant.
 
     The mocks are those of the config's cell, [cell] backend = "wire". `lsds run` with the same file connects to them.
+
+    Takes: until Ctrl-C is pressed.
+
+    Writes: nothing; the addresses go to stdout.
 
     \b
     Examples:
@@ -105,9 +112,8 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
 
         serve(host, backend, given, seed=seed, control=control, as_json=as_json)
 
-    return click.Command(
-        backend.spec.name, params=parameters, callback=callback, help=backend.spec.summary, context_settings=_HELP
-    )
+    text = f"{backend.spec.summary}\n\nTakes: until Ctrl-C is pressed.\n\nWrites: {WRITES}"
+    return click.Command(backend.spec.name, params=parameters, callback=callback, help=text, context_settings=_HELP)
 
 
 def _parameter(name: str, field: FieldInfo) -> click.Parameter:
@@ -122,6 +128,10 @@ def _parameter(name: str, field: FieldInfo) -> click.Parameter:
     words = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     if words and all(isinstance(word, str) for word in words):
         choices = click.Choice(words)
-        return click.Option([f"--{name.replace('_', '-')}", name], default=None, type=choices, help=shown)
+        listed = None if len("|".join(words)) <= LONGEST_CHOICE else "NAME"
+        shown = shown if listed is None else f"{shown}  [{', '.join(words)}]"
+        return click.Option(
+            [f"--{name.replace('_', '-')}", name], default=None, type=choices, metavar=listed, help=shown
+        )
     metavar = "N" if isinstance(default, int | float) else "TEXT"
     return click.Option([f"--{name.replace('_', '-')}", name], default=None, metavar=metavar, help=shown)

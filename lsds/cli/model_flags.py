@@ -35,7 +35,7 @@ def flags(
         if name in positional:
             found.append(click.Argument([name]))
             continue
-        flag = str(_extra(field).get("flag", f"--{name.replace('_', '-')}"))
+        flag = _flag(name, field)
         if flag not in used and name not in taken:
             used.add(flag)
             found.append(_option(name, flag, field))
@@ -57,6 +57,16 @@ def written_files(model: type[BaseModel] | None, options: Mapping[str, Any]) -> 
     fields = {} if model is None else model.model_fields
     names = [name for name, field in fields.items() if _extra(field).get("writes")]
     return [str(options[name]) for name in names if options.get(name)]
+
+
+def written_flags(model: type[BaseModel] | None) -> list[str]:
+    """Return the flags of the files that a study can write: those of fields marked `writes`."""
+    fields = {} if model is None else model.model_fields
+    return [_flag(name, field) for name, field in fields.items() if _extra(field).get("writes")]
+
+
+def _flag(name: str, field: FieldInfo) -> str:
+    return str(_extra(field).get("flag", f"--{name.replace('_', '-')}"))
 
 
 def _option(name: str, flag: str, field: FieldInfo) -> click.Option:

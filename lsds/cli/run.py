@@ -97,23 +97,28 @@ def run(
         9  slipped too far: in the grip, after more slip than task.max_slip_m
        10  crushed: gripped above task.fragile_n or task.max_grip_ratio
        11  not lifted: the fingers never gripped the object
-       12  outside the model's validity: held in a simulation that cannot be trusted
+       12  outside the model's validity: held, but the simulation is unreliable
         7  stopped for safety; 2 to 6: stopped by another error
       130  stopped by Ctrl-C; 143 by SIGTERM
 
+    Takes: some 10 s in the simulated cell, the first run 30 s more to compile the gel; on hardware as long as the
+    job.
+
+    Writes: run.png (--plot), and the files of --json, --record, --report and --view.
+
     \b
     Examples:
-      lsds run                                         run the simulated cell, draw run.png
-      lsds run --json run.json --seed 7                write JSON, use another seed
-      lsds run --set controller.enabled=false          no correction: the pipe is dropped (exit code 8)
+      lsds run                                 run the simulated cell
+      lsds run --json run.json --seed 7        write JSON, use another seed
+      lsds run --set controller.enabled=false  no correction: dropped (8)
       lsds run --set controller.backend=pd --set controller.pd.literal_sign=true
-                                                       the paper's sign as printed: dropped (exit code 8)
-      lsds run --fault gripper-stuck@slip              the fingers stop at the first slip: safety stop (7)
-      lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on: safety stop (7)
-      lsds run rig.toml --no-plot                      run your own cell
-      lsds run --view terminal                         watch it as text; --view rerun in Rerun's viewer
-      lsds run --record run.mcap                       keep frames, states, answers and commands
-      lsds run --report run.html                       look at the run in a browser
+                                               the paper's sign: dropped (8)
+      lsds run --fault gripper-stuck@slip      the fingers stop: safety stop (7)
+      lsds run --fault camera-noise:5@lift     noise from the lift on: stop (7)
+      lsds run rig.toml --no-plot              run your own cell
+      lsds run --view terminal                 watch it as text
+      lsds run --record run.mcap               keep frames, states and commands
+      lsds run --report run.html               look at the run in a browser
     """
     one_thread()
     from lsds.cli.faults import faults_override

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.model_flags import flags, given, written_files
+from lsds.cli.help_text import with_paragraph
+from lsds.cli.model_flags import flags, given, written_files, written_flags
 from lsds.cli.output import require_writable
 from lsds.cli.plugged import host_of
 from lsds.config.overrides import apply_overrides
@@ -37,6 +38,9 @@ def study_command(
     the default of `--plot`, `doing` the label of the progress bar.
     """
     params = [*flags(model, positional, _TAKEN), *_common(model, picture)]
+    files = [*([] if picture else ["--plot"]), "--csv", "--json", *written_flags(model)]
+    default = f"{picture} (see --plot), and" if picture else "nothing, except"
+    text = with_paragraph(text, f"Writes: {default} the files of {', '.join(files[:-1])} and {files[-1]}.")
 
     def callback(overrides: tuple[str, ...], seed: int | None, **values: Any) -> None:
         from lsds.cli.study_output import run_study, show_study

@@ -48,6 +48,10 @@ def track(
     without contact. Velocities are computed from the recording's time stamps: if those are nominal and the camera was
     slower, the velocities are too high by the same factor.
 
+    Takes: about the duration of the recording.
+
+    Writes: nothing, except the files of --json and --plot.
+
     \b
     Examples:
       lsds track clip.avi --json clip.json --plot clip.png

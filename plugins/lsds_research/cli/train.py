@@ -55,11 +55,17 @@ def train(
     The card holds scores and intervals on held-out objects, and those of trivial baselines. Needs the train extra;
     running the model does not.
 
+    Takes: seconds for small learners, minutes for neural networks.
+
+    Writes: the model of --out, and its card next to it.
+
     \b
     Examples:
-      lsds learn train field-mlp --data detection --out slip.onnx --without book --without sponge
+      lsds learn train field-mlp --data detection --out slip.onnx \\
+          --without book --without sponge
       lsds learn train fused --labelled recordings --out slip.onnx
-      lsds learn train random-forest --data detection --out forest.onnx --option signals=proposed
+      lsds learn train random-forest --data detection --out forest.onnx \\
+          --option signals=proposed
       lsds learn train field-gru --data severity --data catch --out speed.onnx
       lsds run --set detector.backend=onnx --set detector.onnx.model=slip.onnx
     """
