@@ -61,7 +61,7 @@ def grip(
 
     The config names the files: calibration = ["grip.toml", "friction.toml"].
 
-    Takes: about 15 s, as long as a lift; with --slide, one more.
+    Takes: as long as one lift, some 20 s.
 
     Writes: the file of --out, and that of --json.
 

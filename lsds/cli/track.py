@@ -8,11 +8,14 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, write_json
+from lsds.cli.output import json_option, verbose_option, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
+
+MOST_FRAMES = 3
+"""Most unusable frames that the summary of a recording lists without `--verbose`."""
 
 
 @click.command()
@@ -30,6 +33,7 @@ from lsds.errors import DataError
     help="Named set of features to write to the JSON.",
 )
 @click.option("--jobs", type=click.IntRange(min=1), default=None, help="Processes for --batch; default: one per core.")
+@verbose_option
 @json_option
 def track(
     sources: tuple[str, ...],
@@ -40,6 +44,7 @@ def track(
     overrides: tuple[str, ...],
     features: str,
     jobs: int | None,
+    verbose: bool,
     json_file: str | None,
 ) -> None:
     """Track the markers of a recording; report displacement fields, features and slip.
@@ -61,13 +66,14 @@ def track(
       lsds track --batch recordings/ --json all.json
     """
     one_thread()
+    most = None if verbose else MOST_FRAMES
     from lsds.cli import track_session
 
     chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]
     if batch:
         if features != "all":
             raise click.UsageError("--features applies to the JSON of one recording and cannot be used with --batch")
-        _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot)
+        _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot, most)
         return
     if len(sources) != 1:
         raise click.UsageError("more than one recording given: add --batch")
@@ -76,7 +82,7 @@ def track(
     if json_file is not None:
         write_json(result.as_dict(features), json_file)
     if json_file != "-" and result.reference is not None:
-        click.echo(_table(result.summary()))
+        click.echo(_table(result.summary(), most))
     if plot is not None and result.reference is not None:
         track_session.draw(result, plot)
         click.echo(f"picture: {plot}", err=json_file == "-")
@@ -91,6 +97,7 @@ def _batch(
     jobs: int | None,
     json_file: str | None,
     plot: Path | None,
+    most: int | None,
 ) -> None:
     from lsds.cli import track_session
 
@@ -108,7 +115,7 @@ def _batch(
         click.echo(table([(key, _show(value)) for key, value in overview.items()], ("figure", "value")))
     bad = [r for r in results if r["error"] or r["failures"]]
     for r in bad:
-        reasons = [r["error"]] if r["error"] else [f"{r['source']}: {f['reason']}" for f in r["failures"][:3]]
+        reasons = [r["error"]] if r["error"] else [f"{r['source']}: {f['reason']}" for f in r["failures"][:most]]
         for reason in reasons:
             click.echo(reason, err=True)
     if any(r["error"] for r in results):
@@ -119,7 +126,8 @@ def _bar(label: str, json_file: str | None) -> Any:
     return click.progressbar(length=1, label=label, file=sys.stderr, show_eta=False)
 
 
-def _table(summary: dict[str, Any]) -> str:
+def _table(summary: dict[str, Any], most: int | None) -> str:
+    """Return the summary of a recording, with at most `most` of the unusable frames, all for None."""
     rows = [
         ("recording", summary["source"]),
         ("frames", str(summary["frames"])),
@@ -132,7 +140,9 @@ def _table(summary: dict[str, Any]) -> str:
         ("reference renewed, at frames", ", ".join(map(str, summary["reference_taken_anew"])) or "-"),
         ("unusable frames", str(len(summary["failures"]))),
     ]
-    rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:10]]
+    rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:most]]
+    if hidden := len(summary["failures"]) - len(summary["failures"][:most]):
+        rows.append((f"  {hidden} more", "listed with --verbose"))
     return table(rows, ("figure", "value"))
 
 

@@ -45,7 +45,7 @@ class SlideOptions(BaseModel):
 
     Objects that slide stand on a table, and objects that turn are clamped. Figures are simulated.
 
-    Takes: some 10 s of one core per lift.
+    Takes: some 5 s of one core per lift.
 
     \b
     Examples:

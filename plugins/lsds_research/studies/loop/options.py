@@ -25,7 +25,7 @@ class LoopOptions(BaseModel):
     markers only), and a controller. Each lifts every object. Slip and grip are simulated; the time is of this machine.
     The front is the Pareto front of time, slip and grip.
 
-    Takes: some 10 s of one core per lift.
+    Takes: some 5 s of one core per lift.
 
     \b
     Examples:
