@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 import click
 
+from lsds.cli.complete import BY_FLAG
 from lsds.config.overrides import parse_value
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ def _option(name: str, flag: str, field: FieldInfo) -> click.Option:
         metavar=metavar or (None if choice else "N" if kind in (int, float) else "TEXT"),
         help=help_text,
         required=False,
+        shell_complete=None if choice else BY_FLAG.get(flag),
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
@@ -25,6 +26,7 @@ DIFFERS = 13
     "overrides",
     multiple=True,
     metavar="KEY=VALUE",
+    shell_complete=config_override,
     help="Override a recorded option; repeatable.",
 )
 @click.option(

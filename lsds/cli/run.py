@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from lsds.cli.complete import config_override, fault_moment
 from lsds.cli.output import json_option, require_writable, verbose_option, write_json
 from lsds.cli.run_summary import full_table, short_table
 from lsds.cli.threads import one_thread
@@ -21,7 +22,14 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @click.option(
     "--seed", type=click.IntRange(min=0), default=None, help="Seed of every random stream; the same as --set seed=N."
 )
@@ -30,6 +38,7 @@ if TYPE_CHECKING:
     "faults",
     multiple=True,
     metavar="NAME[:N][@MOMENT]",
+    shell_complete=fault_moment,
     help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable, in "
     "addition to those of CONFIG.",
 )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lsds.cli.complete import fields
 from lsds.cli.help_text import with_paragraph
 from lsds.cli.model_flags import flags, given, written_files, written_flags
 from lsds.cli.output import require_writable
@@ -69,7 +70,13 @@ def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.P
     field = None if model is None else model.model_fields.get("seed")
     description = (field.description if field else "") or "seed of the run"
     return [
-        click.Option(["--set", "overrides"], multiple=True, metavar="KEY=VALUE", help="Set any option; repeatable."),
+        click.Option(
+            ["--set", "overrides"],
+            multiple=True,
+            metavar="KEY=VALUE",
+            shell_complete=fields(() if model is None else model.model_fields),
+            help="Set any option; repeatable.",
+        ),
         click.Option(
             ["--seed"],
             type=click.IntRange(min=0),

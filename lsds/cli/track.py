@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from lsds.cli.complete import backends, config_override
 from lsds.cli.output import json_option, verbose_option, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.text_table import table
@@ -22,9 +23,21 @@ MOST_FRAMES = 3
 @click.argument("sources", nargs=-1, metavar="SOURCE...", required=True)
 @click.option("--batch", is_flag=True, help="Track every video below the folder SOURCE, in parallel.")
 @click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the recording to this PNG.")
-@click.option("--tracker", metavar="NAME", help="Tracker backend: lk, centroid, dis, or a plugin's tracker.")
+@click.option(
+    "--tracker",
+    metavar="NAME",
+    shell_complete=backends("tracker"),
+    help="Tracker backend: lk, centroid, dis, or a plugin's tracker.",
+)
 @click.option("--config", type=click.Path(dir_okay=False, path_type=Path), help="Config to start from.")
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @click.option(
     "--features",
     type=click.Choice(["baseline", "proposed", "combined", "released13", "all"]),
