@@ -21,7 +21,7 @@ SCRIPT = """\
             file) compopt -o default ;;
             plain)
                 COMPREPLY+=("${value#"$kept"}")
-                # What ends with one of these is not complete yet.
+                # A value that ends with one of these continues.
                 [[ "$value" == *[.=:@] ]] && compopt -o nospace
                 ;;
         esac

@@ -57,7 +57,7 @@ def test_missed_cycles_and_a_stop_are_in_the_short_summary(summary):
     assert re.search(r"afterwards +the arm stands$", short_table(changed), re.MULTILINE)
 
 
-def test_a_summary_without_truth_says_that_slip_and_grip_are_unknown(summary):
+def test_without_truth_the_summary_states_that_slip_and_grip_are_unknown(summary):
     keys = ("slip_distance_m", "peak_normal_force_n", "steady_normal_force_n", "required_normal_force_n")
     text = short_table({**summary, **dict.fromkeys(keys), "simulation": None})
     assert len(re.findall("unknown without the simulation's truth", text)) == 2

@@ -1,4 +1,4 @@
-"""What Tab offers: by the function that click calls, and in bash itself."""
+"""Tab offers keys, names and values: by the function that click calls, and in bash itself."""
 
 from __future__ import annotations
 
