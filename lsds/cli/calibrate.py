@@ -21,10 +21,10 @@ def calibrate() -> None:
 
     \b
     Examples:
-      lsds calibrate grip rig.toml --mass-g 320                loads in newtons
-      lsds calibrate slip rig.toml --by-hand                   thresholds for this gel, two minutes
-      lsds calibrate camera --board board.pdf                  print the board
-      lsds calibrate camera views/ --out camera.yaml           calibrate from pictures of it
+      lsds calibrate grip rig.toml --mass-g 320       loads in newtons
+      lsds calibrate slip rig.toml --by-hand          thresholds for this gel
+      lsds calibrate camera --board board.pdf         print the board
+      lsds calibrate camera views/ --out camera.yaml  use pictures of it
     """
 
 
@@ -85,6 +85,10 @@ def camera(
     video or a live camera, move the board over the whole picture, near and far, and tilt it in both directions: a view
     is used only if it differs from the earlier ones. The command fails if there are too few views or if they are too
     similar.
+
+    Takes: a second per picture; a live camera is filmed for --seconds.
+
+    Writes: the file of --out, and those of --board, --plot and --json.
 
     \b
     Examples:

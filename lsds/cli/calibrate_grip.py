@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.text_table import table
 
@@ -26,7 +27,14 @@ STANDARD_GRAVITY = 9.80665
     default=None,
     help="Mass of the object that is lifted; a simulated cell knows its own.",
 )
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one config key; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one config key; repeatable.",
+)
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -61,10 +69,14 @@ def grip(
 
     The config names the files: calibration = ["grip.toml", "friction.toml"].
 
+    Takes: as long as one lift, some 20 s.
+
+    Writes: the file of --out, and that of --json.
+
     \b
     Examples:
       lsds calibrate grip rig.toml --mass-g 320
-      lsds calibrate grip                                   try it on the simulated cell
+      lsds calibrate grip                          try it on the simulated cell
       lsds calibrate grip rig.toml --mass-g 320 --out left.toml --json -
       lsds calibrate grip rig.toml --slide --out friction.toml
     """

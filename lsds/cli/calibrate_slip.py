@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.text_table import table
@@ -42,7 +43,14 @@ def _per_100(flag: str, default: float, kind: str) -> Callable[[F], F]:
 @_recordings("--load", "the load changes and nothing slips")
 @_recordings("--slide", "the object slides")
 @click.option("--by-hand", is_flag=True, help="Move nothing: you move the object, as you are asked to.")
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one config key; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one config key; repeatable.",
+)
 @click.option(
     "--detector", "detectors", multiple=True, metavar="NAME", help="Detector to calibrate; default: yours, and imprint."
 )
@@ -90,14 +98,18 @@ def slip(
     slip is detected. The command prints false alarms and detected slips before and after, and writes a file that the
     config names: calibration = ["slip.toml"].
 
-    On your cell use --by-hand: it uses only the sensor and asks you to move the object, for two minutes. Or give
+    On your cell use --by-hand: it uses only the sensor and asks you to move the object. Or give
     recordings. Without either, a simulated rig moves by itself: it lifts and shakes an object in a firm grip, and lifts
     another in the usual grip. A real rig never moves.
+
+    Takes: two minutes by hand, and about a minute on the simulated cell.
+
+    Writes: slip.toml (--out), and the file of --json.
 
     \b
     Examples:
       lsds calibrate slip rig.toml --by-hand --out slip.toml
-      lsds calibrate slip --firm-mm 3                              try it on the simulated cell
+      lsds calibrate slip --firm-mm 3           try it on the simulated cell
       lsds calibrate slip --still s.avi --load w1.avi --load w2.avi --slide p.avi
       lsds run rig.toml --set 'calibration=["slip.toml"]'
     """

@@ -56,30 +56,35 @@ def check(
 ) -> int:
     """Check that a device, an algorithm, a fault, a wire mock, a study or a command keeps the contract of its kind.
 
-    A real device takes one to three minutes, a study twice its own time; all others take 1 to 60 s. Without
-    --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong use
-    or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md
+    Without --allow-motion no real device moves. The exit code is 0 if all checks passed, 1 if one failed, 2 for wrong
+    use or wrong options, 3 for a plugin that does not load, 4 for a device that cannot be built. docs/plugins.md
     explains the checks.
 
     With --client, KIND is gripper, arm or sensor, or KIND:MOCK; each fault of the mock is tried at each severity on a
-    small class around your driver, some 3 s a case, several at a time. It reports calls that hang, processes that
-    die, wrong values, fingers that open and arms that go on. docs/wire.md explains the class.
+    small class around your driver, in a module that Python finds from here. It reports calls that hang, processes
+    that die, wrong values, fingers that open and arms that go on. docs/wire.md explains the class.
+
+    Takes: one to three minutes for a real device, twice its own time for a study, 1 to 60 s for all others; with
+    --client and all faults two to five minutes.
+
+    Writes: nothing, except the file of --json, and with --found a file for each finding.
 
     \b
     Examples:
-      lsds check gripper:mock-hand-e                       all checks of a simulated gripper, 5 s
+      lsds check gripper:mock-hand-e                 a simulated gripper, 5 s
       lsds check sensor:mock-gelsight-mini --only frame_rate
-      lsds check detector:fused --json checks.json         all checks of a detector, 10 s
+      lsds check detector:fused --json checks.json   a detector, 10 s
       lsds check fault:camera-noise
-      lsds check wire_mock:hand-e                          on free ports, 5 s
+      lsds check wire_mock:hand-e                    on free ports, 5 s
       lsds check study:scheduler --set repeats=1
-      lsds check command:evaluate                          its help and wrong use; it is not run
-      lsds check gripper:hand-e --set port=/dev/ttyUSB0    a real gripper that must not move, 20 s
+      lsds check command:study                       only its help and wrong use
+      lsds check gripper:hand-e --set port=/dev/ttyUSB0
+                                                     without motion, 20 s
       lsds check arm:ur5e --set host=192.168.1.2 --allow-motion
       lsds check arm:mock-ur5e --list
-      lsds check gripper --client my_driver:Client --faults all --found findings   2 min
       lsds check gripper --client my_driver:Client --faults drop,delay
-      lsds check gripper --client my_driver:Client --faults findings/my_driver.Client-drop-5-0.json
+      lsds check gripper --client my_driver:Client --found findings
+      lsds check gripper --client my_driver:Client --faults findings/drop.json
     """
     from lsds.support.extras import require
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, to_json, write_json, write_text
 from lsds.cli.text_table import table
 
@@ -24,12 +25,23 @@ def config() -> None:
 
 @config.command()
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @json_option
 def check(file: Path, overrides: tuple[str, ...], json_file: str | None) -> None:
     """Check a config as a whole: keys, values, backends and their options. Nothing is connected.
 
     All problems are listed together, each with its place and a remedy; the exit code is 2 then.
+
+    Takes: a second.
+
+    Writes: nothing, except the file of --json.
 
     \b
     Examples:
@@ -56,12 +68,16 @@ def check(file: Path, overrides: tuple[str, ...], json_file: str | None) -> None
 def schema(output: str) -> None:
     """Print the JSON schema (draft 2020-12) of a config, with the options of every installed backend.
 
+    Takes: two seconds.
+
+    Writes: to stdout, or to the file of --output.
+
     \b
     Examples:
       lsds config schema -o rig.schema.json
 
     \b
-    Editors that check TOML read the schema's name from the first line of the config:
+    Editors that check TOML read the schema's name from the config's first line:
       #:schema rig.schema.json
     or from the key "$schema" = "rig.schema.json"; lsds ignores both.
     """
@@ -75,6 +91,10 @@ def schema(output: str) -> None:
 @click.option("-o", "--output", default="-", metavar="FILE", help="Write to FILE instead of stdout.")
 def example(output: str) -> None:
     """Print the default config as commented TOML: a config to start from.
+
+    Takes: two seconds.
+
+    Writes: to stdout, or to the file of --output.
 
     \b
     Examples:

@@ -25,6 +25,10 @@ def devices(json_file: str | None) -> None:
 
     Reads names only: no device is opened and nothing moves.
 
+    Takes: a second.
+
+    Writes: nothing, except the file of --json.
+
     \b
     Examples:
       lsds devices

@@ -112,10 +112,10 @@ def cli(debug: bool) -> None:
 
     \b
     Examples:
-      lsds run                                  run the simulated cell, closed loop
-      lsds run rig.toml --set seed=7            run your own cell
-      lsds plugins                              list what is installed
-      lsds config example > rig.toml            write a config to start from
+      lsds run                          run the simulated cell, closed loop
+      lsds run rig.toml --set seed=7    run your own cell
+      lsds plugins                      list what is installed
+      lsds config example > rig.toml    write a config to start from
     """
 
 
@@ -140,6 +140,10 @@ def run_command(command: click.Command, name: str, arguments: Sequence[str] | No
     130, SIGTERM 143, a closed output pipe 141, as a shell expects.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if "_LSDS_COMPLETE" in os.environ:
+        from lsds.cli import bash_completion
+
+        bash_completion.use()
     try:
         with terminable():
             result = command.main(args=arguments, prog_name=name, standalone_mode=False)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.plugged import host_of
 from lsds.cli.suggesting_group import SuggestingGroup
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from lsds.registry.backends import Backend
     from lsds.registry.host import PluginHost
 
+LONGEST_CHOICE = 50
+"""Choices of more characters in all are listed in the text of an option, where they wrap."""
+WRITES = "nothing but the link of --pty and sockets; the addresses go to stdout."
 _HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
@@ -51,22 +55,33 @@ def mock() -> None:
 
     \b
     Examples:
-      lsds mock hand-e --pty hand-e.tty            a gripper on a pseudo-terminal
-      lsds mock ur5e --host 127.0.0.2              an arm, all its ports
-      lsds mock gelsight-mini --port 8080          a fingertip as MJPEG
+      lsds mock hand-e --pty hand-e.tty       a gripper on a pseudo-terminal
+      lsds mock ur5e --host 127.0.0.2         an arm, all its ports
+      lsds mock gelsight-mini --port 8080     a fingertip as MJPEG
       lsds mock hand-e --fault kind=drop,probability=0.05
-      lsds mock rig examples/rigs/wire.toml        all mocks of a rig, sharing one plant
+      lsds mock rig examples/rigs/wire.toml   all mocks of a rig on one plant
     """
 
 
 @click.command(context_settings=_HELP)
 @click.argument("config", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the addresses as one line of JSON.")
 def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Serve all mocks of a rig until Ctrl-C, each in its own process, with one shared plant.
 
     The mocks are those of the config's cell, [cell] backend = "wire". `lsds run` with the same file connects to them.
+
+    Takes: until Ctrl-C is pressed.
+
+    Writes: nothing; the addresses go to stdout.
 
     \b
     Examples:
@@ -105,9 +120,8 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
 
         serve(host, backend, given, seed=seed, control=control, as_json=as_json)
 
-    return click.Command(
-        backend.spec.name, params=parameters, callback=callback, help=backend.spec.summary, context_settings=_HELP
-    )
+    text = f"{backend.spec.summary}\n\nTakes: until Ctrl-C is pressed.\n\nWrites: {WRITES}"
+    return click.Command(backend.spec.name, params=parameters, callback=callback, help=text, context_settings=_HELP)
 
 
 def _parameter(name: str, field: FieldInfo) -> click.Parameter:
@@ -122,6 +136,10 @@ def _parameter(name: str, field: FieldInfo) -> click.Parameter:
     words = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     if words and all(isinstance(word, str) for word in words):
         choices = click.Choice(words)
-        return click.Option([f"--{name.replace('_', '-')}", name], default=None, type=choices, help=shown)
+        listed = None if len("|".join(words)) <= LONGEST_CHOICE else "NAME"
+        shown = shown if listed is None else f"{shown}  [{', '.join(words)}]"
+        return click.Option(
+            [f"--{name.replace('_', '-')}", name], default=None, type=choices, metavar=listed, help=shown
+        )
     metavar = "N" if isinstance(default, int | float) else "TEXT"
     return click.Option([f"--{name.replace('_', '-')}", name], default=None, metavar=metavar, help=shown)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
 
 import click
 
+from lsds.cli.complete import BY_FLAG
 from lsds.config.overrides import parse_value
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def flags(
         if name in positional:
             found.append(click.Argument([name]))
             continue
-        flag = str(_extra(field).get("flag", f"--{name.replace('_', '-')}"))
+        flag = _flag(name, field)
         if flag not in used and name not in taken:
             used.add(flag)
             found.append(_option(name, flag, field))
@@ -59,6 +60,16 @@ def written_files(model: type[BaseModel] | None, options: Mapping[str, Any]) -> 
     return [str(options[name]) for name in names if options.get(name)]
 
 
+def written_flags(model: type[BaseModel] | None) -> list[str]:
+    """Return the flags of the files that a study can write: those of fields marked `writes`."""
+    fields = {} if model is None else model.model_fields
+    return [_flag(name, field) for name, field in fields.items() if _extra(field).get("writes")]
+
+
+def _flag(name: str, field: FieldInfo) -> str:
+    return str(_extra(field).get("flag", f"--{name.replace('_', '-')}"))
+
+
 def _option(name: str, flag: str, field: FieldInfo) -> click.Option:
     kind, repeated = _kind(field)
     help_text = _help(field, repeated)
@@ -75,6 +86,7 @@ def _option(name: str, flag: str, field: FieldInfo) -> click.Option:
         metavar=metavar or (None if choice else "N" if kind in (int, float) else "TEXT"),
         help=help_text,
         required=False,
+        shell_complete=None if choice else BY_FLAG.get(flag),
     )
 
 

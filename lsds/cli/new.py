@@ -25,6 +25,10 @@ def new(kind: str, name: str, out: Path | None, distribution: str, force: bool) 
     joins the simulated cell. Needs Jinja: pip install 'lsds-tactile[new]'. The exit code is 2 for a wrong name, and 5
     if a file cannot be written.
 
+    Takes: a second.
+
+    Writes: the folder ./DISTRIBUTION, or that of --out.
+
     \b
     Examples:
       lsds new gripper acme-2f

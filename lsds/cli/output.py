@@ -47,6 +47,12 @@ json_flag: Decorator = click.option(
 """The same with an optional FILE. Only for commands without arguments: otherwise it could take an argument as FILE."""
 
 
+verbose_option: Decorator = click.option(
+    "--verbose", is_flag=True, help="Print every row of the summary, not only the most important ones."
+)
+"""The `--verbose` flag of commands whose whole summary is long; the JSON always holds all of it."""
+
+
 def require_known(ctx: click.Context, arguments: Sequence[str], known: Collection[str]) -> None:
     """Raise click.UsageError for an unknown subcommand, with the nearest name as a suggestion."""
     from difflib import get_close_matches

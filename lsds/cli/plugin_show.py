@@ -16,12 +16,22 @@ from lsds.registry.host import PluginHost
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("name")
-@click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="Show only the backend of this kind.")
+@click.option(
+    "--kind",
+    type=click.Choice(list(KINDS)),
+    metavar="KIND",
+    default=None,
+    help=f"Show only the backend of this kind: {', '.join(KINDS)}.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def show(name: str, kind: str | None, as_json: bool) -> None:
     """Show a backend: its requirements, the members of its contract, and its options.
 
     NAME is that of a backend, or DISTRIBUTION:NAME. Backends of several kinds may have the same name.
+
+    Takes: a second.
+
+    Writes: nothing; the result goes to stdout.
 
     \b
     Examples:

@@ -50,7 +50,13 @@ class PluginsGroup(click.Group):
 
 
 @click.group(cls=PluginsGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--kind", type=click.Choice(list(KINDS)), default=None, help="List only backends of this kind.")
+@click.option(
+    "--kind",
+    type=click.Choice(list(KINDS)),
+    metavar="KIND",
+    default=None,
+    help=f"List only backends of this kind: {', '.join(KINDS)}.",
+)
 @click.option("--all", "everything", is_flag=True, help="List commands, studies, wire mocks and faults as well.")
 @json_flag
 @click.pass_context
@@ -58,6 +64,10 @@ def plugins(ctx: click.Context, kind: str | None, everything: bool, json_file: s
     """List the installed backends, and the plugins that failed to load with the reason.
 
     Devices and algorithms first; of commands and test equipment the number.
+
+    Takes: a second.
+
+    Writes: nothing, except the file of --json.
 
     \b
     Examples:

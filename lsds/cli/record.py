@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.record_export import export
 from lsds.cli.text_table import table
@@ -39,7 +40,14 @@ record.add_command(export)
 
 @record.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @click.option(
     "--seconds", type=click.FloatRange(min=0.1), default=10.0, show_default=True, help="Length of the film, s."
 )
@@ -59,6 +67,10 @@ def film(
 
     Every frame is kept with its markers and answers. Ctrl-C ends the film earlier and keeps it. The commands that take
     a video (lsds track, label, calibrate) take the film as well.
+
+    Takes: as long as --seconds, or until Ctrl-C.
+
+    Writes: the new recording of --out.
 
     \b
     Examples:
@@ -87,6 +99,10 @@ def info(recording: Path, json_file: str | None) -> None:
 
     It reads the whole file. The exit code is 0, and 5 for a file that is no recording.
 
+    Takes: a second per recorded minute.
+
+    Writes: nothing, except the file of --json.
+
     \b
     Examples:
       lsds record info run.mcap
@@ -111,6 +127,10 @@ def report(recording: Path, out: Path) -> None:
     The page opens from disk in a browser and loads nothing from the network. A damaged recording gives a page of what
     can be read, with a note.
 
+    Takes: a few seconds per recorded minute.
+
+    Writes: the new page of --out.
+
     \b
     Examples:
       lsds record report run.mcap --out run.html
@@ -134,6 +154,10 @@ def cut(recording: Path, start_s: float, end_s: float | None, out: Path) -> None
     Times are seconds since the recording began. A part that begins later than the reference of the gel can be looked
     at, but a replay takes its first frames as the reference.
 
+    Takes: a few seconds per recorded minute.
+
+    Writes: the new recording of --out.
+
     \b
     Examples:
       lsds record cut run.mcap --from 3 --to 5 --out short.mcap
@@ -151,6 +175,10 @@ def repair(recording: Path, out: Path) -> None:
     """Copy what can be read of a damaged recording to a new, whole file.
 
     A run that was killed leaves a file without an end, which some viewers refuse. The damaged file is left as it is.
+
+    Takes: a few seconds per recorded minute.
+
+    Writes: the new recording of --out.
 
     \b
     Examples:

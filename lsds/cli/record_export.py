@@ -30,18 +30,22 @@ def export(recordings: tuple[Path, ...], form: str, out: Path, task: str | None,
     """Write recordings in the format of another tool.
 
     \b
-    parquet   one table per topic: SI units in the metadata of the columns, arrays as lists
+    parquet   one table per topic: SI units in the metadata, arrays as lists
     ros2      a bag of CDR messages in an MCAP file, with metadata.yaml
     lerobot   a LeRobot dataset v3.0; several recordings are several episodes
 
-    A minute of one finger takes some 30 s to parquet, and 20 s to ros2 or lerobot (measured on two cores). Nothing is
-    overwritten. An export that fails leaves nothing behind but complete episodes.
+    Nothing is overwritten. An export that fails leaves nothing behind but complete episodes.
+
+    Takes: 30 s per minute of one finger to parquet, 20 s to ros2 or lerobot (on two cores).
+
+    Writes: the new folder of --out.
 
     \b
     Examples:
       lsds record export run.mcap --to parquet --out tables
       lsds record export run.mcap --to ros2 --out bag
-      lsds record export one.mcap two.mcap --to lerobot --out dataset --task "hold a glass"
+      lsds record export one.mcap two.mcap --to lerobot --out dataset \\
+          --task "hold a glass"
     """
     if form != "lerobot":
         _refuse_the_options_of_lerobot(form, recordings, task, rate_hz)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
@@ -25,6 +26,7 @@ DIFFERS = 13
     "overrides",
     multiple=True,
     metavar="KEY=VALUE",
+    shell_complete=config_override,
     help="Override a recorded option; repeatable.",
 )
 @click.option(
@@ -36,17 +38,21 @@ def replay(recording: Path, overrides: tuple[str, ...], plot: Path | None, json_
 
     Tracker, perception, detector, estimator, grip belief and controller run on the recorded frames and states, at the
     recorded times. The job's wishes and the devices' states stay as recorded, so a controller's commands have no
-    effect. No device moves. It takes about two thirds of the recorded time.
+    effect. No device moves.
 
     Without --set the answers have to be the same bit by bit, if the images were recorded without loss. The exit code
     is 0 if they are, or if something was changed on purpose; 13 if they differ.
 
+    Takes: about two thirds of the recorded time.
+
+    Writes: nothing, except the files of --plot and --json.
+
     \b
     Examples:
       lsds run --record run.mcap
-      lsds replay run.mcap                                   the same answers?
+      lsds replay run.mcap                         the same answers?
       lsds replay run.mcap --set detector.backend=imprint --plot replay.png
-                                                             what another detector would have said
+                                                   what another detector reports
     """
     one_thread()
     for target in (json_file, plot):

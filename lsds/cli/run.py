@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
 
-from lsds.cli.output import json_option, require_writable, write_json
-from lsds.cli.text_table import table
+from lsds.cli.complete import config_override, fault_moment
+from lsds.cli.output import json_option, require_writable, verbose_option, write_json
+from lsds.cli.run_summary import full_table, short_table
 from lsds.cli.threads import one_thread
 
 if TYPE_CHECKING:
@@ -21,7 +22,14 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @click.option(
     "--seed", type=click.IntRange(min=0), default=None, help="Seed of every random stream; the same as --set seed=N."
 )
@@ -30,6 +38,7 @@ if TYPE_CHECKING:
     "faults",
     multiple=True,
     metavar="NAME[:N][@MOMENT]",
+    shell_complete=fault_moment,
     help="Let a part fail on purpose: a fault of lsds plugins, its severity 1 to 5, a stage of the job; repeatable, in "
     "addition to those of CONFIG.",
 )
@@ -69,6 +78,7 @@ if TYPE_CHECKING:
     metavar="F.html",
     help="Write this new page with plots, images, events and summary; it opens from disk.",
 )
+@verbose_option
 @json_option
 def run(
     config: Path | None,
@@ -81,6 +91,7 @@ def run(
     record_images: Images,
     view: str | None,
     page: Path | None,
+    verbose: bool,
     json_file: str | None,
 ) -> None:
     """Grasp, lift and hold an object, and close the gripper when it slips.
@@ -97,23 +108,29 @@ def run(
         9  slipped too far: in the grip, after more slip than task.max_slip_m
        10  crushed: gripped above task.fragile_n or task.max_grip_ratio
        11  not lifted: the fingers never gripped the object
-       12  outside the model's validity: held in a simulation that cannot be trusted
+       12  outside the model's validity: held, but the simulation is unreliable
         7  stopped for safety; 2 to 6: stopped by another error
       130  stopped by Ctrl-C; 143 by SIGTERM
 
+    Takes: some 10 s in the simulated cell, the first run 30 s more to compile the gel; on hardware as long as the
+    job.
+
+    Writes: run.png (--plot), and the files of --json, --record, --report and --view.
+
     \b
     Examples:
-      lsds run                                         run the simulated cell, draw run.png
-      lsds run --json run.json --seed 7                write JSON, use another seed
-      lsds run --set controller.enabled=false          no correction: the pipe is dropped (exit code 8)
+      lsds run                                 run the simulated cell
+      lsds run --json run.json --seed 7        write JSON, use another seed
+      lsds run --set controller.enabled=false  no correction: dropped (8)
       lsds run --set controller.backend=pd --set controller.pd.literal_sign=true
-                                                       the paper's sign as printed: dropped (exit code 8)
-      lsds run --fault gripper-stuck@slip              the fingers stop at the first slip: safety stop (7)
-      lsds run --fault camera-noise:5@lift             the camera shows noise from the lift on: safety stop (7)
-      lsds run rig.toml --no-plot                      run your own cell
-      lsds run --view terminal                         watch it as text; --view rerun in Rerun's viewer
-      lsds run --record run.mcap                       keep frames, states, answers and commands
-      lsds run --report run.html                       look at the run in a browser
+                                               the paper's sign: dropped (8)
+      lsds run --fault gripper-stuck@slip      the fingers stop: safety stop (7)
+      lsds run --fault camera-noise:5@lift     noise from the lift on: stop (7)
+      lsds run rig.toml --no-plot              run your own cell
+      lsds run --verbose                       print every figure
+      lsds run --view terminal                 watch it as text
+      lsds run --record run.mcap               keep frames, states and commands
+      lsds run --report run.html               look at the run in a browser
     """
     one_thread()
     from lsds.cli.faults import faults_override
@@ -128,7 +145,7 @@ def run(
 
     def report(session: Session) -> None:
         if json_file != "-":
-            click.echo(_table(session.summary))
+            click.echo(full_table(session.summary) if verbose else short_table(session.summary))
         if json_file is not None:
             write_json(session.summary, json_file)
         for fault in session.summary["faults"]:
@@ -190,69 +207,3 @@ def _fault_first(report: Callable[[Session], None]) -> Callable[[Session], None]
             session.fault.add_note(f"and while writing the results: {error}")
 
     return reporting
-
-
-def _table(summary: dict[str, Any]) -> str:
-    def show(value: float | None, scale: float, unit: str) -> str:
-        return "-" if value is None else f"{scale * value:.4g} {unit}"
-
-    cost = summary["frame_to_command_us"]
-    rows = [
-        ("outcome", _outcome(summary)),
-        ("reason", summary["verdict"]["reason"]),
-        *([("afterwards", summary["stop_report"])] if summary["stop_report"] else []),
-        *_simulated(summary["simulation"]),
-        ("slip distance", show(summary["slip_distance_m"], 1e3, "mm")),
-        *_seen(summary["seen_slip_distance_m"], show),
-        ("time to arrest", show(summary["time_to_arrest_s"], 1e3, "ms")),
-        ("peak slip speed", show(summary["peak_slip_speed_m_s"], 1e2, "cm/s")),
-        ("peak normal force", show(summary["peak_normal_force_n"], 1, "N a finger")),
-        ("steady normal force", show(summary["steady_normal_force_n"], 1, "N a finger")),
-        ("needed to hold", show(summary["required_normal_force_n"], 1, "N a finger")),
-        ("error of slip speed (MAE)", show(summary["severity_mae_m_s"], 1e2, "cm/s")),
-        ("  when always predicting zero", show(summary["severity_zero_predictor_mae_m_s"], 1e2, "cm/s")),
-        ("  while it slips", show(summary["severity_moving_mae_m_s"], 1e2, "cm/s")),
-        ("  when predicting zero then", show(summary["severity_moving_zero_predictor_mae_m_s"], 1e2, "cm/s")),
-        *_called(summary["called_slip"], show),
-        ("frames, corrections", f"{summary['cycles']}, {summary['corrections']}"),
-        ("missed cycles", str(summary["overruns"])),
-        ("image to command", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99"),
-        *_imprint(summary["timing"]["imprint_us"], show),
-        ("speed", show(summary["realtime_factor"], 1, "x real time")),
-        ("seed", str(summary["seed"])),
-    ]
-    return table(rows, ("figure", "value"))
-
-
-def _outcome(summary: dict[str, Any]) -> str:
-    missing = "".join(f"; not measured: {name} ({why})" for name, why in summary["missing"].items())
-    return f"{summary['verdict']['outcome']} ({summary['figures_are']}){missing}"
-
-
-def _simulated(report: dict[str, Any] | None) -> list[tuple[str, str]]:
-    """Return rows on how the physics was simulated, with its warnings."""
-    if report is None:
-        return []
-    return [("gel", report["summary"]), *(("  warning", warning) for warning in report["warnings"])]
-
-
-def _called(frames: dict[str, Any] | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """Return the row of the frames called slip, with the true slip; empty without frames."""
-    if frames is None:
-        return []
-    slipped_m = frames["slipped_m"]
-    truth = "" if slipped_m is None else f"; it truly slipped {show(slipped_m, 1e3, 'mm')}"
-    when = " since the lift" if frames["lifted"] else ""
-    return [(f"called slip{when}", f"{frames['slip']} of {frames['answered']} frames{truth}")]
-
-
-def _imprint(cost: dict[str, float | None], show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """Return the row of the imprint's share of the cost; empty if it was not computed."""
-    if cost["p50"] is None:
-        return []
-    return [("  of it the imprint", f"{show(cost['p50'], 1, 'us')} median, {show(cost['p99'], 1, 'us')} p99")]
-
-
-def _seen(distance_m: float | None, show: Callable[[float | None, float, str], str]) -> list[tuple[str, str]]:
-    """Return the row of the pose source; empty without one."""
-    return [] if distance_m is None else [("  seen by the camera", show(distance_m, 1e3, "mm"))]

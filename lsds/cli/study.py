@@ -88,7 +88,7 @@ def _command(host: PluginHost, backend: Backend) -> click.Command:
     text = "" if model is None else _own_doc(model)
     text = text or backend.spec.summary[:1].upper() + backend.spec.summary[1:]
     if "Examples:" not in text:
-        text += f"\n\n\b\nExamples:\n  lsds study {name}\n  lsds study {name} --seed 1 --json {name}.json"
+        text += f"\n\n\b\nExamples:\n  lsds study {name}\n  lsds study {name} --seed 1 --json result.json"
     command = study_command(
         name, model, text, study=backend.qualified_name, picture=Path(f"{name}.png"), positional=_arguments(model)
     )

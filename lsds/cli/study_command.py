@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.model_flags import flags, given, written_files
+from lsds.cli.complete import fields
+from lsds.cli.help_text import with_paragraph
+from lsds.cli.model_flags import flags, given, written_files, written_flags
 from lsds.cli.output import require_writable
 from lsds.cli.plugged import host_of
 from lsds.config.overrides import apply_overrides
@@ -37,6 +39,9 @@ def study_command(
     the default of `--plot`, `doing` the label of the progress bar.
     """
     params = [*flags(model, positional, _TAKEN), *_common(model, picture)]
+    files = [*([] if picture else ["--plot"]), "--csv", "--json", *written_flags(model)]
+    default = f"{picture} (see --plot), and" if picture else "nothing, except"
+    text = with_paragraph(text, f"Writes: {default} the files of {', '.join(files[:-1])} and {files[-1]}.")
 
     def callback(overrides: tuple[str, ...], seed: int | None, **values: Any) -> None:
         from lsds.cli.study_output import run_study, show_study
@@ -65,7 +70,13 @@ def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.P
     field = None if model is None else model.model_fields.get("seed")
     description = (field.description if field else "") or "seed of the run"
     return [
-        click.Option(["--set", "overrides"], multiple=True, metavar="KEY=VALUE", help="Set any option; repeatable."),
+        click.Option(
+            ["--set", "overrides"],
+            multiple=True,
+            metavar="KEY=VALUE",
+            shell_complete=fields(() if model is None else model.model_fields),
+            help="Set any option; repeatable.",
+        ),
         click.Option(
             ["--seed"],
             type=click.IntRange(min=0),

@@ -8,20 +8,36 @@ from typing import Any
 
 import click
 
-from lsds.cli.output import json_option, write_json
+from lsds.cli.complete import backends, config_override
+from lsds.cli.output import json_option, verbose_option, write_json
 from lsds.cli.progress import Progress
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
+
+MOST_FRAMES = 3
+"""Most unusable frames that the summary of a recording lists without `--verbose`."""
 
 
 @click.command()
 @click.argument("sources", nargs=-1, metavar="SOURCE...", required=True)
 @click.option("--batch", is_flag=True, help="Track every video below the folder SOURCE, in parallel.")
 @click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the recording to this PNG.")
-@click.option("--tracker", metavar="NAME", help="Tracker backend: lk, centroid, dis, or a plugin's tracker.")
+@click.option(
+    "--tracker",
+    metavar="NAME",
+    shell_complete=backends("tracker"),
+    help="Tracker backend: lk, centroid, dis, or a plugin's tracker.",
+)
 @click.option("--config", type=click.Path(dir_okay=False, path_type=Path), help="Config to start from.")
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override one option; repeatable.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=config_override,
+    help="Override one option; repeatable.",
+)
 @click.option(
     "--features",
     type=click.Choice(["baseline", "proposed", "combined", "released13", "all"]),
@@ -30,6 +46,7 @@ from lsds.errors import DataError
     help="Named set of features to write to the JSON.",
 )
 @click.option("--jobs", type=click.IntRange(min=1), default=None, help="Processes for --batch; default: one per core.")
+@verbose_option
 @json_option
 def track(
     sources: tuple[str, ...],
@@ -40,6 +57,7 @@ def track(
     overrides: tuple[str, ...],
     features: str,
     jobs: int | None,
+    verbose: bool,
     json_file: str | None,
 ) -> None:
     """Track the markers of a recording; report displacement fields, features and slip.
@@ -47,6 +65,10 @@ def track(
     SOURCE is a video, a folder of images, or a glob pattern such as 'clip/*.png'. Its first frame must show the gel
     without contact. Velocities are computed from the recording's time stamps: if those are nominal and the camera was
     slower, the velocities are too high by the same factor.
+
+    Takes: about the duration of the recording.
+
+    Writes: nothing, except the files of --json and --plot.
 
     \b
     Examples:
@@ -57,13 +79,14 @@ def track(
       lsds track --batch recordings/ --json all.json
     """
     one_thread()
+    most = None if verbose else MOST_FRAMES
     from lsds.cli import track_session
 
     chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]
     if batch:
         if features != "all":
             raise click.UsageError("--features applies to the JSON of one recording and cannot be used with --batch")
-        _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot)
+        _batch(track_session.find_videos(sources), config, chosen, jobs, json_file, plot, most)
         return
     if len(sources) != 1:
         raise click.UsageError("more than one recording given: add --batch")
@@ -72,7 +95,7 @@ def track(
     if json_file is not None:
         write_json(result.as_dict(features), json_file)
     if json_file != "-" and result.reference is not None:
-        click.echo(_table(result.summary()))
+        click.echo(_table(result.summary(), most))
     if plot is not None and result.reference is not None:
         track_session.draw(result, plot)
         click.echo(f"picture: {plot}", err=json_file == "-")
@@ -87,6 +110,7 @@ def _batch(
     jobs: int | None,
     json_file: str | None,
     plot: Path | None,
+    most: int | None,
 ) -> None:
     from lsds.cli import track_session
 
@@ -104,7 +128,7 @@ def _batch(
         click.echo(table([(key, _show(value)) for key, value in overview.items()], ("figure", "value")))
     bad = [r for r in results if r["error"] or r["failures"]]
     for r in bad:
-        reasons = [r["error"]] if r["error"] else [f"{r['source']}: {f['reason']}" for f in r["failures"][:3]]
+        reasons = [r["error"]] if r["error"] else [f"{r['source']}: {f['reason']}" for f in r["failures"][:most]]
         for reason in reasons:
             click.echo(reason, err=True)
     if any(r["error"] for r in results):
@@ -115,7 +139,8 @@ def _bar(label: str, json_file: str | None) -> Any:
     return click.progressbar(length=1, label=label, file=sys.stderr, show_eta=False)
 
 
-def _table(summary: dict[str, Any]) -> str:
+def _table(summary: dict[str, Any], most: int | None) -> str:
+    """Return the summary of a recording, with at most `most` of the unusable frames, all for None."""
     rows = [
         ("recording", summary["source"]),
         ("frames", str(summary["frames"])),
@@ -128,7 +153,9 @@ def _table(summary: dict[str, Any]) -> str:
         ("reference renewed, at frames", ", ".join(map(str, summary["reference_taken_anew"])) or "-"),
         ("unusable frames", str(len(summary["failures"]))),
     ]
-    rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:10]]
+    rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:most]]
+    if hidden := len(summary["failures"]) - len(summary["failures"][:most]):
+        rows.append((f"  {hidden} more", "listed with --verbose"))
     return table(rows, ("figure", "value"))
 
 

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 import lsds
 from lsds.cli.main import cli
+from lsds.cli.run_summary import full_table, short_table
 from lsds.errors import ConfigError
 from lsds.jobs import HoldJob
 
@@ -95,9 +96,8 @@ def test_a_pose_source_that_disappears_is_named_with_its_figure(monkeypatch):
     assert summary["missing"] == {
         "seen_slip_distance_m": "pose source 'mock-truth-camera': truth: no picture for 1.2 s: connection refused"
     }
-    from lsds.cli.run import _table
-
-    assert "held (simulated); not measured: seen_slip_distance_m" in _table(summary)
+    for table in (short_table, full_table):
+        assert "held (simulated); not measured: seen_slip_distance_m" in table(summary)
 
 
 def test_nothing_is_missing_while_the_pose_source_sees_the_object():

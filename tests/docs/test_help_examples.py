@@ -11,20 +11,10 @@ import pytest
 
 from lsds.cli.main import cli, main
 from lsds.config import load_config
+from tests.docs.command_tree import commands
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = re.compile(r"^(lsds \S.*?)(?:\s{2,}(\S.*))?$")
-
-
-def commands(command, path, parent=None):
-    """Yield every command of the tree with its path."""
-    context = click.Context(command, info_name=path[-1], parent=parent)
-    yield path, command
-    if isinstance(command, click.Group):
-        for name in command.list_commands(context):
-            found = command.get_command(context, name)
-            if found is not None:
-                yield from commands(found, (*path, name), context)
 
 
 def examples():
@@ -32,7 +22,9 @@ def examples():
     found = {}
     for _, command in commands(cli, ("lsds",)):
         last = ""
-        for line in (command.help or "").partition("Examples:")[2].splitlines():
+        # A backslash at the end of a line continues the example on the next one, as in a shell.
+        text = re.sub(r" \\\n\s*", " ", (command.help or "").partition("Examples:")[2])
+        for line in text.splitlines():
             match = EXAMPLE.match(line.strip())
             if match:
                 last = match[1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 
 import cv2
 import numpy as np
@@ -128,6 +129,18 @@ def test_track_writes_its_results(clip, tmp_path):
     assert len(data["features"]["v_net"]["values"]) == 7
     assert data["features"]["v_net"]["values"][0] is None, "the first velocity is undefined, not zero"
     assert cv2.imread(str(picture)).shape[0] > 400
+
+
+def test_the_summary_lists_few_unusable_frames_and_verbose_all(tmp_path):
+    dots = pad_positions()
+    frames = [render(dots, seed=seed) for seed in range(3)] + [np.zeros_like(render(dots))] * 5
+    write_video(tmp_path / "dark.avi", frames)
+    short = CliRunner().invoke(cli, ["track", str(tmp_path / "dark.avi")]).output
+    whole = CliRunner().invoke(cli, ["track", str(tmp_path / "dark.avi"), "--verbose"]).output
+    assert len(re.findall(r"^  frame \d+ ", short, re.MULTILINE)) == 3
+    assert re.search(r"^  2 more +listed with --verbose", short, re.MULTILINE)
+    assert len(re.findall(r"^  frame \d+ ", whole, re.MULTILINE)) == 5
+    assert "more" not in whole
 
 
 def test_a_batch_goes_on_past_a_bad_recording(clip, tmp_path):

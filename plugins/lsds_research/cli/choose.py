@@ -71,6 +71,10 @@ def choose(
     fastest on this machine among those that hold all objects within the limits. With --runs FILE it reuses the lifts in
     that file and adds its own. Slip and grip are simulated. The exit code is 1 if no configuration meets the limits.
 
+    Takes: as long as `lsds study loop`; seconds if --runs has all lifts.
+
+    Writes: nothing, except the rig file of --out and new lifts to that of --runs; the rig goes to stdout.
+
     \b
     Examples:
       lsds study choose --max-slip 5mm --max-grip 1.5 --budget 1ms

@@ -63,11 +63,15 @@ def label(
     on the grid lines in the strip. The command saves every change at once. The protocol is in docs/labelling.md. Needs
     the plot extra, and a screen unless --pictures or --compare is given.
 
+    Takes: as long as you label; seconds with --pictures or --compare.
+
+    Writes: slip_labels.csv (--labels), or PNG files to the folder of --pictures.
+
     \b
     Examples:
       lsds learn label recordings/mug.avi
-      lsds learn label recordings/*.avi --pictures looks      # label from PNG files, write the CSV by hand
-      lsds learn label recordings/*.avi --compare second.csv  # agreement of two labellers
+      lsds learn label recordings/*.avi --pictures looks      # label from PNG
+      lsds learn label recordings/*.avi --compare second.csv  # compare labellers
     """
     from lsds_research.slips.labels import NAME, read_labels
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lsds.cli.complete import backends, simulated_object
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.text_table import table
 from lsds.registry.backends import did_you_mean
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("learner")
+@click.argument("learner", shell_complete=backends("learner"))
 @click.option(
     "--data",
     "folders",
@@ -37,7 +38,13 @@ if TYPE_CHECKING:
 @click.option(
     "--option", "options", multiple=True, metavar="KEY=VALUE", help="Set an option of the learner; repeatable."
 )
-@click.option("--without", multiple=True, metavar="OBJECT", help="Leave this object out of training; repeatable.")
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="OBJECT",
+    shell_complete=simulated_object,
+    help="Leave this object out of training; repeatable.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @json_option
 def train(
@@ -55,11 +62,17 @@ def train(
     The card holds scores and intervals on held-out objects, and those of trivial baselines. Needs the train extra;
     running the model does not.
 
+    Takes: seconds for small learners, minutes for neural networks.
+
+    Writes: the model of --out, and its card next to it.
+
     \b
     Examples:
-      lsds learn train field-mlp --data detection --out slip.onnx --without book --without sponge
+      lsds learn train field-mlp --data detection --out slip.onnx \\
+          --without book --without sponge
       lsds learn train fused --labelled recordings --out slip.onnx
-      lsds learn train random-forest --data detection --out forest.onnx --option signals=proposed
+      lsds learn train random-forest --data detection --out forest.onnx \\
+          --option signals=proposed
       lsds learn train field-gru --data severity --data catch --out speed.onnx
       lsds run --set detector.backend=onnx --set detector.onnx.model=slip.onnx
     """

@@ -16,6 +16,8 @@ class IncipientOptions(BaseModel):
     one feature, the majority class, shuffled labels and nuisance controls. A video that cannot be read is reported and
     left out.
 
+    Takes: minutes; the videos are read once and cached.
+
     \b
     Examples:
       lsds study incipient-slip recordings/ --plot roc.png

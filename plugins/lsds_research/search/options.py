@@ -16,10 +16,13 @@ class SearchOptions(BaseModel):
     grip, an opening, a hang or an unexpected error. Each failure is shrunk to few keys and saved as a file that
     lsds run replays. Figures are simulated.
 
+    Takes: some 5 s of one core per lift (--runs).
+
     \b
     Examples:
       lsds study search --quick
-      lsds study search --runs 300 --found failures/ --out search.jsonl --plot search.png
+      lsds study search --runs 300 --found failures/ \\
+          --out search.jsonl --plot search.png
       lsds study search --space ranges.toml --with controller.backend=pd
       lsds run failures/holds-1.toml
     """

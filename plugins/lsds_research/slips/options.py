@@ -15,10 +15,13 @@ class SlipOptions(BaseModel):
     The folder holds the recordings, videos or folders of images, anywhere below it, and slip_labels.csv (lsds learn
     label). For the public incipient-slip set the labels are shipped. Scores are over frames of which the label is sure.
 
+    Takes: about the duration of the recordings, for each detector and estimator.
+
     \b
     Examples:
       lsds study slip recordings/
-      lsds study slip recordings/ --detector imprint --detector monotone --plot curves.png
+      lsds study slip recordings/ --detector imprint --detector monotone \\
+          --plot curves.png
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

@@ -9,7 +9,12 @@ from lsds_research.campaign_options import Cluster, Jobs, Out
 
 
 class StabilityOptions(BaseModel):
-    """Options of a map."""
+    """Map where methods fail: one figure at every point of a grid, for the shipped methods and for naive ones.
+
+    Figures are simulated; docs/stability.md lists the maps.
+
+    Takes: 10 s to 3 minutes with --quick on two cores, up to an hour without.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

@@ -42,6 +42,8 @@ COLUMNS = (
 class SchedulerOptions(BaseModel):
     """Time the scheduler's own overhead: 60 s of a rig with four rates, next to Python's `sched`.
 
+    Takes: 5 s.
+
     \b
     Examples:
       lsds study scheduler --json scheduler.json

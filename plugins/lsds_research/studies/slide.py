@@ -45,6 +45,8 @@ class SlideOptions(BaseModel):
 
     Objects that slide stand on a table, and objects that turn are clamped. Figures are simulated.
 
+    Takes: some 5 s of one core per lift.
+
     \b
     Examples:
       lsds study slide

@@ -18,6 +18,7 @@ from lsds.session.recording.report.gather import gather
 from lsds.session.recording.report.page import page_of, write_report
 from lsds.session.recording.report.tables import outcome_of, result_rows, simulation_rows
 from lsds.session.run import run
+from lsds.support.human import length
 from tests.recording.conftest import SHORT
 
 pytest.importorskip("plotly", reason="reports need the extra report")
@@ -50,7 +51,7 @@ def test_a_page_shows_the_outcome_and_that_it_is_simulated(recorded, page):
     _, session = recorded
     rest = without_library(page)
     assert "run.mcap: held (simulated)" in rest
-    slip = f"{1e3 * session.summary['slip_distance_m']:.4g} mm (simulated)"
+    slip = f"{length(session.summary['slip_distance_m'])} (simulated)"
     assert f"<th>slip distance</th><td>{slip}</td>" in rest
     assert f"<th>frames</th><td>{session.summary['cycles']}</td>" in rest
     for text in ("seed = 5", "task sensor", "plotly.js of this page", "numpy", "all images,"):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from lsds.support.human import duration, force, length, speed
+
 if TYPE_CHECKING:
     from lsds.session.recording.report.gather import Happening, RunData
 
@@ -14,17 +16,17 @@ MOST_CORRECTIONS = 1000
 """Most corrections in the list of events; the plot of the aperture shows all."""
 
 _FIGURES = (
-    ("slip distance", "slip_distance_m", 1e3, "mm"),
-    ("slip distance seen by the camera", "seen_slip_distance_m", 1e3, "mm"),
-    ("time to arrest", "time_to_arrest_s", 1e3, "ms"),
-    ("peak slip speed", "peak_slip_speed_m_s", 1e2, "cm/s"),
-    ("peak normal force of a finger", "peak_normal_force_n", 1.0, "N"),
-    ("steady normal force of a finger", "steady_normal_force_n", 1.0, "N"),
-    ("normal force needed to hold", "required_normal_force_n", 1.0, "N"),
-    ("error of slip speed (MAE)", "severity_mae_m_s", 1e2, "cm/s"),
-    ("error of slip speed while it slips", "severity_moving_mae_m_s", 1e2, "cm/s"),
+    ("slip distance", "slip_distance_m", length),
+    ("slip distance seen by the camera", "seen_slip_distance_m", length),
+    ("time to arrest", "time_to_arrest_s", duration),
+    ("peak slip speed", "peak_slip_speed_m_s", speed),
+    ("peak normal force of a finger", "peak_normal_force_n", force),
+    ("steady normal force of a finger", "steady_normal_force_n", force),
+    ("normal force needed to hold", "required_normal_force_n", force),
+    ("error of slip speed (MAE)", "severity_mae_m_s", speed),
+    ("error of slip speed while it slips", "severity_moving_mae_m_s", speed),
 )
-"""Label, key of the summary, factor and unit."""
+"""Label, key of the summary, and the function that writes the value with its unit."""
 _COUNTS = (
     ("frames", "cycles"),
     ("corrections", "corrections"),
@@ -54,9 +56,9 @@ def result_rows(data: RunData) -> Rows:
     summary = data.summary
     if summary is None:
         return [*rows, ("frames", str(data.cycles))]
-    for label, key, scale, unit in _FIGURES:
+    for label, key, written in _FIGURES:
         if (value := summary.get(key)) is not None:
-            rows.append((label, f"{scale * value:.4g} {unit}{mark}"))
+            rows.append((label, f"{written(value)}{mark}"))
     rows += [(label, str(summary[key])) for label, key in _COUNTS if summary.get(key) is not None]
     return rows
 
@@ -85,16 +87,20 @@ def timing_rows(data: RunData) -> Rows:
         rows.append(("speed", f"{summary['realtime_factor']:.3g} x real time"))
     for label, cost in (("image to command", summary["frame_to_command_us"]), ("imprint", timing["imprint_us"])):
         if cost["p50"] is not None:
-            rows.append((label, f"median {cost['p50']:.4g} us, p99 {cost['p99']:.4g} us"))
+            rows.append((label, f"median {_us(cost['p50'])}, p99 {_us(cost['p99'])}"))
     rows += [(f"task {name}", _task(own)) for name, own in timing["tasks"].items()]
     return rows
 
 
 def _task(own: dict[str, Any]) -> str:
     return (
-        f"{own['runs']} runs, mean {own['mean_us']:.4g} us, p99 {own['p99_us']:.4g} us, max {own['max_us']:.4g} us, "
+        f"{own['runs']} runs, mean {_us(own['mean_us'])}, p99 {_us(own['p99_us'])}, max {_us(own['max_us'])}, "
         f"{own['overruns']} overruns"
     )
+
+
+def _us(value_us: float) -> str:
+    return duration(1e-6 * value_us)
 
 
 def version_rows(data: RunData, plotly_js: str) -> Rows:

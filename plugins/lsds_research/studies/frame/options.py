@@ -8,10 +8,13 @@ from pydantic import BaseModel, ConfigDict, Field
 class FrameOptions(BaseModel):
     """Time one frame from image to command, part by part, and the trackers next to their peers.
 
+    Takes: about a minute.
+
     \b
     Examples:
       lsds study frame
-      lsds study frame --repeats 30 --json frame.json --csv frame.csv --plot frame.png
+      lsds study frame --repeats 30 --json frame.json --csv frame.csv \\
+          --plot frame.png
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

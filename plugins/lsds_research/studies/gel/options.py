@@ -11,6 +11,8 @@ class GelStudyOptions(BaseModel):
     Without --reference the finest grid is the reference. Grids of the automatic model are tried on random
     scenes, and their cost, audits included, compared with the cheapest grid that would have met the tolerance.
 
+    Takes: several minutes.
+
     \b
     Examples:
       lsds study gel

@@ -19,14 +19,20 @@ class GripOptions(BaseModel):
     Every combination of object, first squeeze, lifting speed, friction of the day, change of load and seed is one run:
     grasp by touch, lift, hold. Figures are simulated.
 
+    Takes: some 5 s of one core per lift; --quick makes 63 lifts.
+
     \b
     Examples:
       lsds study grip --quick
-      lsds study grip --controller belief --controller pd --out runs.jsonl --plot grip.png
-      lsds study grip --object ball --change pour --change shove --seeds 5 --json grip.json
-      lsds study grip --controller belief --probe --with gripper.mock-hand-e.latency_ms=200
+      lsds study grip --controller belief --controller pd \\
+          --out runs.jsonl --plot grip.png
+      lsds study grip --object ball --change pour --change shove \\
+          --seeds 5 --json grip.json
+      lsds study grip --controller belief --probe \\
+          --with gripper.mock-hand-e.latency_ms=200
       lsds study grip --random 60 --controller belief --json random.json
-      lsds study grip --random 40 --controller belief --sensitivity --out sensitivity.jsonl
+      lsds study grip --random 40 --controller belief --sensitivity \\
+          --out sensitivity.jsonl
       lsds study grip --cluster tcp://10.0.0.5:8786
     """
 

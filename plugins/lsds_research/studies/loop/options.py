@@ -25,11 +25,14 @@ class LoopOptions(BaseModel):
     markers only), and a controller. Each lifts every object. Slip and grip are simulated; the time is of this machine.
     The front is the Pareto front of time, slip and grip.
 
+    Takes: some 5 s of one core per lift.
+
     \b
     Examples:
       lsds study loop --quick
       lsds study loop --tracker lk --controller belief --out loop.jsonl
-      lsds study choose --max-slip 5mm --max-grip 1.5 --budget 1ms --runs loop.jsonl
+      lsds study choose --max-slip 5mm --max-grip 1.5 --budget 1ms \\
+          --runs loop.jsonl
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

@@ -24,6 +24,8 @@ class TradeoffOptions(BaseModel):
 class DetectorsOptions(TradeoffOptions):
     """Measure detectors: accuracy on held-out objects against computing time per update. Needs the train extra.
 
+    Takes: minutes per model, less with --most.
+
     \b
     Examples:
       lsds study detectors --data reproduction/data/detection
@@ -33,6 +35,8 @@ class DetectorsOptions(TradeoffOptions):
 
 class EstimatorsOptions(TradeoffOptions):
     """Measure estimators: R2 of speed on held-out objects against computing time per update. Needs the train extra.
+
+    Takes: minutes per model, less with --most.
 
     \b
     Examples:
@@ -46,10 +50,13 @@ class LearningOptions(BaseModel):
 
     Needs the train extra.
 
+    Takes: minutes per learner and repeat.
+
     \b
     Examples:
       lsds study learning --data severity --also pipe
-      lsds study learning --data detection --learner field-mlp --learner logistic --repeats 3
+      lsds study learning --data detection --learner field-mlp \\
+          --learner logistic --repeats 3
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -74,10 +81,13 @@ class ModelsOptions(BaseModel):
     The dataset is a folder written by lsds learn collect, or one in data/ of lsds study reproduce. Needs the
     data extra.
 
+    Takes: seconds per model.
+
     \b
     Examples:
       lsds study models detection
-      lsds study models severity --model field-gru --model mine.onnx --plot speeds.png
+      lsds study models severity --model field-gru --model mine.onnx \\
+          --plot speeds.png
       lsds study models detection --job estimate --object book --json book.json
     """
 

@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field
 class OpticsOptions(BaseModel):
     """Measure computing time of a simulated finger's frame, mechanics and image, and its colour error.
 
+    Takes: 20 s.
+
     \b
     Examples:
       lsds study optics
