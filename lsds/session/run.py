@@ -57,6 +57,11 @@ class Session:
         figures = self.summary.get("figures_are", "")
         return f"Session({self.verdict.sentence}; {self.summary['cycles']} cycles, {figures})"
 
+    def require_uninterrupted(self) -> None:
+        """Raise the Ctrl-C or the request to terminate that ended the run: it ends a campaign, too."""
+        if isinstance(self.fault, KeyboardInterrupt):
+            raise self.fault
+
     def frame(self) -> Any:
         """Return one row a frame as a pandas DataFrame: the fields of `Sample`, in SI units, and `t_s` since the start.
 

@@ -94,6 +94,7 @@ def _run_one(
         else:
             config = load_config(scenario[0], [*scenario[1], VIRTUAL])
         session = run(config)
+        session.require_uninterrupted()
     except LsdsError as error:
         return SimulatedRun(number, {}, None, error=f"{type(error).__name__}: {error}")
     result = SimulatedRun(number, session.summary, session.verdict)

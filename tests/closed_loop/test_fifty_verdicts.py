@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("installed_host")]
 FAILURES = {Outcome.DROPPED, Outcome.NOT_LIFTED, Outcome.CRUSHED, Outcome.SLIPPED}
 QUICK = ("cell.simulated.fidelity=winkler", "task.lift_s=0.8", "task.hold_s=0.4")
 SCENARIOS = 50
-FAULTS = ("", "", "detector-silent", "camera-gone", "detector-alarms", "gripper-silent")
+FAULTS = ("", "", "detector-silent", "camera-gone", "detector-alarms", "gripper-frozen")
 OBJECTS = ("pvc-pipe", "ball", "book", "sponge")
 
 
@@ -29,9 +29,10 @@ def drawn():
     scenarios = []
     for seed in range(SCENARIOS):
         extra = []
+        controller = str(rng.choice(["belief", "pd", OFF]))
         if rng.random() < 0.2:
             extra.append(f"cell.simulated.mass_kg={rng.uniform(0.01, 2.5):.3f}")
-        if rng.random() < 0.15:
+        if controller == "belief" and rng.random() < 0.4:  # The others refuse a limit of the force.
             extra.append(f"task.fragile_n={rng.uniform(1.0, 6.0):.2f}")
         fault = str(rng.choice(FAULTS))
         if fault:
@@ -40,7 +41,7 @@ def drawn():
             slip_m=float(rng.choice([Limits().slip_m, 0.001])), peak=float(rng.choice([Limits().peak, 1.3]))
         )
         planned = Lift(
-            str(rng.choice(["belief", "pd", OFF])),
+            controller,
             str(rng.choice(OBJECTS)),
             float(rng.choice([0.6, 1.0, 1.8])),
             float(rng.choice([0.03, 0.1])),
@@ -59,7 +60,8 @@ def judged():
     """The words of all verdicts, which show that the scenarios are not all alike."""
     counted: Counter[str] = Counter()
     yield counted
-    assert len(counted) >= 5, counted
+    if sum(counted.values()) == SCENARIOS:  # not with a selection
+        assert len(counted) >= 5, counted
 
 
 @pytest.mark.parametrize("number", range(SCENARIOS))

@@ -44,6 +44,7 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
     began_ns = cpu_ns()
     try:
         session = run(None, [*override_texts(scenario), *limits.overrides(), *settings])
+        session.require_uninterrupted()
     except LsdsError as error:
         return {"margins": {"named": STOPPED}, "outcome": "not run", "fault": str(error), "simulated_s": 0.0}
     except Exception as error:

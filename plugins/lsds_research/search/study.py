@@ -118,7 +118,7 @@ class SearchStudy:
         file = save_scenario(folder, name, scenario, settings, comments)
         # A failure that was found before is recorded again by the present code.
         recording.unlink(missing_ok=True)
-        run(file, record=recording, images="jpeg")
+        run(file, record=recording, images="jpeg").require_uninterrupted()
         return file
 
     def _fails(self, way: str, scenario: Scenario) -> bool:

@@ -126,6 +126,7 @@ def slid(what: Slid) -> dict[str, Any] | str:
 
     try:
         session = run(None, what.overrides(), observe=take)
+        session.require_uninterrupted()
     except LsdsError as error:
         return f"{what.object}: {error}"
     begun_ns = sliding[0][0] + BEGUN_S * 1e9

@@ -60,6 +60,7 @@ def run_case(case: Case) -> dict[str, Any] | str:
     """Run a case; return its figures, or the reason of a failure."""
     try:
         session = run(case.rig or None, case.overrides())
+        session.require_uninterrupted()
     except LsdsError as error:
         return f"{case.key}: {error}"
     summary, fault, truths = session.summary, session.fault, session.truths

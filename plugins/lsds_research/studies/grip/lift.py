@@ -114,6 +114,7 @@ def lift(what: Lift) -> dict[str, Any] | str:
     began_ns = cpu_ns()
     try:
         session = run(None, what.overrides(), observe=take)
+        session.require_uninterrupted()
     except LsdsError as error:
         return f"{what.key}: {error}"
     after_s = CHANGES[what.change].get("cell.simulated.changes_after_s")
