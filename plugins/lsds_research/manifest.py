@@ -95,6 +95,14 @@ _STUDIES = (
         "scenarios in which the cell fails: found, shrunk, saved as files",
     ),
     (
+        "certify",
+        "certify.study:CertifyStudy",
+        "certify.options:CertifyOptions",
+        ("numba", "sklearn", "scipy"),
+        "search",
+        "how likely a rig is to drop an object, with an interval, zones and failures",
+    ),
+    (
         "slide",
         "studies.slide:SlideStudy",
         "studies.slide:SlideOptions",

@@ -59,6 +59,9 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         "sentence": session.verdict.sentence,
         "fault": summary["fault"],
         "simulated_s": summary.get("simulated_s", 0.0),
+        "slip_m": summary["slip_distance_m"],
+        "ratio": session.verdict.grip_over_needed,
+        "delay_s": session.verdict.detection_delay_s,
     }
 
 

@@ -51,17 +51,20 @@ class Scenarios:
         batches: Generator[Points, Sequence[float], T],
         margin: Callable[[dict[str, Any]], float],
         tick: Callable[[int, int], None],
+        complete: Callable[[Scenario], Scenario] = dict,
     ) -> tuple[list[list[dict[str, Any]]], T]:
         """Run the requested scenarios batch by batch and send back the margins; return the rows and the final answer.
 
-        `tick` is called with the numbers of runs done and requested so far.
+        `tick` is called with the numbers of runs done and requested so far; `complete` adds keys that depend on others.
+        A row has its `point` of the unit cube.
         """
         found: list[list[dict[str, Any]]] = []
         count = 0
         batch = next(batches)
         while True:
-            asked = [point_to_scenario(space, point) for point in batch]
-            found.append(self.rows(asked, partial(_ahead, tick, count, count + len(asked))))
+            asked = [complete(point_to_scenario(space, point)) for point in batch]
+            rows = self.rows(asked, partial(_ahead, tick, count, count + len(asked)))
+            found.append([row | {"point": [float(u) for u in point]} for row, point in zip(rows, batch, strict=True)])
             count += len(asked)
             try:
                 batch = batches.send([margin(row) for row in found[-1]])

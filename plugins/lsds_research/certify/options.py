@@ -1,0 +1,56 @@
+"""Options of the study `certify`."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lsds.cli.threads import processes
+from lsds_research.campaign_options import Cluster, Jobs, Settings
+
+
+class CertifyOptions(BaseModel):
+    """Estimate how likely a rig is to drop an object, and name the ranges in which it is most likely.
+
+    Lifts of objects drawn from ranges, by the rig's algorithms, task and limits, in a simulated cell with the specs
+    of its gripper and fingertip. Real devices are not touched. Runs are spent where the answer is least certain. The
+    result is a probability with a 95 % interval, slip, grip and reaction time, dangerous zones, and failures as files
+    that lsds run repeats. All of it is simulated.
+
+    Takes: the time of --budget, or some 5 s of one core per lift with --runs.
+
+    \b
+    Examples:
+      lsds study certify --quick
+      lsds study certify rig.toml --budget 10min --page certificate.html
+      lsds study certify rig.toml --space objects.toml --runs 300 \\
+          --found failures
+      lsds study certify --budget 5min --plain
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    rig: str = Field(
+        default="", description="rig file; default: the simulated cell", json_schema_extra={"metavar": "RIG"}
+    )
+    budget: str = Field(
+        default="10min",
+        description="time to spend, as 90s, 10min or 2h; results then depend on the machine's speed",
+        json_schema_extra={"metavar": "TIME"},
+    )
+    runs: int = Field(default=0, ge=0, le=1_000_000, description="number of lifts to spend, instead of a time")
+    space: str = Field(
+        default="",
+        description="TOML file of ranges as for lsds study search; default: random objects",
+        json_schema_extra={"metavar": "FILE"},
+    )
+    plain: bool = Field(default=False, description="draw evenly and count, to compare with")
+    slip_mm: float = Field(default=60.0, gt=0, le=1000, description="a longer slip is a drop")
+    found: str = Field(
+        default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER"}
+    )
+    most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
+    page: str = Field(default="", description="also write the report as a page", json_schema_extra={"metavar": "HTML"})
+    settings: Settings = []
+    quick: bool = Field(default=False, description="48 lifts of one second")
+    jobs: Jobs = Field(default_factory=processes, description="processes that lift")
+    cluster: Cluster = ""

@@ -1,0 +1,122 @@
+"""A rig file as config keys of its simulated twin: real devices are replaced by mocks with their specs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lsds.clock import WallClock
+from lsds.config.overrides import override_texts
+from lsds.config.reading import read_toml
+from lsds.contracts import BuildContext
+from lsds.errors import LsdsError
+from lsds.registry.host import PluginHost
+
+GRIPPER, SENSOR, ARM = "mock-hand-e", "mock-gelsight-mini", "mock-ur5e"
+TICKS = 225
+"""Position ticks of the simulated gripper between open and closed, by default."""
+_FIRST_TICK = 3
+_DROPPED = ("cell", "pose_source", "faults", "deadlines")
+"""Sections that describe real devices, or faults."""
+
+
+def twin(path: Path | None, host: PluginHost) -> tuple[list[str], list[str]]:
+    """Return the config keys of a rig's simulated twin, and what was replaced, in words.
+
+    Raises ConfigError for a file that is not valid.
+    """
+    if path is None:
+        return [], []
+    from lsds.config import load_config
+
+    load_config(path, host=host)
+    tables = read_toml(path)
+    tables.pop("$schema", None)
+    notes: list[str] = []
+    real = _gripper(tables, host, notes) | _sensor(tables, host, notes) | _arm(tables, host, notes)
+    if real:
+        for section in _DROPPED:
+            tables.pop(section, None)
+    return override_texts(_flat(tables)), notes
+
+
+def _gripper(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
+    name, options = _chosen(tables, "gripper", GRIPPER)
+    if _is_simulated(host, "gripper", name):
+        return False
+    found: dict[str, Any] = {}
+    spec = _spec(host, "gripper", name, options)
+    if spec is not None:
+        ticks = max(1, round(spec.stroke_m / spec.resolution_m)) if spec.resolution_m > 0 else TICKS
+        found = {
+            "stroke_mm": round(1e3 * spec.stroke_m, 3),
+            "open_tick": _FIRST_TICK,
+            "closed_tick": min(_FIRST_TICK + ticks, 255),
+            "latency_ms": round(1e3 * spec.latency_s, 3),
+        }
+    tables["gripper"] = {"backend": GRIPPER, GRIPPER: found}
+    notes.append(f"gripper '{name}': {GRIPPER} with {_words(found)}")
+    return True
+
+
+def _sensor(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
+    if "sensors" in tables:
+        names = {str(one.get("backend", SENSOR)) for one in tables["sensors"].values() if isinstance(one, dict)}
+        if all(_is_simulated(host, "sensor", name) for name in names):
+            return False
+        count = len(tables.pop("sensors"))
+        tables["sensor"] = {"backend": SENSOR}
+        notes.append(f"{count} fingertips: one {SENSOR}, which stands for both")
+        return True
+    name, options = _chosen(tables, "sensor", SENSOR)
+    if _is_simulated(host, "sensor", name):
+        return False
+    spec = _spec(host, "sensor", name, options)
+    found = {}
+    if spec is not None:
+        found = {"rate_hz": round(float(spec.rate_hz), 3), "latency_ms": round(1e3 * spec.latency_s, 3)}
+    tables["sensor"] = {"backend": SENSOR, SENSOR: found}
+    notes.append(f"fingertip '{name}': {SENSOR} with {_words(found)}")
+    return True
+
+
+def _arm(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
+    name, _ = _chosen(tables, "arm", ARM)
+    if _is_simulated(host, "arm", name):
+        return False
+    tables["arm"] = {"backend": ARM}
+    notes.append(f"arm '{name}': {ARM}")
+    return True
+
+
+def _chosen(tables: dict[str, Any], section: str, default: str) -> tuple[str, dict[str, Any]]:
+    table = tables.get(section, {})
+    name = str(table.get("backend", default))
+    return name, dict(table.get(name, {}))
+
+
+def _is_simulated(host: PluginHost, kind: Any, name: str) -> bool:
+    return host.find(kind, name).spec.virtual_time
+
+
+def _spec(host: PluginHost, kind: Any, name: str, options: dict[str, Any]) -> Any:
+    """Return the spec of a device that is built and not connected, None if it does not know it yet."""
+    try:
+        device = host.build(kind, name, options, BuildContext(WallClock()))
+        return device.spec
+    except (LsdsError, AttributeError, RuntimeError):
+        return None
+
+
+def _words(options: dict[str, Any]) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in options.items()) or "its defaults"
+
+
+def _flat(tables: dict[str, Any], before: str = "") -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{before}{key}.")
+        else:
+            found[before + key] = value
+    return found

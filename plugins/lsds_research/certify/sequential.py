@@ -1,0 +1,193 @@
+"""The probability of a failure from runs that are spent where the answer is least certain.
+
+The first quarter of the budget is drawn uniformly. A random forest fitted on its margins sorts the space by predicted
+risk into strata (Dalenius and Hodges 1959); each further batch is drawn where it reduces the variance of the sum over
+the strata most (Neyman 1934, with posterior instead of known variances). Half-way the forest is fitted again. Runs
+that chose the strata do not count in them, so each stage is an estimate without bias; the stages are averaged by their
+numbers of runs. The interval is that of the posterior of all strata's failure rates, with Jeffreys' prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lsds.support.extras import require
+
+Points = list[NDArray[np.float64]]
+Floats = NDArray[np.float64]
+
+BATCH = 16
+"""Runs of a batch, whatever the number of processes, so that results do not depend on it."""
+STAGES = (0.25, 0.6, 1.0)
+"""Shares of the budget at which the stages end."""
+POOL = 10_000
+"""Uniform points that represent the space: the size of a stratum is its share of them, to one percent."""
+STRATA = 6
+LEAST_RUNS = 4
+"""Least number of runs of a stratum."""
+TREES = 100
+DRAWS = 4000
+"""Draws from the posterior of the probability."""
+PRIOR = 0.5
+"""Jeffreys' prior of a failure rate: Beta(1/2, 1/2)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A probability with a two-sided 95 % interval.
+
+    `weights` (runs) are the shares of the space that the runs stand for, in their order; they sum to 1. `auc` is the
+    area under the curve of the forest's prediction for runs that it was not fitted on, NaN if none or all failed.
+    """
+
+    estimate: float
+    least: float
+    most: float
+    failed: int
+    runs: int
+    weights: Floats
+    auc: float
+
+
+@dataclass
+class _Stage:
+    """Runs of one stage: stratum and margin of each, and the sizes of the strata."""
+
+    sizes: Floats
+    strata: list[int] = field(default_factory=list)
+    margins: list[float] = field(default_factory=list)
+
+    @property
+    def counts(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Runs and failures of each stratum."""
+        own, failed = np.array(self.strata, int), np.array(self.margins) < 0
+        return np.bincount(own, minlength=len(self.sizes)), np.bincount(own[failed], minlength=len(self.sizes))
+
+
+def sequential(
+    dimensions: int, used: Callable[[int], float], seed: int
+) -> Generator[Points, Sequence[float], Estimate]:
+    """Yield batches of points of the unit cube; send back their margins, below 0 for a failure; return the estimate.
+
+    `used` returns the share of the budget that is used after a number of runs. Raises MissingExtra without
+    scikit-learn.
+    """
+    require("sklearn", extra="search", purpose="a certificate")
+    rng = np.random.default_rng(seed)
+    points: list[Floats] = []
+    margins: list[float] = []
+    stages: list[_Stage] = []
+    for ends in STAGES:
+        stage, pool, stratum = _begun(dimensions, points, margins, rng, seed)
+        while not stage.margins or used(len(points)) < ends:
+            own = _allotted(stage, rng)
+            chosen = [pool[rng.choice(np.flatnonzero(stratum == k))] for k in own]
+            answered = yield chosen
+            stage.strata += own
+            stage.margins += list(answered)
+            points += chosen
+            margins += list(answered)
+        stages.append(stage)
+        if used(len(points)) >= STAGES[-1]:
+            break
+    return _estimate(stages, points, margins, rng, seed)
+
+
+def plain(dimensions: int, used: Callable[[int], float], seed: int) -> Generator[Points, Sequence[float], Estimate]:
+    """Yield uniform points until the budget is used; return the estimate by counting."""
+    rng = np.random.default_rng(seed)
+    points: list[Floats] = []
+    stage = _Stage(np.ones(1))
+    while not points or used(len(points)) < 1:
+        chosen = list(rng.random((BATCH, dimensions)))
+        stage.margins += list((yield chosen))
+        points += chosen
+    stage.strata = [0] * len(points)
+    return _estimate([stage], points, stage.margins, rng, seed)
+
+
+def _begun(
+    dimensions: int, points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
+) -> tuple[_Stage, Floats, NDArray[np.intp]]:
+    """Return a new stage, the pool of points and the stratum of each; one stratum where nothing is known."""
+    pool = rng.random((POOL, dimensions))
+    failed = np.array(margins) < 0
+    if not failed.any() or failed.all():
+        return _Stage(np.ones(1)), pool, np.zeros(POOL, int)
+    risk = _forest(points, failed, seed).predict_proba(pool)[:, 1]
+    # Equal parts of the sum of square roots of the variances: small strata where the outcome is uncertain.
+    order = np.argsort(risk, kind="stable")
+    spread = np.cumsum(np.sqrt(np.maximum(risk[order] * (1 - risk[order]), 1e-3)))
+    stratum = np.empty(POOL, int)
+    stratum[order] = np.minimum((STRATA * spread / spread[-1]).astype(int), STRATA - 1)
+    sizes = np.bincount(stratum, minlength=STRATA) / POOL
+    return _Stage(sizes), pool, stratum
+
+
+def _forest(points: Sequence[Floats], failed: NDArray[np.bool_], seed: int) -> Any:
+    from sklearn.ensemble import RandomForestClassifier
+
+    forest = RandomForestClassifier(TREES, min_samples_leaf=2, oob_score=True, random_state=seed, n_jobs=1)
+    return forest.fit(np.array(points), failed)
+
+
+def _allotted(stage: _Stage, rng: np.random.Generator) -> list[int]:
+    """Return the strata of the next batch: one run after the other to where it reduces the variance most."""
+    runs, failed = stage.counts
+    runs = runs.astype(float)
+    rate = (failed + PRIOR) / (runs + 2 * PRIOR)
+    variance = stage.sizes**2 * rate * (1 - rate)
+    usable = np.flatnonzero(stage.sizes > 0)
+    own: list[int] = []
+    for _ in range(BATCH):
+        short = usable[runs[usable] < LEAST_RUNS]
+        if len(short):
+            k = int(short[np.argmin(runs[short])])
+        else:
+            k = int(usable[np.argmax((variance / (runs * (runs + 1)))[usable])])
+        own.append(k)
+        runs[k] += 1
+    rng.shuffle(own)
+    return own
+
+
+def _estimate(
+    stages: Sequence[_Stage], points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
+) -> Estimate:
+    whole = len(points)
+    estimate, drawn = 0.0, np.zeros(DRAWS)
+    weights: list[float] = []
+    for stage in stages:
+        share = len(stage.margins) / whole
+        runs, failed = stage.counts
+        known = runs > 0
+        sizes = np.where(known, stage.sizes, 0.0)
+        sizes = sizes / sizes.sum()
+        estimate += share * float(np.sum(sizes[known] * failed[known] / runs[known]))
+        for k in np.flatnonzero(known):
+            drawn += share * sizes[k] * rng.beta(failed[k] + PRIOR, runs[k] - failed[k] + PRIOR, DRAWS)
+        weights += [share * sizes[k] / runs[k] for k in stage.strata]
+    count = int(np.sum(np.array(margins) < 0))
+    least, most = (float(end) for end in np.quantile(drawn, (0.025, 0.975)))
+    # None of many failed: the interval begins at zero, all of it failed: it ends at one.
+    least, most = (0.0 if count == 0 else min(least, estimate)), (1.0 if count == whole else max(most, estimate))
+    return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(points, margins, seed))
+
+
+def _auc(points: Sequence[Floats], margins: Sequence[float], seed: int) -> float:
+    """Return how well a forest ranks runs that it was not fitted on: failures above the others (Mann and Whitney)."""
+    failed = np.array(margins) < 0
+    if min(failed.sum(), (~failed).sum()) < 2:
+        return float("nan")
+    votes = _forest(points, failed, seed).oob_decision_function_[:, 1]
+    seen = np.isfinite(votes)
+    bad, good = votes[seen & failed], votes[seen & ~failed]
+    if not len(bad) or not len(good):
+        return float("nan")
+    above = (bad[:, None] > good[None, :]).mean() + 0.5 * (bad[:, None] == good[None, :]).mean()
+    return float(above)

@@ -1,0 +1,218 @@
+"""Study `certify`: the certificate of a rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lsds.clock import NS_PER_S, perf_ns
+from lsds.contracts import BuildContext
+from lsds.contracts.study import StudyResult
+from lsds.registry.host import PluginHost
+from lsds.session.verdict import Outcome
+from lsds_research.certify.duration import seconds_of
+from lsds_research.certify.objects import OBJECTS, completed
+from lsds_research.certify.options import CertifyOptions
+from lsds_research.certify.page import write_page
+from lsds_research.certify.plot import plot_certificate
+from lsds_research.certify.rig import twin
+from lsds_research.certify.sequential import Estimate, plain, sequential
+from lsds_research.certify.zones import Zone, zones
+from lsds_research.search.files import save_scenario
+from lsds_research.search.robustness import Limits
+from lsds_research.search.scenarios import Scenarios
+from lsds_research.search.space import read_space
+
+_COLUMNS = (
+    ("figure", "of a lift (simulated)", ""),
+    ("value", "value", ""),
+    ("range", "95 % interval, or range", ""),
+)
+QUICK_RUNS = 48
+QUICK = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
+DROPS = (Outcome.DROPPED, Outcome.NOT_LIFTED)
+PRECISE = 0.5
+"""An interval whose half width exceeds this share of the probability is too wide for the budget to be called enough."""
+
+
+class CertifyStudy:
+    """A `Study`."""
+
+    def __init__(self, options: CertifyOptions, context: BuildContext) -> None:
+        self._options, self._seed = options, context.seed
+        self._budget_s = seconds_of(options.budget, "--budget")
+        self._runs = QUICK_RUNS if options.quick and not options.runs else options.runs
+        self._space = read_space(Path(options.space)) if options.space else OBJECTS
+
+    def run(self, tick: Callable[[int, int], None]) -> StudyResult:
+        """Lift. Raises DataError for an unusable space or file, ConfigError for a rig that is not valid."""
+        own = self._options
+        settings, replaced = twin(Path(own.rig) if own.rig else None, PluginHost())
+        settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
+        limits = Limits(slip_m=own.slip_mm * 1e-3)
+        scenarios = Scenarios(limits, settings, "", own.jobs, own.cluster)
+        began_ns = perf_ns()
+        draw = plain if own.plain else sequential
+        answered, estimate = scenarios.answer(
+            self._space,
+            draw(len(self._space), partial(self._used, began_ns), self._seed),
+            _margin,
+            lambda done, asked: tick(*self._progress(done, asked, began_ns)),
+            complete=completed,
+        )
+        rows = list(chain.from_iterable(answered))
+        points = np.array([row["point"] for row in rows])
+        dropped = np.array([_margin(row) < 0 for row in rows])
+        found = zones(points, dropped, estimate.weights)
+        files = self._saved(rows, settings, limits)
+        figures = _figures(rows, estimate)
+        notes = [
+            *(f"replaced: {text}" for text in replaced),
+            *_notes(estimate, own.plain),
+            *(f"zone: {_zone_text(zone, self._space)}" for zone in found),
+            *(f"failure: lsds run {file}" for file in files),
+        ]
+        title = f"certificate of {own.rig or 'the simulated cell'}: {estimate.runs} lifts (simulated)"
+        if own.page:
+            write_page(Path(own.page), title, figures, notes, partial(self._draw, rows=rows, estimate=estimate))
+        return StudyResult(
+            title,
+            _COLUMNS,
+            figures,
+            partial(self._draw, rows=rows, estimate=estimate),
+            notes,
+            {
+                "probability": {
+                    key: getattr(estimate, key) for key in ("estimate", "least", "most", "failed", "runs")
+                },
+                "auc": None if math.isnan(estimate.auc) else estimate.auc,
+                "zones": [
+                    {"ranges": zone.text(self._space), "rate": zone.rate, "share": zone.share, "failed": zone.failed}
+                    for zone in found
+                ],
+                "runs": [
+                    {key: row[key] for key in ("scenario", "outcome", "sentence", "margin") if key in row} for row in rows
+                ],
+                "files": [str(file) for file in files],
+                "replaced": replaced,
+                "took_s": (perf_ns() - began_ns) / NS_PER_S,
+                "figures_are": "simulated",
+                "seed": self._seed,
+            },
+        )
+
+    def _used(self, began_ns: int, runs: int) -> float:
+        """Return the share of the budget that is used, at the middle of a batch that would begin now."""
+        if self._runs:
+            return runs / self._runs
+        spent_s = (perf_ns() - began_ns) / NS_PER_S
+        batch_s = spent_s * self._batch / runs if runs else 0.0
+        return (spent_s + batch_s / 2) / self._budget_s
+
+    @property
+    def _batch(self) -> int:
+        from lsds_research.certify.sequential import BATCH
+
+        return BATCH
+
+    def _progress(self, done: int, asked: int, began_ns: int) -> tuple[int, int]:
+        if self._runs:
+            return done, max(self._runs, asked)
+        return min(round(self._used(began_ns, done) * 1000), 1000), 1000
+
+    def _saved(self, rows: Sequence[dict[str, Any]], settings: Sequence[str], limits: Limits) -> list[Path]:
+        own = self._options
+        if not own.found:
+            return []
+        failed = sorted((row for row in rows if _margin(row) < 0), key=lambda row: (row["margin"], str(row["scenario"])))
+        return [
+            save_scenario(
+                Path(own.found),
+                f"drop-{number}",
+                row["scenario"],
+                (*limits.overrides(), *settings),
+                ["found by lsds study certify (simulated)", str(row.get("sentence", row["outcome"]))],
+            )
+            for number, row in enumerate(failed[: own.most], start=1)
+        ]
+
+    @staticmethod
+    def _draw(path: Path, *, rows: Sequence[dict[str, Any]], estimate: Estimate) -> None:
+        plot_certificate(path, rows, estimate)
+
+
+def _margin(row: dict[str, Any]) -> float:
+    """Return the margin of a drop: of hold and slip, and of an end without a name."""
+    margins = row["margins"]
+    return float(min((margins[way] for way in ("holds", "slips little", "named", "ends") if way in margins), default=1.0))
+
+
+def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[str, Any]]:
+    """Return the rows of the certificate: each figure over the whole space, by the runs' weights."""
+    weights = estimate.weights
+
+    def share(of: Callable[[dict[str, Any]], bool]) -> str:
+        return f"{float(weights[[of(row) for row in rows]].sum()):.1%}"
+
+    figures = [
+        {
+            "figure": "probability of a drop",
+            "value": f"{estimate.estimate:.2%}",
+            "range": f"{estimate.least:.2%} to {estimate.most:.2%}",
+        }
+    ]
+    for key, figure, unit, scale in (
+        ("slip_m", "slip, median", "mm", 1e3),
+        ("ratio", "steady grip over needed, median", "", 1.0),
+        ("delay_s", "from slip to alarm, median", "ms", 1e3),
+    ):
+        known = np.array([row.get(key) is not None for row in rows])
+        if not known.any():
+            continue
+        values = np.array([row[key] for row, own in zip(rows, known, strict=True) if own], float) * scale
+        half, most = (_quantile(values, weights[known], q) for q in (0.5, 0.95))
+        figures.append({"figure": figure, "value": f"{half:.3g} {unit}".strip(), "range": f"95 %: {most:.3g} {unit}".strip()})
+    figures += [
+        {"figure": "stopped with a reason", "value": share(lambda row: row["outcome"] == "fault"), "range": ""},
+        {
+            "figure": "outside the model's validity",
+            "value": share(lambda row: row["outcome"] == Outcome.OUTSIDE),
+            "range": "not counted as drops",
+        },
+    ]
+    return figures
+
+
+def _quantile(values: NDArray[np.float64], weights: NDArray[np.float64], q: float) -> float:
+    """Return a quantile of weighted values: the first whose cumulated weight reaches the share q."""
+    order = np.argsort(values, kind="stable")
+    cumulated = np.cumsum(weights[order])
+    return float(values[order][int(np.searchsorted(cumulated, q * cumulated[-1]))])
+
+
+def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
+    notes = [
+        f"{'drawn evenly' if is_plain else 'spent where the answer was least certain'}: {estimate.failed} of "
+        f"{estimate.runs} lifts dropped"
+        + ("" if math.isnan(estimate.auc) else f"; a forest ranks unseen lifts with AUC {estimate.auc:.2f}")
+    ]
+    half = (estimate.most - estimate.least) / 2
+    if not estimate.failed:
+        notes.append(f"no lift dropped: the probability is below {estimate.most:.1%}; a longer budget lowers this bound")
+    elif half > PRECISE * estimate.estimate:
+        needed = estimate.runs * (half / (PRECISE * estimate.estimate)) ** 2
+        notes.append(
+            f"the budget is too small: the interval is wider than half of the probability; about {needed:.0f} lifts would do"
+        )
+    return notes
+
+
+def _zone_text(zone: Zone, space: Sequence[Any]) -> str:
+    return f"{zone.text(space)}: {zone.failed} of {zone.runs} lifts dropped ({zone.share:.0%} of the space)"

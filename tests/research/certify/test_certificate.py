@@ -1,0 +1,87 @@
+"""Study `certify`: the space of objects, a real rig's simulated twin, the budget, the page and the files."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from lsds_research.certify.duration import seconds_of
+from lsds_research.certify.objects import OBJECTS, completed
+from lsds_research.certify.rig import twin
+from lsds_research.search.space import point_to_scenario
+
+from lsds.cli.main import main
+from lsds.config import load_config
+from lsds.config.overrides import override_texts
+from lsds.errors import ConfigError, DataError
+from lsds.registry.host import PluginHost
+
+pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
+QUICK = ("--with", "cell.simulated.fidelity=winkler", "--with", "task.hold_s=0.3", "--with", "task.lift_s=0.3")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_each_point_of_the_space_is_a_config(seed):
+    point = np.random.default_rng(seed).random(len(OBJECTS))
+    scenario = completed(point_to_scenario(OBJECTS, point))
+    cell = load_config(None, override_texts(scenario)).cell.options["simulated"]
+    assert 0.7 <= cell["kinetic_friction"] / cell["static_friction"] <= 0.95
+    if cell["shape"] == "sphere":
+        assert cell["length_mm"] == max(20.0, cell["diameter_mm"])
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("90s", 90), ("10min", 600), ("1.5 h", 5400)])
+def test_a_budget_is_written_as_people_do(text, seconds):
+    assert seconds_of(text, "--budget") == seconds
+
+
+@pytest.mark.parametrize("text", ["", "10", "ten minutes", "-5min", "0s"])
+def test_any_other_budget_is_one_error(text):
+    with pytest.raises(DataError, match="--budget .* is no duration; write 90s, 10min or 2h"):
+        seconds_of(text, "--budget")
+
+
+def test_a_real_rig_gets_a_twin_with_its_specs(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text(
+        '[gripper]\nbackend = "hand-e"\n[gripper.hand-e]\nport = "/dev/ttyUSB0"\n'
+        '[sensor]\nbackend = "gelsight-mini"\n[arm]\nbackend = "ur5e"\n[arm.ur5e]\nhost = "192.168.1.2"\n'
+        '[cell]\nbackend = "none"\n[task]\nlift_speed_m_s = 0.02\n'
+    )
+    keys, notes = twin(rig, PluginHost())
+    config = load_config(None, keys)
+    assert config.gripper.backend == "mock-hand-e"
+    assert config.arm.backend == "mock-ur5e"
+    assert config.task.lift_speed_m_s == 0.02
+    assert len(notes) == 3
+    assert notes[0].startswith("gripper 'hand-e': mock-hand-e with stroke_mm = 50.0")
+
+
+def test_a_simulated_rig_is_used_as_it_is(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text("[task]\nlift_speed_m_s = 0.02\n[gripper.mock-hand-e]\nlatency_ms = 80.0\n")
+    assert twin(rig, PluginHost()) == (["task.lift_speed_m_s=0.02", "gripper.mock-hand-e.latency_ms=80.0"], [])
+
+
+def test_a_rig_that_is_not_valid_is_one_error(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text("[task]\nlift_sped_m_s = 0.02\n")
+    with pytest.raises(ConfigError, match="lift_sped_m_s"):
+        twin(rig, PluginHost())
+
+
+@pytest.mark.slow
+def test_the_certificate_is_the_same_on_one_and_two_processes(tmp_path):
+    certificates = []
+    for jobs in (1, 2):
+        file, page = tmp_path / f"{jobs}.json", tmp_path / f"{jobs}.html"
+        asked = ["study", "certify", "--runs", "32", "--jobs", str(jobs), *QUICK, "--page", str(page)]
+        assert main([*asked, "--json", str(file), "--no-plot", "--found", str(tmp_path / str(jobs))]) == 0
+        certificates.append(json.loads(file.read_text()))
+        assert "All figures are simulated" in page.read_text()
+    one, two = certificates
+    assert one["probability"] == two["probability"]
+    assert one["runs"] == two["runs"]
+    for file in one["files"]:
+        assert main(["run", file, "--no-plot"]) in (8, 11)

@@ -1,0 +1,85 @@
+"""The estimate of a certificate: its interval covers known probabilities, runs go where the answer is uncertain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lsds_research.certify.sequential import BATCH, Estimate, plain, sequential
+
+pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
+DIMENSIONS = 12
+
+
+def answered(draw, margin):
+    """Run a generator of points with a function for their margins; return its estimate and all points."""
+    asked = []
+    try:
+        points = next(draw)
+        while True:
+            asked += points
+            points = draw.send([margin(point) for point in points])
+    except StopIteration as end:
+        return end.value, np.array(asked)
+
+
+def planted(seed, share):
+    """Return a margin that is below 0 in about a share of the space: a slope over a few keys, and noise."""
+    rng = np.random.default_rng(seed)
+    keys = rng.choice(DIMENSIONS, rng.integers(2, 5), replace=False)
+    slopes = rng.uniform(0.5, 1.5, len(keys)) * rng.choice([-1, 1], len(keys))
+    mix = np.arange(1, DIMENSIONS + 1)
+
+    def height(points):
+        return points[..., keys] @ slopes + 0.15 * np.sin(1e4 * (points @ mix))
+
+    heights = height(rng.random((100_000, DIMENSIONS)))
+    limit = np.quantile(heights, 1 - share)
+    return (lambda point: float(limit - height(point))), float((heights > limit).mean())
+
+
+def budget(runs):
+    return lambda done: done / runs
+
+
+@pytest.mark.parametrize("draw", [plain, sequential])
+def test_weights_sum_to_one_and_one_seed_gives_one_answer(draw):
+    margin, _ = planted(1, 0.2)
+    first, points = answered(draw(DIMENSIONS, budget(96), 5), margin)
+    again, same = answered(draw(DIMENSIONS, budget(96), 5), margin)
+    assert isinstance(first, Estimate)
+    assert first.runs == len(points) == 96
+    assert first.weights.sum() == pytest.approx(1.0)
+    assert (points == same).all()
+    assert (first.estimate, first.least, first.most) == (again.estimate, again.least, again.most)
+    assert 0 <= first.least <= first.estimate <= first.most <= 1
+
+
+@pytest.mark.parametrize(("margin", "ends"), [(1.0, "least"), (-1.0, "most")])
+def test_where_none_or_all_fail_the_interval_ends_at_zero_or_one(margin, ends):
+    estimate, _ = answered(sequential(DIMENSIONS, budget(64), 1), lambda _: margin)
+    assert estimate.estimate == getattr(estimate, ends) == (0.0 if margin > 0 else 1.0)
+    assert 0 < estimate.most - estimate.least < 0.1
+    assert np.isnan(estimate.auc)
+
+
+def test_runs_go_where_failures_are():
+    margin, _ = planted(2, 0.05)
+    estimate, points = answered(sequential(DIMENSIONS, budget(320), 3), margin)
+    failed = np.array([margin(point) < 0 for point in points])
+    assert failed[-BATCH * 8 :].mean() > 2 * 0.05
+    assert estimate.auc > 0.8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.2])
+def test_the_interval_covers_the_probability_as_often_as_it_says(share):
+    covered, narrower = [], []
+    for seed in range(50):
+        margin, true = planted(seed, share)
+        estimate, _ = answered(sequential(DIMENSIONS, budget(240), seed), margin)
+        counted, _ = answered(plain(DIMENSIONS, budget(240), seed), margin)
+        covered.append(estimate.least <= true <= estimate.most)
+        narrower.append((estimate.most - estimate.least) / (counted.most - counted.least))
+    assert np.mean(covered) >= 0.9
+    if share >= 0.05:
+        assert np.median(narrower) < 1.0

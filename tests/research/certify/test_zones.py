@@ -1,0 +1,48 @@
+"""Dangerous zones: a planted box is found, with its keys and ranges in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from lsds_research.certify.zones import zones
+from lsds_research.search.space import Axis
+
+SPACE = (
+    Axis("cell.simulated.mass_kg", 0.0, 1.0),
+    Axis("cell.simulated.shape", choices=("box", "sphere", "edge", "cylinder")),
+    Axis("task.lift_speed_m_s", 0.02, 0.08),
+    *(Axis(f"cell.simulated.other_{k}", 0.0, 1.0) for k in range(5)),
+)
+
+
+def drawn(seed=0, runs=600):
+    rng = np.random.default_rng(seed)
+    return rng, rng.random((runs, len(SPACE))), np.full(runs, 1 / runs)
+
+
+def test_a_planted_box_is_named_by_its_keys():
+    rng, points, weights = drawn()
+    inside = (points[:, 0] > 0.7) & (points[:, 1] >= 0.25) & (points[:, 1] < 0.5)
+    failed = inside | (rng.random(len(points)) < 0.01)
+    first, *_ = zones(points, failed, weights)
+    assert first.rate > 0.8
+    text = first.text(SPACE)
+    assert "shape sphere" in text
+    assert "mass_kg above 0.6" in text or "mass_kg above 0.7" in text
+    assert "other_" not in text
+
+
+def test_two_boxes_are_two_zones():
+    _, points, weights = drawn(1, 1200)
+    failed = (points[:, 0] > 0.85) | (points[:, 3] < 0.1)
+    found = zones(points, failed, weights)
+    texts = " / ".join(zone.text(SPACE) for zone in found[:2])
+    assert "mass_kg above" in texts
+    assert "other_0 below" in texts
+
+
+def test_without_failures_there_is_no_zone():
+    _, points, weights = drawn()
+    assert zones(points, np.zeros(len(points), bool), weights) == []
+    few = np.zeros(len(points), bool)
+    few[:3] = True
+    assert zones(points, few, weights) == []
