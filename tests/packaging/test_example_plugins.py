@@ -14,9 +14,9 @@ from scaffolds import ROOT, SOURCES
 
 EXAMPLES = ROOT / "examples" / "plugins"
 TESTS = sorted(test.relative_to(EXAMPLES).as_posix() for test in EXAMPLES.glob("*/tests/test_*.py"))
-NEEDS = {"digit": ("cv2", "numba"), "onrobot-rg2": ("pymodbus", "numba")}
+NEEDS = {"digit": ("cv2", "numba"), "franka-hand": (), "onrobot-rg2": ("pymodbus", "numba")}
 """Modules that the tests of an example need, by its folder."""
-KINDS = {"digit": ("sensor",), "onrobot-rg2": ("gripper", "wire_mock")}
+KINDS = {"digit": ("sensor",), "franka-hand": ("gripper",), "onrobot-rg2": ("gripper", "wire_mock")}
 """Kinds of the backends that have the name of the example."""
 PUBLIC = ("lsds.clock", "lsds.contracts", "lsds.errors", "lsds.registry")
 
