@@ -174,6 +174,23 @@ def test_no_stop_takes_the_pressure_off_a_held_object(cell: Cell, call: str) -> 
 
 
 @on_object
+def test_no_stop_takes_the_pressure_off_while_the_grasp_still_runs(cell: Cell) -> None:
+    cell.fingers.lingers_s = 1.0
+    gripper = cell.armed()
+    send(gripper, 0.05)
+    wait(lambda: cell.fingers.grasped)
+    # Two states show that the fingers rest.
+    time.sleep(0.2)
+    gripper.stop()
+    time.sleep(0.2)
+    assert cell.fingers.running
+    assert (cell.fingers.grasped, cell.fingers.force_n, cell.fingers.stops) == (True, 30.0, 0)
+    send(gripper, 0.08)
+    wait(lambda: cell.fingers.width_m == pytest.approx(0.08), 1.0)
+    assert cell.fingers.stops == 1
+
+
+@on_object
 @pytest.mark.parametrize("fault", ["fails", "lost", "silent"])
 def test_nothing_opens_because_a_message_failed(cell: Cell, fault: str) -> None:
     gripper = holding(cell, stale_after_ms=200.0)
@@ -209,6 +226,27 @@ def test_a_failed_command_is_a_fault_until_the_gripper_is_armed_again(cell: Cell
     gripper.arm()
     send(gripper, 0.07)
     wait(lambda: gripper.read().aperture_m == pytest.approx(0.07))
+
+
+def test_a_failure_drops_what_was_due(cell: Cell) -> None:
+    gripper = cell.armed()
+    under_way(cell, gripper, 0.04)
+    send(gripper, 0.02, speed_m_s=0.02)
+    cell.fingers.lost = True
+    wait(lambda: not cell.fingers.running)
+    cell.fingers.lost = False
+    time.sleep(0.8)
+    assert cell.fingers.commands == [("grasp", 0.04)]
+
+
+def test_a_stop_without_effect_drops_what_was_due(cell: Cell) -> None:
+    gripper = cell.armed(interrupt_limit_s=0.2)
+    under_way(cell, gripper, 0.065)
+    cell.fingers.stop_works = False
+    send(gripper, 0.08)
+    wait(lambda: not cell.fingers.running)
+    time.sleep(0.3)
+    assert cell.fingers.commands == [("grasp", 0.065)]
 
 
 def test_a_move_without_success_is_a_fault(cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,6 +45,7 @@ class Fingers:
         self.grasped = False
         self.stops = 0
         self.stop_works = True
+        self.lingers_s = 0.0
         self.fails = self.lost = self.silent = False
         self.commands: list[tuple[str, float]] = []
         self._lock = threading.Lock()
@@ -79,10 +80,11 @@ class Fingers:
                 self.check()
                 if self._aborted:
                     break
+            if call == "grasp" and not self._aborted:
+                self.grasped, self.force_n = True, force_n
+                self._linger()
             if self._aborted:
                 raise CommandError("command aborted")
-            if call == "grasp":
-                self.grasped, self.force_n = True, force_n
         finally:
             self.running = False
         return True
@@ -94,11 +96,10 @@ class Fingers:
             self.stops += 1
             if not self.stop_works:
                 return
+            self.grasped, self.force_n = False, 0.0
             if self.running:
                 self._go(self.width_m, 1.0)
                 self._aborted = True
-            else:
-                self.grasped, self.force_n = False, 0.0
 
     def place(self, width_m: float) -> None:
         """Put the fingers at a width."""
@@ -108,6 +109,12 @@ class Fingers:
         """Raise NetworkError if the connection is lost."""
         if self.lost:
             raise NetworkError("connection lost")
+
+    def _linger(self) -> None:
+        """Block for a while after the contact, as a slow hand does."""
+        until_ns = self.clock.now() + nanoseconds(self.lingers_s)
+        while self.clock.now() < until_ns and not self._aborted:
+            self.clock.sleep_until(self.clock.now() + nanoseconds(STEP_S))
 
     def _go(self, end_m: float, speed_m_s: float) -> None:
         self._start_m, self._start_ns = self.width_m, self.clock.now()
@@ -120,6 +127,7 @@ class FakeHand:
     def __init__(self, fingers: Fingers) -> None:
         self._fingers = fingers
         self._state_ns = 0
+        self._lost = False
         fingers.check()
 
     def move(self, width: float, speed: float) -> bool:
@@ -149,6 +157,9 @@ class FakeHand:
         fingers.clock.sleep_until(self._state_ns)
         while fingers.silent:
             fingers.clock.sleep_until(fingers.clock.now() + nanoseconds(STEP_S))
-        fingers.check()
+        # A connection that was lost once stays lost.
+        self._lost |= fingers.lost
+        if self._lost:
+            raise NetworkError("connection lost")
         self._state_ns = fingers.clock.now() + STATE_NS
         return FakeState(fingers.width_m, fingers.max_width_m, fingers.grasped)

@@ -158,10 +158,13 @@ class Worker:
         # An interrupted motion leaves the fingers at an unknown width.
         self._last = None if stopped or problem else running
         if problem and not stopped:
-            self._due = self.target_m = None
-            remedy = "check the fingers, then disarm and arm the gripper"
-            self.fault = DeviceFault(self._name, problem, remedy=remedy)
+            self._fail(problem, "check the fingers, then disarm and arm the gripper")
         self._changed.notify_all()
+
+    def _fail(self, problem: str, remedy: str) -> None:
+        """Report a fault, and start nothing that was commanded before it."""
+        self._due = self.target_m = None
+        self.fault = DeviceFault(self._name, problem, remedy=remedy)
 
     def _holds(self, status: Status) -> bool:
         """Whether the fingers hold an object: grasped and at rest, before they reached the target of a closing.
@@ -192,8 +195,7 @@ class Worker:
                     continue
                 if self._clock.now() - began_ns > self._limit_ns:
                     problem = f"a command has not ended {self._limit_ns * 1e-9:g} s after it was stopped"
-                    remedy = "use the emergency stop if the fingers move, then restart the hand"
-                    self.fault = DeviceFault(self._name, problem, remedy=remedy)
+                    self._fail(problem, "use the emergency stop if the fingers move, then restart the hand")
                 self._stop_sent = True
             _stop(hand)
             with self._changed:
