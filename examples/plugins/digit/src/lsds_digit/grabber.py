@@ -16,7 +16,7 @@ JOIN_S = 2.0
 
 
 class Grabber:
-    """Reads a camera in a thread of its own. `newest` and `trouble` are safe to read from any thread."""
+    """Reads a camera in a separate thread. `newest` and `trouble` are safe to read from any thread."""
 
     def __init__(self, name: str, camera: Camera) -> None:
         self._name = name
