@@ -1,0 +1,1 @@
+"""DIGIT tactile fingertip on USB, and its mock."""

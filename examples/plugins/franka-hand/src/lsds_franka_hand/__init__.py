@@ -1,0 +1,1 @@
+"""Franka Hand by the blocking commands of libfranka, and its fake."""
