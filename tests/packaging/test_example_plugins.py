@@ -14,7 +14,7 @@ from scaffolds import ROOT, SOURCES
 
 EXAMPLES = ROOT / "examples" / "plugins"
 TESTS = sorted(test.relative_to(EXAMPLES).as_posix() for test in EXAMPLES.glob("*/tests/test_*.py"))
-NEEDS = {"onrobot-rg2": ("pymodbus", "numba")}
+NEEDS = {"lerobot_camera_lsds": ("numba",), "onrobot-rg2": ("pymodbus", "numba")}
 """Modules that the tests of an example need, by its folder."""
 
 
@@ -70,33 +70,41 @@ def test_its_own_tests_pass(installed, test, tmp_path):
     assert "failed" not in out
 
 
-def test_lsds_lists_the_example(installed, tmp_path):
+def test_lsds_lists_the_gripper(installed, tmp_path):
     _, path = installed("onrobot-rg2")
     for kind in ("gripper", "wire_mock"):
         assert "onrobot-rg2" in run("lsds.cli.main", "plugins", "--kind", kind, path=path, cwd=tmp_path)
 
 
-def test_the_example_imports_only_the_public_contract():
+@pytest.mark.parametrize("name", NEEDS)
+def test_the_example_imports_only_the_public_contract(name):
     found = set()
-    for source in (EXAMPLES / "onrobot-rg2" / "src").rglob("*.py"):
+    for source in (EXAMPLES / name / "src").rglob("*.py"):
         for line in source.read_text(encoding="utf-8").splitlines():
             if line.lstrip().startswith(("from lsds", "import lsds")):
                 found.add(line.split()[1])
-    public = ("lsds.clock", "lsds.contracts", "lsds.errors", "lsds.registry", "lsds_onrobot_rg2")
-    assert len(found) > 5
-    assert [module for module in found if not module.startswith(public)] == []
+    public = ("lsds.clock", "lsds.contracts", "lsds.errors", "lsds.registry", f"{package(name)}.")
+    assert len(found) > 2
+    assert [module for module in found if module not in ("lsds", package(name)) and not module.startswith(public)] == []
 
 
+@pytest.mark.parametrize("name", NEEDS)
 @pytest.mark.parametrize("tool", ["ruff", "mypy"])
-def test_the_example_is_clean(installed, tool, tmp_path):
+def test_the_example_is_clean(installed, name, tool, tmp_path):
     if importlib.util.find_spec(tool) is None:
         pytest.skip(f"{tool} is not installed; it comes with the extra 'dev'")
-    sources, path = installed("onrobot-rg2")
+    sources, path = installed(name)
     if tool == "ruff":
         run("ruff", "check", "--no-cache", ".", path=path, cwd=sources)
         run("ruff", "format", "--no-cache", "--check", ".", path=path, cwd=sources)
     else:
         flags = ("--strict", "--follow-imports=silent", "--ignore-missing-imports", "--cache-dir", str(tmp_path))
-        own = os.pathsep.join([str(sources / "src"), str(sources / "tests"), *SOURCES])
-        files = ("--explicit-package-bases", "--config-file", os.devnull, "src/lsds_onrobot_rg2", "tests")
-        run("mypy", *flags, *files, path=path, cwd=sources, MYPYPATH=own)
+        own = [str(sources / folder) for folder in ("src", "tests", "tests/standin") if (sources / folder).is_dir()]
+        files = ("--explicit-package-bases", "--config-file", os.devnull, f"src/{package(name)}", "tests")
+        run("mypy", *flags, *files, path=path, cwd=sources, MYPYPATH=os.pathsep.join([*own, *SOURCES]))
+
+
+def package(name):
+    """Return the import package of an example."""
+    (folder,) = (EXAMPLES / name / "src").iterdir()
+    return folder.name
