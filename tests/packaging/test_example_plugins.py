@@ -14,7 +14,12 @@ from scaffolds import ROOT, SOURCES
 
 EXAMPLES = ROOT / "examples" / "plugins"
 TESTS = sorted(test.relative_to(EXAMPLES).as_posix() for test in EXAMPLES.glob("*/tests/test_*.py"))
-NEEDS = {"lerobot_camera_lsds": ("numba",), "lerobot_robot_lsds": ("numba",), "onrobot-rg2": ("pymodbus", "numba")}
+NEEDS = {
+    "lerobot_camera_lsds": ("numba",),
+    "lerobot_robot_lsds": ("numba",),
+    "lsds_ros2": ("numba",),
+    "onrobot-rg2": ("pymodbus", "numba"),
+}
 """Modules that the tests of an example need, by its folder."""
 
 

@@ -79,6 +79,6 @@ class Follow:
         shares = [0.0 if f.observation.contact is None else f.observation.contact.area_fraction for f in now.fingers]
         if max(shares, default=0.0) < CONTACT_SHARE:
             self._touch_m = math.nan
-        elif math.isnan(self._touch_m) and self._grip is not None:
+        elif math.isnan(self._touch_m):
             # The frame is older than the newest state of the gripper, so the aperture is that of the frame.
-            self._touch_m = max(now.cycle.grip.aperture_m, self._grip.aperture_m)
+            self._touch_m = now.cycle.grip.aperture_m
