@@ -197,12 +197,12 @@ def test_a_cancelled_closing_stops_and_does_not_open(node: LsdsNode) -> None:
     assert 0.035 < before_m < STROKE_M - 1e-3
     node._server.standin_cancel(handle)
     time.sleep(0.1)
-    finish(node, handle)
-    assert handle.status == "canceled"
     seen = []
     for _ in range(30):
         node.on_timer()
         seen.append(aperture_m(node))
+    finish(node, handle)
+    assert handle.status == "canceled"
     assert all(later <= earlier + 1e-5 for earlier, later in itertools.pairwise(seen))
     # Of 50 mm/s, within the latency of the gripper and the time that is allowed for the rest.
     assert before_m - 0.01 < seen[-1] <= before_m
@@ -221,10 +221,14 @@ def test_a_cancelled_release_keeps_what_is_left_of_the_grip(node: LsdsNode) -> N
     assert aperture_m(node) <= stopped_m + 5e-4 < STROKE_M - 2e-3
 
 
-def test_a_cancelled_grip_on_an_object_is_held(node: LsdsNode) -> None:
-    go(node, GRIP_M)
+@pytest.mark.parametrize("already", [False, True])
+def test_a_cancelled_grip_on_an_object_is_held(node: LsdsNode, already: bool) -> None:
+    if already:
+        go(node, GRIP_M)
     handle = started(node, GRIP_M - 3e-3)
     run(node, 2)
+    while math.isnan(node._job._touch_m):
+        node.on_timer()
     node._server.standin_cancel(handle)
     time.sleep(0.1)
     finish(node, handle)
@@ -296,6 +300,18 @@ def test_a_velocity_moves_the_arm_and_a_stale_one_stops_it(node: LsdsNode) -> No
     assert 0.1 < (clock.now() - began_ns) * 1e-9 < 0.3
     run(node, 10)
     assert arm_speed_m_s(node) == 0.0
+
+
+def test_the_age_of_a_velocity_counts(node: LsdsNode) -> None:
+    for _ in range(15):
+        node.on_twist(twist(0.03))
+        node.on_timer()
+    clock = node.engine.rig.clock
+    began_ns = clock.now()
+    node.on_twist(twist(0.03, age_s=0.17))
+    while arm_speed_m_s(node) > 0.029:
+        node.on_timer()
+    assert (clock.now() - began_ns) * 1e-9 < 0.15
 
 
 def test_a_velocity_without_a_stamp_counts_from_its_arrival(node: LsdsNode) -> None:

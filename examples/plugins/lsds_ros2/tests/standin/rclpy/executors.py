@@ -9,7 +9,7 @@ from rclpy.world import RUNS
 
 
 class MultiThreadedExecutor:
-    """Calls the timers of its nodes; goals run in threads of their own."""
+    """Calls the timers of its nodes; each goal runs in a separate thread."""
 
     def __init__(self) -> None:
         self._nodes: list[Node] = []
