@@ -18,7 +18,7 @@ class _Device:
             self.device.arm()
 
     def fresh(self):
-        """The device's state; its time stamp tells how old it is."""
+        """The device's state, refused if its time stamp is old."""
         state = self.device.read()
         if self.clock.now() - state.t_ns > OLDEST_NS:
             raise OSError("the state is old")

@@ -1,4 +1,4 @@
-"""`lsds check KIND --client MODULE:CLASS`: every fault of a wire mock against somebody's driver or client."""
+"""`lsds check KIND --client MODULE:CLASS`: every fault of a wire mock against any driver."""
 
 from __future__ import annotations
 
@@ -121,5 +121,5 @@ def _row(outcome: Outcome) -> tuple[str, str, str, str, str]:
         return outcome.case.title, "not begun", "", "", outcome.broken
     kinds = ", ".join(dict.fromkeys(finding.kind for finding in outcome.findings)) or "none"
     again = "no" if outcome.recovery_s is None else f"{outcome.recovery_s:.2f} s"
-    text = outcome.findings[0].text if outcome.findings else outcome.said
+    text = outcome.findings[0].text if outcome.findings else outcome.last_error
     return outcome.case.title, kinds, f"{outcome.errors} of {outcome.calls}", again, text

@@ -39,8 +39,8 @@ class SimulatedRun:
     error: str = ""
 
     def __repr__(self) -> str:
-        said = self.error or (self.verdict.sentence if self.verdict is not None else "")
-        return f"SimulatedRun({self.number}: {said})"
+        outcome = self.error or (self.verdict.sentence if self.verdict is not None else "")
+        return f"SimulatedRun({self.number}: {outcome})"
 
 
 def simulate(

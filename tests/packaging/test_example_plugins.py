@@ -14,7 +14,14 @@ from scaffolds import ROOT, SOURCES
 
 EXAMPLES = ROOT / "examples" / "plugins"
 TESTS = sorted(test.relative_to(EXAMPLES).as_posix() for test in EXAMPLES.glob("*/tests/test_*.py"))
-NEEDS = {"digit": ("cv2", "numba"), "franka-hand": (), "onrobot-rg2": ("pymodbus", "numba")}
+NEEDS = {
+    "digit": ("cv2", "numba"),
+    "franka-hand": (),
+    "lerobot_camera_lsds": ("numba",),
+    "lerobot_robot_lsds": ("numba",),
+    "lsds_ros2": ("numba",),
+    "onrobot-rg2": ("pymodbus", "numba"),
+}
 """Modules that the tests of an example need, by its folder."""
 KINDS = {"digit": ("sensor",), "franka-hand": ("gripper",), "onrobot-rg2": ("gripper", "wire_mock")}
 """Kinds of the backends that have the name of the example."""
@@ -22,7 +29,9 @@ PUBLIC = ("lsds.clock", "lsds.contracts", "lsds.errors", "lsds.registry")
 
 
 def package(name):
-    return f"lsds_{name.replace('-', '_')}"
+    """Return the import package of an example."""
+    (folder,) = (EXAMPLES / name / "src").iterdir()
+    return folder.name
 
 
 def run(*command, path, cwd, **variables):
@@ -77,7 +86,7 @@ def test_its_own_tests_pass(installed, test, tmp_path):
     assert "failed" not in out
 
 
-@pytest.mark.parametrize("name", NEEDS)
+@pytest.mark.parametrize("name", KINDS)
 def test_lsds_lists_the_example(installed, name, tmp_path):
     _, path = installed(name)
     for kind in KINDS[name]:
@@ -91,8 +100,9 @@ def test_the_example_imports_only_the_public_contract(name):
         for line in source.read_text(encoding="utf-8").splitlines():
             if line.lstrip().startswith(("from lsds", "import lsds")):
                 found.add(line.split()[1])
-    assert len(found) > 5
-    assert [module for module in found if not module.startswith((*PUBLIC, package(name)))] == []
+    public = (*PUBLIC, f"{package(name)}.")
+    assert len(found) > 2
+    assert [module for module in found if module not in ("lsds", package(name)) and not module.startswith(public)] == []
 
 
 @pytest.mark.parametrize("name", NEEDS)
@@ -106,6 +116,6 @@ def test_the_example_is_clean(installed, name, tool, tmp_path):
         run("ruff", "format", "--no-cache", "--check", ".", path=path, cwd=sources)
     else:
         flags = ("--strict", "--follow-imports=silent", "--ignore-missing-imports", "--cache-dir", str(tmp_path))
-        own = os.pathsep.join([str(sources / "src"), str(sources / "tests"), *SOURCES])
+        own = [str(sources / folder) for folder in ("src", "tests", "tests/standin") if (sources / folder).is_dir()]
         files = ("--explicit-package-bases", "--config-file", os.devnull, f"src/{package(name)}", "tests")
-        run("mypy", *flags, *files, path=path, cwd=sources, MYPYPATH=own)
+        run("mypy", *flags, *files, path=path, cwd=sources, MYPYPATH=os.pathsep.join([*own, *SOURCES]))

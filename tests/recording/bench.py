@@ -2,9 +2,9 @@
 repository's root.
 
 `--kills`: a process records two fingers at 25 Hz in real time, behind the queue of a run, and is killed (SIGKILL) at a
-random moment; `--full`: its disk is full at a random moment (a limit of the file's size). What it had published and the
-file are compared event by event. `--hours`: the same events as fast as they can be written, on the writer's own clock,
-and the memory of the process at moments of recorded time.
+random moment; `--full`: its disk is full at a random moment (a limit of the file's size). The events that it published
+and those of the file are compared one by one. `--hours`: the same events as fast as they can be written, on the
+writer's own clock, and the memory of the process at moments of recorded time.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ class Outcome:
     recovery_s: float | None
     calls: int
     errors: int
-    said: str
+    last_error: str
     broken: str = ""
     last_calls: tuple[dict[str, Any], ...] = ()
 
@@ -44,7 +44,7 @@ class Outcome:
             "recovery_s": self.recovery_s,
             "calls": self.calls,
             "errors": self.errors,
-            "said": self.said,
+            "last_error": self.last_error,
             "broken": self.broken,
         }
 
@@ -72,7 +72,7 @@ def _outcome(course: Course) -> Outcome:
     errors = sum(bool(call.error) for call in course.calls)
     found = () if course.broken else tuple(findings(course))
     return Outcome(
-        course.case, found, recovers, len(course.calls), errors, course.last_words, course.broken, tuple(calls)
+        course.case, found, recovers, len(course.calls), errors, course.last_error, course.broken, tuple(calls)
     )
 
 

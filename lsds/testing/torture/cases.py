@@ -89,7 +89,7 @@ def code_of(kind: str) -> dict[str, Any]:
 
 
 def unknown(kinds: Sequence[str], found: Sequence[Possible]) -> str:
-    """Return what is wrong with the names of faults that the mock does not take, "" if there are none."""
+    """Return what is wrong with the names of faults that the mock does not take, "" if it takes all."""
     known = [fault.kind for fault in found]
     for kind in kinds:
         if kind not in known:

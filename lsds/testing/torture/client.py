@@ -1,4 +1,4 @@
-"""Contract of a client under test: a small class around any driver or library. It runs in a process of its own.
+"""Contract of a client under test: a small class around any driver or library. It runs in a separate process.
 
 Instances are made in the order connect, use, close. Any exception is a proper answer to a fault; what counts as a
 finding is a call that hangs, a process that dies, a wrong value returned as if it were right, fingers that open, and a

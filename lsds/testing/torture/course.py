@@ -39,7 +39,7 @@ STOPS_S = 0.5
 
 @dataclass
 class Course:
-    """What happened. Times are monotonic, ns; `broken` is why a trial could not begin, "" if it did.
+    """Record of a trial. Times are monotonic, ns; `broken` is why a trial could not begin, "" if it did.
 
     `moved_from_ns` is when the device was first commanded, `fault_ns` when the fault began and ended, `ends_ns` the end
     of the period in which the device must not open or go on.
@@ -59,7 +59,7 @@ class Course:
     reference: Any = None
 
     @property
-    def last_words(self) -> str:
+    def last_error(self) -> str:
         """The error of the last call that had one."""
         return next((call.error for call in reversed(self.calls) if call.error), "")
 
@@ -210,7 +210,7 @@ def _arm(trial: _Trial, fault: Possible | None, right: Callable[[Course, Call], 
     trial.recovers(judged, each=rise)
     stopped = trial.call("stop") if trial.alive else None
     course.stopped_ns = CLOCK.now()
-    # An error is a proper answer to `stop`: whoever gets it knows that the arm may still move.
+    # An error is a proper answer to `stop`: the caller then knows that the arm may still move.
     if stopped is None or not stopped.error:
         CLOCK.sleep_until(course.stopped_ns + nanoseconds(STOPS_S))
         course.moves_on = bool(trial.mock.truth.moving)

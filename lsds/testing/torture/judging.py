@@ -140,7 +140,7 @@ def _range_mm(low_m: float, high_m: float) -> str:
 
 
 def _opened(course: Course) -> str:
-    """Return how far a gripper opened although nobody asked for it, "" if it did not."""
+    """Return how far a gripper opened without a command to open, "" if it did not."""
     if course.case.kind != "gripper" or course.broken:
         return ""
     least = math.inf

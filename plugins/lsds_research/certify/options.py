@@ -45,9 +45,7 @@ class CertifyOptions(BaseModel):
     )
     plain: bool = Field(default=False, description="draw evenly and count, to compare with")
     slip_mm: float = Field(default=60.0, gt=0, le=1000, description="a longer slip is a drop")
-    found: str = Field(
-        default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER"}
-    )
+    found: str = Field(default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER"})
     most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
     page: str = Field(default="", description="also write the report as a page", json_schema_extra={"metavar": "HTML"})
     settings: Settings = []

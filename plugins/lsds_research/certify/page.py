@@ -36,7 +36,7 @@ def write_page(
     text = (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
         f"<style>{_STYLE}</style></head><body><h1>{escape(title)}</h1>"
-        "<p>All figures are simulated. They hold for the ranges that were drawn from, and for the simulated twin of the "
+        "<p>All figures are simulated. They hold for the ranges that were drawn from, and for a simulated copy of the "
         "rig; a real gel, a real object and a real hand are not part of them.</p>"
         f"<table><tr><th>of a lift</th><th>value</th><th>95 % interval, or range</th></tr>{rows}</table>"
         f'<p><img alt="slip against grip of each lift" src="data:image/png;base64,{image}"></p><ul>{items}</ul>'

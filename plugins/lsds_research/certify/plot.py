@@ -30,10 +30,8 @@ def plot_certificate(path: Path, rows: Sequence[dict[str, Any]], estimate: Estim
     axes.set_xscale("log")
     axes.set_xlabel("grip over needed (steady; of a dropped object: the peak)")
     axes.set_ylabel("slip, mm (simulated)")
-    axes.set_title(
-        f"probability of a drop {estimate.estimate:.1%} ({estimate.least:.1%} to {estimate.most:.1%}), {estimate.runs} lifts",
-        fontsize=10,
-    )
+    interval = f"{estimate.least:.1%} to {estimate.most:.1%}"
+    axes.set_title(f"probability of a drop {estimate.estimate:.1%} ({interval}), {estimate.runs} lifts", fontsize=10)
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8)
     figure.savefig(path, dpi=110)

@@ -1,4 +1,4 @@
-"""A rig file as config keys of its simulated twin: real devices are replaced by mocks with their specs."""
+"""A rig file as config keys of a simulated cell: real devices are replaced by mocks with their specs."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _DROPPED = ("cell", "pose_source", "faults", "deadlines")
 """Sections that describe real devices, or faults."""
 
 
-def twin(path: Path | None, host: PluginHost) -> tuple[list[str], list[str]]:
-    """Return the config keys of a rig's simulated twin, and what was replaced, in words.
+def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[str]]:
+    """Return the config keys of a simulated cell like a rig's, and what was replaced, in words.
 
     Raises ConfigError for a file that is not valid.
     """

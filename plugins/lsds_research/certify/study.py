@@ -22,7 +22,7 @@ from lsds_research.certify.objects import OBJECTS, completed
 from lsds_research.certify.options import CertifyOptions
 from lsds_research.certify.page import write_page
 from lsds_research.certify.plot import plot_certificate
-from lsds_research.certify.rig import twin
+from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
@@ -54,7 +54,7 @@ class CertifyStudy:
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Lift. Raises DataError for an unusable space or file, ConfigError for a rig that is not valid."""
         own = self._options
-        settings, replaced = twin(Path(own.rig) if own.rig else None, PluginHost())
+        settings, replaced = simulated_rig(Path(own.rig) if own.rig else None, PluginHost())
         settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
         limits = Limits(slip_m=own.slip_mm * 1e-3)
         scenarios = Scenarios(limits, settings, "", own.jobs, own.cluster)
@@ -89,16 +89,15 @@ class CertifyStudy:
             partial(self._draw, rows=rows, estimate=estimate),
             notes,
             {
-                "probability": {
-                    key: getattr(estimate, key) for key in ("estimate", "least", "most", "failed", "runs")
-                },
+                "probability": {key: getattr(estimate, key) for key in ("estimate", "least", "most", "failed", "runs")},
                 "auc": None if math.isnan(estimate.auc) else estimate.auc,
                 "zones": [
                     {"ranges": zone.text(self._space), "rate": zone.rate, "share": zone.share, "failed": zone.failed}
                     for zone in found
                 ],
                 "runs": [
-                    {key: row[key] for key in ("scenario", "outcome", "sentence", "margin") if key in row} for row in rows
+                    {key: row[key] for key in ("scenario", "outcome", "sentence", "margin") if key in row}
+                    for row in rows
                 ],
                 "files": [str(file) for file in files],
                 "replaced": replaced,
@@ -131,7 +130,9 @@ class CertifyStudy:
         own = self._options
         if not own.found:
             return []
-        failed = sorted((row for row in rows if _margin(row) < 0), key=lambda row: (row["margin"], str(row["scenario"])))
+        failed = sorted(
+            (row for row in rows if _margin(row) < 0), key=lambda row: (row["margin"], str(row["scenario"]))
+        )
         return [
             save_scenario(
                 Path(own.found),
@@ -151,7 +152,9 @@ class CertifyStudy:
 def _margin(row: dict[str, Any]) -> float:
     """Return the margin of a drop: of hold and slip, and of an end without a name."""
     margins = row["margins"]
-    return float(min((margins[way] for way in ("holds", "slips little", "named", "ends") if way in margins), default=1.0))
+    return float(
+        min((margins[way] for way in ("holds", "slips little", "named", "ends") if way in margins), default=1.0)
+    )
 
 
 def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[str, Any]]:
@@ -178,7 +181,9 @@ def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[st
             continue
         values = np.array([row[key] for row, own in zip(rows, known, strict=True) if own], float) * scale
         half, most = (_quantile(values, weights[known], q) for q in (0.5, 0.95))
-        figures.append({"figure": figure, "value": f"{half:.3g} {unit}".strip(), "range": f"95 %: {most:.3g} {unit}".strip()})
+        figures.append(
+            {"figure": figure, "value": f"{half:.3g} {unit}".strip(), "range": f"95 %: {most:.3g} {unit}".strip()}
+        )
     figures += [
         {"figure": "stopped with a reason", "value": share(lambda row: row["outcome"] == "fault"), "range": ""},
         {
@@ -205,11 +210,14 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
     ]
     half = (estimate.most - estimate.least) / 2
     if not estimate.failed:
-        notes.append(f"no lift dropped: the probability is below {estimate.most:.1%}; a longer budget lowers this bound")
+        notes.append(
+            f"no lift dropped: the probability is below {estimate.most:.1%}; a longer budget lowers this bound"
+        )
     elif half > PRECISE * estimate.estimate:
         needed = estimate.runs * (half / (PRECISE * estimate.estimate)) ** 2
         notes.append(
-            f"the budget is too small: the interval is wider than half of the probability; about {needed:.0f} lifts would do"
+            "the budget is too small: the interval is wider than half of the probability; about "
+            f"{needed:.0f} lifts would do"
         )
     return notes
 

@@ -1,8 +1,8 @@
 """Dangerous zones: ranges of few keys in which failures are frequent (PRIM, Friedman and Fisher 1999).
 
-A box starts as the whole space and is peeled from one side at a time, where that raises the failure rate inside most,
-until it would hold too few runs. The sides that matter least are then put back. The next zone is looked for in what is
-left.
+A box starts as the whole space. One side after the other is peeled off, always the one that raises the failure rate
+inside most, until too few runs would be left. The sides that matter least are then put back. The next zone is looked
+for in the rest.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MOST_ZONES = 3
 
 @dataclass(frozen=True, slots=True)
 class Zone:
-    """A box of the unit cube: bounds (keys, 2), its share of the space, and its failure rate from `failed` of `runs`."""
+    """A box of the unit cube: bounds (keys, 2), share of the space, and failure rate from `failed` of `runs`."""
 
     bounds: NDArray[np.float64]
     share: float

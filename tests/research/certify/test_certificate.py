@@ -1,4 +1,4 @@
-"""Study `certify`: the space of objects, a real rig's simulated twin, the budget, the page and the files."""
+"""Study `certify`: the space of objects, a simulated cell for a real rig, the budget, the page and the files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lsds_research.certify.duration import seconds_of
 from lsds_research.certify.objects import OBJECTS, completed
-from lsds_research.certify.rig import twin
+from lsds_research.certify.rig import simulated_rig
 from lsds_research.search.space import point_to_scenario
 
 from lsds.cli.main import main
@@ -25,7 +25,7 @@ QUICK = ("--with", "cell.simulated.fidelity=winkler", "--with", "task.hold_s=0.3
 def test_each_point_of_the_space_is_a_config(seed):
     point = np.random.default_rng(seed).random(len(OBJECTS))
     scenario = completed(point_to_scenario(OBJECTS, point))
-    cell = load_config(None, override_texts(scenario)).cell.options["simulated"]
+    cell = load_config(None, override_texts(scenario)).cell.model_extra["simulated"]
     assert 0.7 <= cell["kinetic_friction"] / cell["static_friction"] <= 0.95
     if cell["shape"] == "sphere":
         assert cell["length_mm"] == max(20.0, cell["diameter_mm"])
@@ -38,18 +38,18 @@ def test_a_budget_is_written_as_people_do(text, seconds):
 
 @pytest.mark.parametrize("text", ["", "10", "ten minutes", "-5min", "0s"])
 def test_any_other_budget_is_one_error(text):
-    with pytest.raises(DataError, match="--budget .* is no duration; write 90s, 10min or 2h"):
+    with pytest.raises(DataError, match=r"--budget .* is no duration; write 90s, 10min or 2h"):
         seconds_of(text, "--budget")
 
 
-def test_a_real_rig_gets_a_twin_with_its_specs(tmp_path):
+def test_a_real_rig_is_simulated_by_its_specs(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text(
         '[gripper]\nbackend = "hand-e"\n[gripper.hand-e]\nport = "/dev/ttyUSB0"\n'
         '[sensor]\nbackend = "gelsight-mini"\n[arm]\nbackend = "ur5e"\n[arm.ur5e]\nhost = "192.168.1.2"\n'
         '[cell]\nbackend = "none"\n[task]\nlift_speed_m_s = 0.02\n'
     )
-    keys, notes = twin(rig, PluginHost())
+    keys, notes = simulated_rig(rig, PluginHost())
     config = load_config(None, keys)
     assert config.gripper.backend == "mock-hand-e"
     assert config.arm.backend == "mock-ur5e"
@@ -61,14 +61,14 @@ def test_a_real_rig_gets_a_twin_with_its_specs(tmp_path):
 def test_a_simulated_rig_is_used_as_it_is(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text("[task]\nlift_speed_m_s = 0.02\n[gripper.mock-hand-e]\nlatency_ms = 80.0\n")
-    assert twin(rig, PluginHost()) == (["task.lift_speed_m_s=0.02", "gripper.mock-hand-e.latency_ms=80.0"], [])
+    assert simulated_rig(rig, PluginHost()) == (["task.lift_speed_m_s=0.02", "gripper.mock-hand-e.latency_ms=80.0"], [])
 
 
 def test_a_rig_that_is_not_valid_is_one_error(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text("[task]\nlift_sped_m_s = 0.02\n")
     with pytest.raises(ConfigError, match="lift_sped_m_s"):
-        twin(rig, PluginHost())
+        simulated_rig(rig, PluginHost())
 
 
 @pytest.mark.slow

@@ -72,7 +72,7 @@ def test_runs_go_where_failures_are():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.2])
-def test_the_interval_covers_the_probability_as_often_as_it_says(share):
+def test_95_percent_of_the_intervals_contain_the_probability(share):
     covered, narrower = [], []
     for seed in range(50):
         margin, true = planted(seed, share)

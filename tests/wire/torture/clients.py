@@ -59,7 +59,7 @@ class Opens(Works):
             raise
 
 
-class SaysItMoved(Works):
+class IgnoresCommands(Works):
     """Ignores commands after the first error."""
 
     broken = False

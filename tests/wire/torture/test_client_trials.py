@@ -43,7 +43,10 @@ def kinds(outcome):
         ("Repeats", "wrong value", r"the device was at"),
         ("Opens", "opened", r"the fingers opened from \d+\.\d to \d+\.\d mm"),
         pytest.param(
-            "SaysItMoved", "did not follow", r"move\(\) returned and the fingers did not move", marks=pytest.mark.slow
+            "IgnoresCommands",
+            "did not follow",
+            r"move\(\) returned and the fingers did not move",
+            marks=pytest.mark.slow,
         ),
     ],
 )

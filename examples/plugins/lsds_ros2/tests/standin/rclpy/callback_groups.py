@@ -1,0 +1,5 @@
+"""Groups of callbacks."""
+
+
+class ReentrantCallbackGroup:
+    """Callbacks that may run at once."""

@@ -1,0 +1,1 @@
+"""A stand-in for the messages of sensor_msgs: the fields that the node uses, with their defaults in ROS 2."""
