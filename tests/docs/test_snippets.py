@@ -172,7 +172,7 @@ def test_readme_and_the_page_about_the_library_show_code_that_works(monkeypatch,
     monkeypatch.chdir(tmp_path)
     pages = (ROOT / "docs" / "library.md", ROOT / "README.md")
     snippets = [(page.name, text) for page in pages for _, text in blocks(page, "python")]
-    assert len(snippets) == 6
+    assert len(snippets) == 7
     for page, text in snippets:
         exec(compile(text, page, "exec"), {"__name__": "snippet"})
 
