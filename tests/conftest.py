@@ -28,10 +28,42 @@ for folder in ("", "plugins", "drivers", "mocks", "tests"):
         sys.path.append(path)
 
 import installed  # noqa: E402
+import tiers  # noqa: E402
 from fake_cell import FAKE_RIG, fake_host  # noqa: E402
+
+DURATIONS: dict[str, float] = {}
+"""Duration (s) of each test of this session, by node id."""
 
 settings.register_profile("lsds", deadline=None, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("lsds")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--store-durations", metavar="FILE", help="write the durations of the tests (tests/tiers.py)")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    # Importing the modules of all tests takes a third of the time of the quick ones.
+    folder = collection_path.relative_to(ROOT / "tests").parts[:1] if ROOT / "tests" in collection_path.parents else ()
+    return True if config.option.markexpr == "quick" and folder and folder[0] not in tiers.QUICK_FOLDERS else None
+
+
+@pytest.hookimpl(tryfirst=True)  # before -m selects
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    durations = tiers.stored()
+    for item in items:
+        for mark in tiers.tiers(item.nodeid, {own.name for own in item.iter_markers()}, durations):
+            item.add_marker(mark)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    DURATIONS[report.nodeid] = DURATIONS.get(report.nodeid, 0.0) + report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    file = session.config.getoption("--store-durations")
+    if file and not hasattr(session.config, "workerinput"):
+        tiers.store(DURATIONS, Path(file))
 
 
 def pytest_collection_finish() -> None:
