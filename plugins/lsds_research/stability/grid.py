@@ -44,7 +44,8 @@ class StabilityMap:
     """A figure over two axes, for several methods.
 
     `measure(method, x, y, seed)` returns the figure, which passes up to `limit`; infinity is a failure without a
-    number. `naive` lists methods that are known to fail. `curves` are drawn over the map.
+    number. `naive` lists methods that are known to fail. `curves` are drawn over the map; `remarks` are notes that have
+    to be computed.
     """
 
     name: str
@@ -59,6 +60,7 @@ class StabilityMap:
     measure: Callable[[str, float, float, int], float]
     seeds: dict[Grid, int] = field(default_factory=lambda: {"full": 3, "quick": 1, "check": 1})
     notes: tuple[str, ...] = ()
+    remarks: Callable[[], Sequence[str]] | None = None
     curves: Callable[[], Sequence[Curve]] | None = None
     log: bool = False
 

@@ -48,12 +48,13 @@ class StabilityStudy:
             ("figure", f"{of.figure}{', ' + of.unit if of.unit else ''}", ".3g"),
             ("passes", "passes", ""),
         )
+        remarks = of.remarks() if of.remarks is not None else ()
         return StudyResult(
             f"{of.title} (simulated)",
             columns,
             rows,
             partial(plot_map, of=of, rows=rows),
-            [f"a point passes with {of.figure} up to {of.limit:g} {of.unit}".rstrip(), *of.notes],
+            [f"a point passes with {of.figure} up to {of.limit:g} {of.unit}".rstrip(), *of.notes, *remarks],
             {"areas": areas, "limit": of.limit, "failures": failures, "figures_are": "simulated", "seed": self._seed},
             [StudyTable(AREAS, areas)],
             warnings=[f"failed: {name}: {reason}" for name, reason in failures.items()],

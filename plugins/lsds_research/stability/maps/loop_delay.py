@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from lsds.support.extras import importable
+from lsds_research.stability.delay_margin import delay_margin_s
 from lsds_research.stability.grid import Axis, StabilityMap
 from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
 from lsds_research.stability.study import StabilityStudy
@@ -22,6 +24,18 @@ def measure(method: str, delay_ms: float, margin: float, seed: int) -> float:
     return slip_mm(lifted(method, seed, settings))
 
 
+def remarks() -> tuple[str, ...]:
+    """Return the delay margin of the linear loop, which no point of the map respects."""
+    if not importable("control"):
+        return ()
+    margins = [1e3 * delay_margin_s(margin / DEFAULT_MARGIN) for margin in (1.05, DEFAULT_MARGIN, 1.8)]
+    least, most = min(margins), max(margins)
+    return (
+        f"pd: the linear loop has a delay margin of {least:.1f} to {most:.1f} ms (python-control), less than the camera's "
+        "own delay: beyond it the law overshoots, and static friction ends the slip, not the loop",
+    )
+
+
 MAP = StabilityMap(
     "loop-delay",
     "Lift of the pipe: slip by delay of the gripper and margin (belief), or gain in units of default / 1.2 (pd)",
@@ -33,5 +47,6 @@ MAP = StabilityMap(
     "mm",
     SLIP_LIMIT_MM,
     measure,
+    remarks=remarks,
 )
 study = partial(StabilityStudy, MAP)
