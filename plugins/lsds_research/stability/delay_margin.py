@@ -1,7 +1,7 @@
 """Delay margin of the linear loop of the controller `pd` on a sliding object.
 
-An object of mass m that slides between two fingers obeys m dv/dt = m g - 2 mu N. A finger of stiffness k, with the gel in
-series, changes N by k / 2 for a change x of the aperture. The paper's law closes by (kp + kd T_n s) v per frame
+An object of mass m that slides between two fingers obeys m dv/dt = m g - 2 mu N. A finger of stiffness k, with the gel
+in series, changes N by k / 2 for a change x of the aperture. The paper's law closes by (kp + kd T_n s) v per frame
 interval T, which is a rate of the aperture. The open loop from slip speed to slip speed is therefore
 
     L(s) = (mu k / m) (kp + kd T_n s) / (T s^2)
@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import math
 
-from lsds.support.extras import require
 from lsds_plugins.controllers.pd import NOMINAL_DT_S, TICK_M, PdOptions
+
+from lsds.support.extras import require
 
 MASS_KG, KINETIC = 0.3, 0.45
 """Mass and kinetic friction of the pipe (`cell.simulated.mass_kg`, `kinetic_friction`)."""

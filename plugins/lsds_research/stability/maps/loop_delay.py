@@ -31,8 +31,8 @@ def remarks() -> tuple[str, ...]:
     margins = [1e3 * delay_margin_s(margin / DEFAULT_MARGIN) for margin in (1.05, DEFAULT_MARGIN, 1.8)]
     least, most = min(margins), max(margins)
     return (
-        f"pd: the linear loop has a delay margin of {least:.1f} to {most:.1f} ms (python-control), less than the camera's "
-        "own delay: beyond it the law overshoots, and static friction ends the slip, not the loop",
+        f"pd: the linear loop has a delay margin of {least:.1f} to {most:.1f} ms (python-control), less than the "
+        "camera's own delay: beyond it the law overshoots, and static friction ends the slip, not the loop",
     )
 
 
