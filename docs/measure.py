@@ -426,9 +426,88 @@ def cost_rows(values: dict[str, Any]) -> list[str]:
     ]
 
 
+# -- public clients against the wire mocks ----------------------------------------------------------------------
+
+CLIENTS = (
+    ("gripper", "pymodbus_hand_e:Client", "pymodbus"),
+    ("gripper", "minimalmodbus_hand_e:Client", "minimalmodbus"),
+    ("gripper", "pyrobotiqgripper_hand_e:Client", "pyRobotiqGripper"),
+    ("arm", "ur_rtde_arm:Client", "ur_rtde"),
+    ("sensor", "opencv_camera:Client", "OpenCV"),
+    ("gripper", "lsds_drivers:HandE", "lsds `hand-e`"),
+    ("arm", "lsds_drivers:Ur5e", "lsds `ur5e`"),
+    ("sensor", "lsds_drivers:Fingertip", "lsds `gelsight-mini`"),
+)
+FINDINGS = ("hang", "crash", "blocked", "opened", "ran on", "wrong value", "did not follow")
+
+
+def clients() -> dict[str, Any]:
+    """Return the findings of each client under every fault and severity, and its runs on a healthy line."""
+    found = {}
+    for kind, name, label in CLIENTS:
+        outcomes = _tried(kind, name, "all", 1)["outcomes"]
+        healthy = _tried(kind, name, "none", HEALTHY)
+        found[label] = {
+            "version": _version(label),
+            "cases": len(outcomes),
+            "not_begun": sum(bool(one["broken"]) for one in outcomes),
+            "never_right_again": sum(one["recovery_s"] is None and not one["broken"] for one in outcomes),
+            "findings": [
+                [_title(one["case"]), finding["kind"], finding["text"]]
+                for one in outcomes
+                for finding in one["findings"]
+            ],
+            "healthy": len(healthy["outcomes"]),
+            "healthy_findings": sum(healthy["counts"].values()),
+        }
+    return found
+
+
+HEALTHY = 40
+"""Runs of each client on a healthy line: 200 of the five public ones."""
+_PACKAGES = {"pyRobotiqGripper": "pyrobotiqgripper", "OpenCV": "opencv-python-headless"}
+
+
+def _version(label: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(_PACKAGES.get(label, label))
+    except PackageNotFoundError:
+        return ""
+
+
+def _title(case: dict[str, Any]) -> str:
+    return case["fault"] if case["severity"] is None else f"{case['fault']} {case['severity']}"
+
+
+def _tried(kind: str, name: str, faults: str, repeats: int) -> Any:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "outcomes.json"
+        words = ["check", kind, "--client", f"examples.clients.{name}", "--faults", faults, "--repeats", str(repeats)]
+        command = [sys.executable, "-P", "-m", "lsds.cli.main", *words, "--json", str(file)]
+        done = subprocess.run(command, cwd=DOCS.parent, check=False)
+        if done.returncode not in (0, 1) or not file.exists():
+            raise SystemExit(f"{name}: lsds check ended with {done.returncode}")
+        return json.loads(file.read_text(encoding="utf-8"))
+
+
+def client_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a client: cases with each finding."""
+    rows = []
+    for label, own in values.items():
+        kinds = [len({case for case, kind, _ in own["findings"] if kind == wanted}) for wanted in FINDINGS]
+        counts = " | ".join(str(count) if count else "-" for count in kinds)
+        name = f"{label} {own['version']}".strip()
+        healthy = f"{own['healthy_findings']} of {own['healthy']}"
+        rows.append(f"| {name} | {own['cases']} | {counts} | {own['never_right_again']} | {healthy} |")
+    return rows
+
+
 MEASUREMENTS: dict[str, Measurement] = {
     "arm": Measurement("python -m tests.wire.ur.bench --seconds 60", "figures.md", arm, arm_rows),
     "cameras": Measurement("python -m tests.wire.cameras.bench", "figures.md", cameras, camera_rows),
+    "clients": Measurement("python docs/measure.py clients", "clients.md", clients, client_rows),
     "cost": Measurement("python docs/measure.py cost", "figures.md", cost, cost_rows),
     "random": Measurement("lsds " + " ".join(RANDOM), "grip.md", random_objects, random_rows),
     "frame": Measurement("lsds study frame --repeats 12", "figures.md", frame, frame_rows),
