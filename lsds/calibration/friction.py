@@ -12,7 +12,7 @@ from lsds.config.toml import dumps
 from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
-from lsds.tactile.carried_load import LEAST_N, CarriedLoad
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N, CarriedLoad
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,7 +85,7 @@ def _compared(loads: list[float]) -> FrictionCalibration:
         )
     smooth = [median(loads[at - 1 : at + 2]) for at in range(1, len(loads) - 1)]
     static_n, kinetic_n = max(smooth), median(smooth[len(smooth) // 2 :])
-    if static_n < LEAST_N:
+    if static_n < LEAST_EVIDENCE_N:
         raise DataError("the load stays zero: the object moves with the fingers (does it stand, or is it clamped?)")
     if kinetic_n > GIVEN_WAY * static_n:
         raise DataError(

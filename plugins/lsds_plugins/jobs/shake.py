@@ -18,7 +18,7 @@ from lsds.jobs.grasp import GRASP_STAGES, Grasping, begin_grasp
 
 CLEAR_M = 1e-3
 """The arm comes to rest at least this far above where it began."""
-PATIENCE = 10.0
+LOWERING_FACTOR = 10.0
 """Lowering takes at most this many times as long as lifting."""
 
 
@@ -82,7 +82,7 @@ class ShakeJob:
             _Part("still", own.still_s, 0.0),
             _Part("lift", own.lift_s, task.lift_speed_m_s),
             *strokes,
-            _Part("lower", PATIENCE * own.lift_s, -task.lift_speed_m_s),
+            _Part("lower", LOWERING_FACTOR * own.lift_s, -task.lift_speed_m_s),
             _Part("still", own.still_s, 0.0),
         )
         self._grasp: Grasping | None = begin_grasp(firm, setting)

@@ -22,7 +22,7 @@ from lsds.config import load_config
 from lsds.contracts import BuildContext, Observation
 from lsds.contracts.study import StudyResult, Value
 from lsds.models.artefact import Card, save
-from lsds.models.intervals import SPEED
+from lsds.models.intervals import SPEED_COLUMN
 from lsds.models.running import RunningModel
 from lsds.registry.host import PluginHost
 from lsds.runtime.rig import Rig
@@ -129,7 +129,7 @@ class TradeoffStudy:
     def _score(self, test: Task, predicted: Any) -> dict[str, Value]:
         if self._job == "detect":
             return _detects(test, predicted, detection.THRESHOLD)
-        return _estimates(test, predicted[:, SPEED])
+        return _estimates(test, predicted[:, SPEED_COLUMN])
 
     def _untrained(self, name: str, other: Dataset) -> dict[str, Value]:
         """Return the row of a rule computed from columns of the dataset, with its default parameters."""
