@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lsds.config import RigConfig
 
-LEAST_FRAMES = 20
+LEAST_SLIDE_FRAMES = 20
 """Minimum number of frames of the slide."""
 BEFORE = "settle"
 """Stage of the job `slide` without tangential load."""
@@ -78,7 +78,7 @@ def slid_friction(config: RigConfig, say: Callable[[str], object]) -> FrictionCa
 
 def _compared(loads: list[float]) -> FrictionCalibration:
     """Return the maximum load and the median of the second half. Raises DataError if the object did not slide."""
-    if len(loads) < LEAST_FRAMES:
+    if len(loads) < LEAST_SLIDE_FRAMES:
         raise DataError(
             f"only {len(loads)} frames of the slide showed a load (raise job.slide.slide_s; does the object touch the "
             "dots?)"

@@ -22,7 +22,7 @@ T_co = TypeVar("T_co", covariant=True)
 
 _RETRY_S, _LONGEST_RETRY_S = 0.1, 2.0
 _RATE_SHARE = 0.1
-_GRACE_S = 0.2
+_PUMP_GRACE_S = 0.2
 _STALE_FRAMES = 5
 CLOSE_TIMEOUT_S = 2.0
 
@@ -120,7 +120,7 @@ class FramePump(Generic[T]):
         self._due_ns = self._clock.now() + nanoseconds(limit_s)
         self._thread.start()
         # Wait a little longer than the source itself, so that its own error message is reported.
-        self._first.wait(limit_s + _GRACE_S)
+        self._first.wait(limit_s + _PUMP_GRACE_S)
         refused, trouble, came = self._refused, self._unusable or self._trouble, self._first.is_set()
         if came and refused is None:
             return

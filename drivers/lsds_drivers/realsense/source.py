@@ -13,7 +13,7 @@ from lsds_drivers.cameras.source import Shot
 
 RECORDINGS = (".db3", ".bag")
 DEFAULT_SIZE = (640, 480)
-RATE_HZ = 60
+COLOUR_RATE_HZ = 60
 _NS_PER_MS = 1_000_000
 
 
@@ -51,7 +51,7 @@ class RealSenseSource:
             self._require_device(rs)
             if self._which:
                 config.enable_device(self._which)
-            config.enable_stream(rs.stream.color, *self._size, rs.format.rgb8, RATE_HZ)
+            config.enable_stream(rs.stream.color, *self._size, rs.format.rgb8, COLOUR_RATE_HZ)
         pipeline = rs.pipeline()
         try:
             profile = pipeline.start(config)

@@ -24,7 +24,7 @@ _ASKS = tuple((function, count) for count in range(3, 9) for function in (_INPUT
 meaning."""
 _PLAIN = 2
 """Number of requests for three registers; the others follow losses, if the gripper answers them."""
-_LEAST_S = 0.015
+_LEAST_MODBUS_WAIT_S = 0.015
 QUIET_S = 0.02
 """Silence after which no late answer can arrive (s); a USB adapter may delay an answer by 16 ms."""
 
@@ -46,7 +46,7 @@ class ModbusTransport:
         self._baud = baud
         self._timeout_s = timeout_s
         self._client: ModbusSerialClient | ModbusTcpClient | None = None
-        self._patience = Patience(_LEAST_S, timeout_s)
+        self._patience = Patience(_LEAST_MODBUS_WAIT_S, timeout_s)
         self._heard = self._answered = False
         self._unsettled = False
         self._unanswered: dict[tuple[int, int], float] = {}

@@ -25,7 +25,7 @@ _ASK = "".join(f"GET {name}\n" for name in _NAMES).encode()
 _LIMITS = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 _ACK = b"ack"
 _LONGEST_ANSWER = 1024
-_LEAST_S = 0.04
+_LEAST_URCAP_WAIT_S = 0.04
 
 
 class UrcapTransport:
@@ -34,7 +34,7 @@ class UrcapTransport:
     def __init__(self, device: str, host: str, port: int, timeout_s: float, clock: Clock) -> None:
         self._device = device
         self._address = (host, port)
-        self._patience = Patience(_LEAST_S, timeout_s)
+        self._patience = Patience(_LEAST_URCAP_WAIT_S, timeout_s)
         self._clock = clock
         self._socket: socket.socket | None = None
 

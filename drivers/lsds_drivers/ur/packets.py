@@ -7,7 +7,7 @@ import struct
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-LARGEST = 65536
+LARGEST_PACKET = 65536
 
 
 class Kind(IntEnum):

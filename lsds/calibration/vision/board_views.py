@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 GRID = (8, 6)
 """Columns and rows of the grid on which the coverage of the picture is measured."""
 LEAST_CORNERS = 6
-LEAST_COVERAGE = 0.5
+LEAST_BOARD_COVERAGE = 0.5
 MOST_ERROR_PX = 1.5
 MOST_FOCAL_SPREAD = 0.02
 LEAST_TILT_RAD = math.radians(20)
@@ -101,9 +101,9 @@ def calibrate(views: Sequence[View], size: tuple[int, int], *, least_views: int 
         raise DataError(f"{len(views)} usable views of the board, at least {least_views} are needed ({_ADVICE})")
     cells = _cells(views, size)
     covered = float((cells > 0).mean())
-    if covered < LEAST_COVERAGE:
+    if covered < LEAST_BOARD_COVERAGE:
         raise DataError(
-            f"the views cover {covered:.0%} of the picture, at least {LEAST_COVERAGE:.0%} are needed ({_ADVICE})"
+            f"the views cover {covered:.0%} of the picture, at least {LEAST_BOARD_COVERAGE:.0%} are needed ({_ADVICE})"
         )
     try:
         error, matrix, distortion, rotations, positions, spread, _, per_view = cv2.calibrateCameraExtended(

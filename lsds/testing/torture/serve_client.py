@@ -11,7 +11,7 @@ import os
 import sys
 from typing import IO, Any
 
-ROWS, COLUMNS = 24, 32
+IMAGE_ROWS, IMAGE_COLUMNS = 24, 32
 """Size of the grey image that stands for a camera's image."""
 
 
@@ -60,8 +60,8 @@ def _plain(value: Any) -> Any:
         return float(array)
     if array.ndim != 3:
         raise TypeError(f"an answer must be a number or an image (height, width, 3), not an array {array.shape}")
-    rows = np.linspace(0, len(array), ROWS + 1).astype(int)
-    columns = np.linspace(0, array.shape[1], COLUMNS + 1).astype(int)
+    rows = np.linspace(0, len(array), IMAGE_ROWS + 1).astype(int)
+    columns = np.linspace(0, array.shape[1], IMAGE_COLUMNS + 1).astype(int)
     grey = np.add.reduceat(np.add.reduceat(array.mean(axis=2), rows[:-1], axis=0), columns[:-1], axis=1)
     grey /= np.maximum(np.outer(np.diff(rows), np.diff(columns)), 1)
     return {"size": list(array.shape), "grey": np.round(grey, 1).tolist()}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SPEED_M_S = (0.020, 0.150)
+SPEED_RANGE_M_S = (0.020, 0.150)
 FORCE_N = (20.0, 185.0)
 
 

@@ -28,7 +28,7 @@ Job = Literal["detection", "severity", "pipe", "catch", "loads"]
 STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
 """Objects of the study's tables."""
 
-TICK_M = 50e-3 / 230
+HAND_E_TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 RATES_RAD_S = (0.3, 0.6, 1.0, 1.5, 2.2)
@@ -57,9 +57,9 @@ CHATTER = (0.25, 0.6)
 The upper end comes closest to the trembling of markers in the study's released sample while slipping (median 11 px/s,
 95 % below 53).
 """
-SLOW_M_S = 0.03
+SLOW_CLOSING_M_S = 0.03
 """Speed at which the fingers close on an object (m/s)."""
-REST_S = 0.6
+TRIAL_REST_S = 0.6
 PAST_END_M = 14e-3
 """Travel of the grip after its middle has reached the object's end; the pad is then off the object (m)."""
 SLIDE_M = 45e-3
@@ -75,7 +75,7 @@ class Move:
     velocity_m_s: float = 0.0
     turn_rad_s: float = 0.0
     aperture_m: float | None = None
-    closing_m_s: float = SLOW_M_S
+    closing_m_s: float = SLOW_CLOSING_M_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +133,8 @@ def _detection(name: str, seed: int, quick: bool) -> list[Trial]:
     rng, start = _start(name, "grasp", 0, seed)
     first = plan.aperture_m(max(0.3, 0.5 * plan.needed_n))
     ticks = range(1, (3 if quick else GRASP_TICKS) + 1)
-    pauses = tuple(Move(1.0 if quick else PAUSE_S, aperture_m=max(0.0, first - tick * TICK_M)) for tick in ticks)
-    found.append(Trial(**start, clamped=False, grip_aperture_m=first, moves=(Move(REST_S), *pauses)))
+    pauses = tuple(Move(1.0 if quick else PAUSE_S, aperture_m=max(0.0, first - tick * HAND_E_TICK_M)) for tick in ticks)
+    found.append(Trial(**start, clamped=False, grip_aperture_m=first, moves=(Move(TRIAL_REST_S), *pauses)))
     found += [_dragged(name, k, seed) for k in range(1 if quick else DRAGS)]
     found += [_lifted_loosely(name, k, seed) for k in range(1 if quick else LIFTS)]
     return found
@@ -245,7 +245,11 @@ def _slide(name: str, protocol: str, speed: float, repeat: int, seed: int) -> Tr
     plan = PLANS[name]
     force = _log_uniform(rng, DRAG_N)
     way = min(SLIDE_M, 0.6e-3 * plan.length_mm)
-    moves = (Move(rng.uniform(0.5, 1.5) * REST_S), Move((way + PAST_END_M) / speed, speed), Move(1.2 * REST_S))
+    moves = (
+        Move(rng.uniform(0.5, 1.5) * TRIAL_REST_S),
+        Move((way + PAST_END_M) / speed, speed),
+        Move(1.2 * TRIAL_REST_S),
+    )
     start["simulated"]["cell.simulated.grip_height_mm"] = plan.length_mm - way * 1e3
     return Trial(**start, clamped=True, grip_aperture_m=plan.aperture_m(force), moves=moves, end_m=way)
 

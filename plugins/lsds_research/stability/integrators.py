@@ -168,15 +168,15 @@ IN_PRODUCT = ("return map, backward Euler", "return map, midpoint")
 
 HELD_N, LOST_N = 6.0, 0.8
 """Normal force of a grip, and of one that is almost lost (N)."""
-LOST_S, REGAINED_S, END_S = 0.6, 0.76, 1.4
+GRIP_LOST_S, GRIP_REGAINED_S, SIMULATED_S = 0.6, 0.76, 1.4
 """Times at which the grip is lost and regained, and end of the simulation (s)."""
 
 
 def drop(scheme: Scheme, setting: Setting, dt_s: float) -> float:
     """Return the way (m) that the object drops while the grip is lost and regained; infinity if the scheme diverges."""
     at = Motion(z_m=setting.mass_kg * GRAVITY_M_S2 / setting.stiffness_n_m)
-    for k in range(round(END_S / dt_s)):
-        at = scheme(setting, at, dt_s, LOST_N if LOST_S <= (k + 0.5) * dt_s < REGAINED_S else HELD_N)
+    for k in range(round(SIMULATED_S / dt_s)):
+        at = scheme(setting, at, dt_s, LOST_N if GRIP_LOST_S <= (k + 0.5) * dt_s < GRIP_REGAINED_S else HELD_N)
         if not math.isfinite(at.y_m) or abs(at.y_m) > 1e3:
             return math.inf
     return at.y_m

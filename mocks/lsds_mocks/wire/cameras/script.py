@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ROUND_S = 5.0
 GRASP_S, LIFT_S, RELEASE_S = 0.8, 1.8, 4.2
-_STEP_NS = 2_000_000
+_SCRIPT_STEP_NS = 2_000_000
 _Moving = tuple[GelState, float, float]
 """State of the moving parts: gel, height of the arm (m), height of the object (m)."""
 
@@ -80,9 +80,9 @@ class ScriptedCell:
             self._begin(number)
         while self._cell.t_ns < t_ns:
             self._before = self._after
-            self._cell.advance(self._cell.t_ns + _STEP_NS)
+            self._cell.advance(self._cell.t_ns + _SCRIPT_STEP_NS)
             self._after = self._moving()
-        late = (self._cell.t_ns - t_ns) / _STEP_NS
+        late = (self._cell.t_ns - t_ns) / _SCRIPT_STEP_NS
         return 1.0 - late if late <= 1.0 else None
 
     def _begin(self, number: int) -> None:
@@ -90,7 +90,7 @@ class ScriptedCell:
         origin = self._start_ns + number * round(ROUND_S * NS_PER_S)
         context = BuildContext(self._clock, self._seed)
         plant = build_plant(CellOptions(), context.rng_seed(f"scripted plant {number}"))
-        self._cell = SimulatedCell(plant, step_ns=_STEP_NS, start_ns=origin)
+        self._cell = SimulatedCell(plant, step_ns=_SCRIPT_STEP_NS, start_ns=origin)
 
         def grip(plant: Plant) -> None:
             plant.fingers.target_m, plant.fingers.speed_m_s = self._aperture_m, 0.05

@@ -35,7 +35,7 @@ CAMERA_FAULTS: dict[FaultKind, tuple[str, ...]] = dict.fromkeys(
 
 _TORN_SHARE = 0.5
 _END_OF_IMAGE = b"\xff\xd9"
-_WAIT_NS, _PATIENCE_NS, _RETRY_NS = 20_000_000, 15_000_000, 1_000_000
+_WAIT_NS, _PATIENCE_NS, _FRAME_RETRY_NS = 20_000_000, 15_000_000, 1_000_000
 
 
 class View(Protocol):
@@ -160,7 +160,7 @@ class CameraMock:
         image = self._view.picture(t_ns, seq, self._since_start)
         # Events of this instant may not have arrived from another process yet.
         while image is None and (now := self._clock.now()) - t_ns < _PATIENCE_NS:
-            self._clock.sleep_until(now + _RETRY_NS)
+            self._clock.sleep_until(now + _FRAME_RETRY_NS)
             image = self._view.picture(t_ns, seq, self._since_start)
         if image is None:
             return None

@@ -12,7 +12,7 @@ COMMAND_REGISTER, STATUS_REGISTER = 1000, 2000
 BYTES = 16
 """Size of each block: eight registers."""
 
-ACTION, POSITION, SPEED, FORCE = 0, 3, 4, 5
+ACTION_OFFSET, POSITION_OFFSET, SPEED_OFFSET, FORCE_OFFSET = 0, 3, 4, 5
 """Offsets of action, position, speed and force in the command block."""
 
 ACT, GTO, ATR, ARD = 0x01, 0x08, 0x10, 0x20

@@ -38,7 +38,7 @@ from lsds_mocks.wire.ur.script.work import CYCLE, Work
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.options import UrOptions
 
-STEP_S = 0.002
+CYCLE_S = 0.002
 BOOTED_S = 100.0
 """Controller time at the start (s); at a time near 0, clients wait for the controller to boot."""
 
@@ -110,7 +110,7 @@ class Controller:
     @property
     def time_s(self) -> float:
         """Time since the controller's start (s), in steps of exactly two milliseconds."""
-        return BOOTED_S + self.step_number * STEP_S
+        return BOOTED_S + self.step_number * CYCLE_S
 
     @property
     def scaling(self) -> float:
@@ -338,7 +338,7 @@ class Controller:
     def _move(self) -> None:
         scaling = 0.0 if self.program is not None and self.program.paused else self.scaling
         try:
-            self.motion.step(STEP_S * scaling, self.tcp_force)
+            self.motion.step(CYCLE_S * scaling, self.tcp_force)
         except Unreachable as error:
             self.protective_stop(PATH_CHECK, f"position {_shown(error.pose)} is out of reach", VIOLATION)
         except JointLimit as error:

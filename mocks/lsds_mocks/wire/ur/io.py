@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 REGISTERS = 48
-BITS = 128
+REGISTER_BITS = 128
 
 FLAGS = 33
 """Number of flags (0 to 32); they persist from one program to the next."""

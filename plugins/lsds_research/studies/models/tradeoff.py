@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from lsds_research.studies.models.options import DetectorsOptions, EstimatorsOptions, TradeoffOptions
 
 SETS = ("baseline", "proposed", "combined", "field")
-LENGTHS = (1, 3, 6, 12, 20)
+CHAIN_LENGTHS = (1, 3, 6, 12, 20)
 LEARNERS: dict[Job, tuple[str, ...]] = {
     "detect": ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone"),
     "estimate": ("lstm", "mlp", "linear-window", "field-gru"),
@@ -181,7 +181,7 @@ def _planned(job: Job) -> list[tuple[str, dict[str, Any]]]:
         sets = [s for s in SETS if not (s == "field" and name in ("random-forest", "gradient-boosting"))]
         found += [(name, {"signals": signals}) for signals in sets]
     swept = {"detect": ("logistic", "field-mlp"), "estimate": ("linear-window", "field-gru", "lstm")}[job]
-    found += [(name, {"length": length}) for name in swept for length in LENGTHS]
+    found += [(name, {"length": length}) for name in swept for length in CHAIN_LENGTHS]
     return found
 
 

@@ -20,7 +20,7 @@ from lsds_mocks.wire.ur.script.prices import price
 MAIN = ""
 """Name of the function that contains the program's top-level statements."""
 
-LONGEST, MOST_FUNCTIONS = 500_000, 4096
+LONGEST_PROGRAM, MOST_FUNCTIONS = 500_000, 4096
 """Maximum numbers of characters and of functions in a program."""
 
 CHUNK = 400
@@ -82,8 +82,8 @@ def compile_script(text: str, waiting: Mapping[str, bool]) -> Compiled:
 
     A single `def` or `sec` is the program; other statements form a program without a name. Raises ScriptError.
     """
-    if len(text) >= LONGEST:
-        raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
+    if len(text) >= LONGEST_PROGRAM:
+        raise ScriptError(f"syntax_error: a program has at most {LONGEST_PROGRAM} characters", 1, 1)
     statements = parse(text)
     main = statements[0] if len(statements) == 1 else None
     if isinstance(main, nodes.Function) and main.kind in ("def", "sec"):
