@@ -10,7 +10,9 @@ import click
 from lsds.clock import NS_PER_S, perf_ns
 
 EVERY_S = 20
+"""Interval of lines of progress outside a terminal, s; chosen."""
 _BAR_STEPS = 1000
+"""Steps of the bar in a terminal; chosen."""
 
 
 class Progress:

@@ -29,9 +29,12 @@ from lsds.testing.stimulus import rest_frame
 
 BEGINS_NS = 480_000_000
 """Time in a course at which the fault begins."""
-WORST_SEVERITY, MIDDLE_SEVERITY, SEED = 5, 3, 7
-"""Severities and seed of the kit. At the worst severity a random event may happen every time; at the middle one the
-answers depend on the random numbers."""
+WORST_SEVERITY = 5
+"""Severity at which a random event may happen every time."""
+MIDDLE_SEVERITY = 3
+"""Severity at which the answers depend on the random numbers."""
+SEED = 7
+"""Seed of the kit; chosen."""
 DEVICES = ("sensor", "gripper", "arm", "pose_source")
 ALGORITHMS = ("tracker", "detector", "estimator", "controller", "job")
 PARTS: dict[str, Callable[[VirtualClock], Any]] = {

@@ -12,12 +12,16 @@ from lsds.contracts import SensorSpec
 SPEC = SensorSpec(width_px=320, height_px=240, rate_hz=25.0, metres_per_px=62.5e-6, pad=(7, 9))
 """The sensor that the kit draws the images of."""
 PITCH_PX = 32.0
+"""Distance of the markers, px."""
 CENTRE_PX = np.array([(SPEC.width_px - 1) / 2, (SPEC.height_px - 1) / 2])
-MARKER_PX, MARKER_EDGE_PX = 6.0, 0.6
-"""Radius of a marker, and the width of its edge."""
+MARKER_PX = 6.0
+"""Radius of a marker, px."""
+MARKER_EDGE_PX = 0.6
+"""Width of a marker's edge, px."""
 MARKER_DARKNESS = 0.65
 """Share of the light that a marker takes."""
 LIGHT = (110.0, 130.0, 115.0)
+"""Light of the gel without markers, grey levels of red, green and blue."""
 IMAGE_NOISE = 1.5
 """Standard deviation of the image noise, grey levels."""
 CONTACT_PX = 75.0

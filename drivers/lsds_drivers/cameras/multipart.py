@@ -8,8 +8,11 @@ from typing import NamedTuple
 from lsds.errors import DataError, ProtocolFault
 
 LONGEST_PART = 64 * 1024 * 1024
+"""Maximum length of a body, bytes; chosen above any uncompressed picture."""
 LONGEST_HEADERS = 64 * 1024
+"""Maximum length of the headers of a part, bytes; chosen."""
 _MOST_SKIPPED = 4 * 1024 * 1024
+"""Maximum number of bytes without a boundary before the stream counts as broken; chosen."""
 
 
 class Part(NamedTuple):

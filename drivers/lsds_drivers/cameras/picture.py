@@ -19,6 +19,7 @@ Flip = Literal["none", "horizontal", "vertical", "both"]
 _TURNS = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
 _FLIPS = {"horizontal": 1, "vertical": 0, "both": -1}
 _DECODING_FACTORS = (8, 4, 2)
+"""Factors by which libjpeg can reduce a picture while it decodes it, largest first."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from lsds_drivers.cameras.jpeg import START, decode, end_of
 from lsds_drivers.cameras.source import Reduction, Shot, whole
 
 LONGEST_PICTURE = 64 * 1024 * 1024
+"""Maximum length of a picture, bytes; chosen above any JPEG picture."""
 
 
 class PipeSource:

@@ -13,8 +13,11 @@ from lsds_drivers.cameras.source import Shot
 
 RECORDINGS = (".db3", ".bag")
 DEFAULT_SIZE = (640, 480)
+"""Width and height of the colour stream unless configured, px; chosen."""
 COLOUR_RATE_HZ = 60
+"""Rate of the colour stream, Hz; chosen."""
 _NS_PER_MS = 1_000_000
+"""Nanoseconds per millisecond; librealsense counts in milliseconds."""
 
 
 class RealSenseSource:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 GRIPPER_STOP_S = 0.8
 """Time limit of `stop` (s); a stop that takes longer is still sent later."""
 GRIPPER_CLOSE_S = 2.0
+"""Time limit of `close` for the end of the gripper's thread (s); chosen."""
 ECHO_NS = 50_000_000
 """Time without the echo of an acknowledged request after which the registers count as not refreshed. The manual states
 a refresh rate of 200 Hz ("Control"); ten periods are assumed to cover a URCap's controller, too."""

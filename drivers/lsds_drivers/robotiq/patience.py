@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-_SLOWEST_FACTOR, _ADDED_WAIT_S = 2.0, 0.005
-"""The time limit is the slowest recent answer time multiplied by `_SLOWEST_FACTOR`, plus `_ADDED_WAIT_S`."""
+_SLOWEST_FACTOR = 2.0
+"""Factor on the slowest recent answer time in the time limit; chosen."""
+_ADDED_WAIT_S = 0.005
+"""Time that is added to it in the time limit (s); chosen."""
 _FORGETS = 0.98
 """Factor by which each faster answer reduces the remembered slowest answer time."""
 _STEADY_MISSES = 8

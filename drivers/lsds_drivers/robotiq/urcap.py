@@ -25,7 +25,9 @@ _ASK = "".join(f"GET {name}\n" for name in _NAMES).encode()
 _LIMITS = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 _ACK = b"ack"
 _LONGEST_ANSWER = 1024
+"""Maximum length of an answer, bytes; chosen."""
 _LEAST_URCAP_WAIT_S = 0.04
+"""Minimum wait for an answer (s); chosen."""
 
 
 class UrcapTransport:

@@ -16,6 +16,7 @@ from lsds.support.processes import isolated_environment, module_command
 from lsds_drivers.ur.packets import LARGEST_PACKET, Kind, Reply, State, pack_request, unpack_reply, unpack_state
 
 CHILD_END_S = 2.0
+"""Time limit for the end of the child process, and for that of each thread that reads it (s); chosen."""
 
 
 class Child:

@@ -8,6 +8,7 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 LARGEST_PACKET = 65536
+"""Maximum length of a packet, bytes; chosen."""
 
 
 class Kind(IntEnum):

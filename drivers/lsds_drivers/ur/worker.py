@@ -42,6 +42,7 @@ STALLED_NS = 2_000_000_000
 """After this time without a new time stamp the child ends, before ur_rtde would crash it."""
 
 SPEED_T_S = 0.002
+"""Argument `t` of `speedL`, after which the function returns (s): one cycle of the controller."""
 
 SETTLES_NS = 300_000_000
 """Time that a stopping arm may show no deceleration, and an arm at rest may show motion."""
@@ -55,8 +56,16 @@ stopped."""
 
 _STILL = [0.0] * 6
 
-ROBOT_RUNNING, PROGRAM_STOPPED, PROGRAM_PLAYING = 7, 1, 2
-NORMAL_BIT, PROTECTIVE_BIT = 1, 4
+ROBOT_RUNNING = 7
+"""RTDE robot mode of an arm that can move."""
+PROGRAM_STOPPED = 1
+"""RTDE runtime state of a program that has ended."""
+PROGRAM_PLAYING = 2
+"""RTDE runtime state of a program that runs."""
+NORMAL_BIT = 1
+"""Bit of the RTDE safety status: normal mode."""
+PROTECTIVE_BIT = 4
+"""Bit of the RTDE safety status: protective stop."""
 VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "safety_status_bits", "runtime_state"]
 
 

@@ -25,10 +25,15 @@ if TYPE_CHECKING:
 GRID = (8, 6)
 """Columns and rows of the grid on which the coverage of the picture is measured."""
 LEAST_CORNERS = 6
+"""Minimum number of corners of a view; chosen."""
 LEAST_BOARD_COVERAGE = 0.5
+"""Minimum share of the picture that the views cover together; chosen."""
 MOST_ERROR_PX = 1.5
+"""Maximum reprojection error, px RMS; chosen."""
 MOST_FOCAL_SPREAD = 0.02
+"""Maximum relative uncertainty of the focal length; chosen."""
 LEAST_TILT_RAD = math.radians(20)
+"""Minimum angle between the boards of two views, rad; chosen."""
 _ADVICE = "move the board over the whole picture, near and far, and tilt it by 20 to 40 degrees in both directions"
 
 

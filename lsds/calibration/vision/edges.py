@@ -19,12 +19,19 @@ if TYPE_CHECKING:
 _ENDS = 0.13
 """Share of a side that is ignored at each end because of the next side's blur."""
 _PROFILE_STEP_PX = 0.5
+"""Distance of the samples across an edge, px; chosen."""
 _WIDEST_EDGE_PX = 4.0
+"""Maximum distance of samples from an edge, px; chosen."""
 _MODULES = 12.0
 """Half a module of the smallest markers, by which neither the pattern inside nor the paper's rim is reached."""
 _CONTRAST_FLOOR = 0.1
+"""Rise of the light below which a sample is ignored, as a share of the greatest rise of its profile; chosen."""
 _ROUNDS = 2
-_SHORTEST_PX, _LEAST_PLACES = 8, 4
+"""Number of refinements, each from the corners of the last; chosen."""
+_SHORTEST_PX = 8
+"""Minimum length of a side, px; chosen."""
+_LEAST_PLACES = 4
+"""Minimum number of profiles of a side that show the edge; chosen."""
 _PARALLEL = 0.1
 """Sine of the angle between neighbours below which they do not meet."""
 _BEFORE, _AHEAD = np.array([3, 0, 1, 2]), np.array([1, 2, 3, 0])

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 from lsds.errors import ConfigError, ConfigIssue
 
-LONGEST_NAME, LONGEST_DISTRIBUTION = 30, 40
-"""Characters of a name, so that no line of a scaffold is longer than 120."""
+LONGEST_NAME = 30
+"""Maximum number of characters of a name, so that no line of a scaffold is longer than 120."""
+LONGEST_DISTRIBUTION = 40
+"""Maximum number of characters of a distribution's name, for the same reason."""
 _BACKEND = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _OWN = ("lsds", "lsds_tactile", "lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks")
 _RESERVED = ("none", "lsds", "mock")

@@ -23,8 +23,10 @@ VIEWED_JPEG_QUALITY = 80
 """Quality of the images in the viewer."""
 DRAWN_STRETCH = 8.0
 """Factor by which displacements are drawn longer than they are."""
-VALID_COLOUR, LOST_COLOUR = (40, 220, 90), (220, 60, 60)
-"""Colours of markers that are followed and of those that are lost."""
+VALID_COLOUR = (40, 220, 90)
+"""Colour of markers that are followed, RGB."""
+LOST_COLOUR = (220, 60, 60)
+"""Colour of markers that are lost, RGB."""
 
 
 class RerunView:

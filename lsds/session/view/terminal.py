@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from lsds.contracts import Frame
     from lsds.contracts.events import Published
 
-DRAWN_HZ, PLAIN_HZ = 5, 1
-"""Drawings a second on a terminal, and lines a second elsewhere (a log file, a pipe)."""
-MOST_COLUMNS, MOST_ROWS = 60, 16
-"""Size of the image in characters; a character is two pixels high."""
+DRAWN_HZ = 5
+"""Drawings per second on a terminal; chosen."""
+PLAIN_HZ = 1
+"""Lines per second elsewhere (a log file, a pipe); chosen."""
+MOST_COLUMNS = 60
+"""Maximum width of the image, characters; chosen."""
+MOST_ROWS = 16
+"""Maximum height of the image, characters; a character is two pixels high; chosen."""
 BAR = 20
 """Length of the bar of P(slip), characters."""
 

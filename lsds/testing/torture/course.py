@@ -16,17 +16,28 @@ from lsds.testing.torture.driven import Call, DrivenClient
 CLOCK = WallClock()
 CLIENT_CONNECT_S = 20.0
 """Time within which a client has to connect on a healthy line (s)."""
-BEFORE_S, FAULT_S, AFTER_S = 0.3, 0.8, 4.0
-"""Duration of the healthy line while the device moves, of the fault, and of the longest wait for right answers (s)."""
+BEFORE_S = 0.3
+"""Duration of the healthy line while the device moves (s); chosen."""
+FAULT_S = 0.8
+"""Duration of the fault (s); chosen."""
+AFTER_S = 4.0
+"""Maximum wait for right answers after the fault (s); chosen."""
 RIGHT = 5
 """Number of right answers in a row after which the client has recovered."""
 PERIOD_S = {"gripper": 0.02, "arm": 0.05, "sensor": 0.0}
 """Pause between two answers (s). A camera sets its own pace."""
-START_M, CLOSED_M, REOPENED_M = 0.040, 0.0, 0.035
-"""Apertures of a gripper's course: from the first towards the second, where an object of 20 mm is in the way, and at
-last to the third on purpose."""
+START_M = 0.040
+"""Aperture at which a gripper's course begins (m)."""
+CLOSED_M = 0.0
+"""Aperture that is commanded next (m); an object of `OBJECT_MM` is in the way."""
+REOPENED_M = 0.035
+"""Aperture to which the course opens the fingers on purpose at the end (m)."""
 OBJECT_MM = 20
-SLOW_DRIVE_M_S, FAST_DRIVE_M_S = 0.02, 0.10
+"""Width of the object between the fingers, mm."""
+SLOW_DRIVE_M_S = 0.02
+"""Speed of closing, slow enough for the fault to happen during it (m/s)."""
+FAST_DRIVE_M_S = 0.10
+"""Speed of opening (m/s)."""
 ARRIVED_M = 1.5e-3
 ARRIVES_S = 4.0
 """Time within which fingers have to follow a command on a healthy line (s)."""

@@ -11,8 +11,10 @@ import os
 import sys
 from typing import IO, Any
 
-IMAGE_ROWS, IMAGE_COLUMNS = 24, 32
-"""Size of the grey image that stands for a camera's image."""
+IMAGE_ROWS = 24
+"""Height of the grey image that stands for a camera's image, px."""
+IMAGE_COLUMNS = 32
+"""Width of that image, px."""
 
 
 def main(named: str) -> None:

@@ -23,9 +23,15 @@ if TYPE_CHECKING:
 NAME = "mock-ur5e"
 CONTROL_CYCLE_NS = 2_000_000
 ARM_REACH_M = 0.85
-TCP_X_M, TCP_Y_M = 0.4, 0.0
-TURN_LIMIT_RAD_S, TURN_RAD_S2 = 3.14, 40.0
-"""The wrist's maximum speed and acceleration."""
+"""Reach of the arm (Universal Robots, UR5e data sheet)."""
+TCP_X_M = 0.4
+"""Position of the tool along x, m; chosen."""
+TCP_Y_M = 0.0
+"""Position of the tool along y, m; chosen."""
+TURN_LIMIT_RAD_S = 3.14
+"""Maximum speed of the wrist, rad/s."""
+TURN_RAD_S2 = 40.0
+"""Maximum acceleration of the wrist, rad/s^2."""
 
 
 class MockUR5e:

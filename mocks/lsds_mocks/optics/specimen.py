@@ -13,8 +13,10 @@ from lsds_mocks.optics.pad import HEIGHT_PX, WIDTH_PX
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-PITCH_X_PX, PITCH_Y_PX = (32.5, 33.7), (31.5, 32.9)
-"""Range of the mean marker pitch of a 7 x 9 pad, pincushion included."""
+PITCH_X_PX = (32.5, 33.7)
+"""Range of the mean marker pitch along x of a 7 x 9 pad, px, pincushion included."""
+PITCH_Y_PX = (31.5, 32.9)
+"""Range of the mean marker pitch along y of a 7 x 9 pad, px, pincushion included."""
 DIAMETER_PX, CORE = (11.6, 17.3), (0.28, 0.35)
 BLUR_PX = (0.8, 1.0)
 BRIGHTNESS = (0.9, 1.2)

@@ -12,8 +12,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TEXELS_PER_MM = 6
-PAPER_LEVEL, CARDBOARD_LEVEL, TONER_LEVEL = 225, 118, 18
-"""Paper, cardboard and toner under the cell's light, in grey levels."""
+PAPER_LEVEL = 225
+"""Grey level of paper under the cell's light."""
+CARDBOARD_LEVEL = 118
+"""Grey level of cardboard under the cell's light."""
+TONER_LEVEL = 18
+"""Grey level of toner under the cell's light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,9 +21,14 @@ if TYPE_CHECKING:
     from lsds.contracts import CellTruth, Pose, PoseSample
     from lsds.session.truth_log import TruthLog
 
-MEASURED_SLIP_M_S, MEASURED_SLIP_RAD_S = 3e-3, 0.05
-"""Threshold of slip for measured velocities, above the noise of the poses at rest."""
-TRUE_SLIP_M_S, TRUE_SLIP_RAD_S = 1e-3, 0.02
+MEASURED_SLIP_M_S = 3e-3
+"""Threshold of slip for measured velocities, m/s: above the noise of the poses at rest."""
+MEASURED_SLIP_RAD_S = 0.05
+"""Threshold of slip for measured angular velocities, rad/s: above the noise of the poses at rest."""
+TRUE_SLIP_M_S = 1e-3
+"""Threshold of slip for true velocities, m/s; chosen."""
+TRUE_SLIP_RAD_S = 0.02
+"""Threshold of slip for true angular velocities, rad/s; chosen."""
 SMOOTHING_S = 0.03
 """Time constant of the exponential smoothing: that of `lsds_research.collecting.pose_velocity`."""
 SLOP_NS = 40_000_000

@@ -36,17 +36,31 @@ STATIC_GRASPS, TRAJECTORIES, GRASP_TICKS, REPEATS = 5, 10, 10, 5
 PAUSE_S = 5.0
 QUICK_OBJECTS = 6
 """Number of training objects in a quick campaign."""
-DRAGS, LIFTS, STROKES = 12, 12, 6
-"""Number of slip recordings of either kind, and of strokes in one: a third of all frames slip, as in the study."""
-FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
-"""Ratio of force to the force that carries the object: for held objects, and for slipping objects."""
+DRAGS = 12
+"""Number of slip recordings by dragging: with the lifts, a third of all frames slip, as in the study."""
+LIFTS = 12
+"""Number of slip recordings by lifting."""
+STROKES = 6
+"""Number of strokes in a slip recording."""
+FIRM = (1.7, 4.0)
+"""Range of the force on held objects, relative to the force that carries the object."""
+LOOSE = (0.45, 0.95)
+"""Range of the force on slipping objects, relative to the force that carries the object."""
 DRAG_N = (1.0, 9.0)
-CATCHES, CLOSED_TO = 12, (0.8, 5.0)
-"""Number of catch recordings, and ratios of the catching force to the force that carries the object."""
-LOADS, STROKES_SHAKEN = 9, 10
-"""Number of recordings of changing load, and of strokes up and down in each."""
-SHAKE_HZ, SHAKE_M_S, SHAKE_M_S2 = (0.7, 3.5), (0.03, 0.1), (0.3, 2.0)
-"""Ranges of strokes per second, their speed, and the arm's acceleration. A sharp turn loads the gel within a frame."""
+CATCHES = 12
+"""Number of catch recordings."""
+CLOSED_TO = (0.8, 5.0)
+"""Range of the catching force, relative to the force that carries the object."""
+LOADS = 9
+"""Number of recordings of changing load."""
+STROKES_SHAKEN = 10
+"""Number of strokes up and down in a recording of changing load."""
+SHAKE_HZ = (0.7, 3.5)
+"""Range of strokes per second."""
+SHAKE_M_S = (0.03, 0.1)
+"""Range of the speed of these strokes, m/s."""
+SHAKE_M_S2 = (0.3, 2.0)
+"""Range of the arm's acceleration in them, m/s^2. A sharp turn loads the gel within a frame."""
 G_M_S2 = 9.81
 HELD = (1.8, 4.0)
 """Ratio of force to the force that carries the shaken object, including poured mass and pushes."""

@@ -36,11 +36,14 @@ WIDTH_FLOOR = 0.02
 """Minimum width of the distribution, in units of the RMS of the moving targets."""
 MOVING = (1e-3, 1e-3, 1e-2, 1e-3)
 """Targets smaller than these (m/s, rad/s) are ignored in the choice of the unit."""
-SLIDING_THRESHOLD, TURNING_THRESHOLD = 0.04, 0.05
-"""Thresholds of motion, in units of speed and of angular velocity."""
-NUMBERS, SHARE_OF_VALUE = 10, [8, 8, 9, 8]
-"""The outputs of a net: four values, four widths, two moving shares; and the share used by each value (rotation has its
-own)."""
+SLIDING_THRESHOLD = 0.04
+"""Threshold of sliding, in units of speed."""
+TURNING_THRESHOLD = 0.05
+"""Threshold of turning, in units of angular velocity."""
+NUMBERS = 10
+"""Number of outputs of a net: four values, four widths, two moving shares."""
+SHARE_OF_VALUE = [8, 8, 9, 8]
+"""Output that holds the moving share of each value: rotation has its own."""
 _WHOLE = 40.0
 """Logit of values without a moving share; its sigmoid is one in float32."""
 FRAMES_PER_BLOCK = 4

@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
 TILE_PX = (200, 150)
 """Size of a tile of a strip, px."""
-STRIP, IN_A_ROW = 24, 8
-"""Number of frames of a strip, and of frames in a row."""
+STRIP = 24
+"""Number of frames of a strip."""
+IN_A_ROW = 8
+"""Number of frames in a row of a strip."""
 DOTS_ENLARGED = 5
 """Magnification of the lines that show the motion of markers since the last frame."""
 CONTRAST = 2500.0
@@ -27,7 +29,14 @@ GRID_PX = 40
 """Distance of the lines across a relief, px of the image."""
 _PICTURE_WIDTH_PX, _BAND_PX, _TRACE_PX = 1300, 5, 150
 _ANGLES, _RADIUS = 120, 40
-_WHITE_RGB, _YELLOW_RGB, _RED_RGB, _BLACK_RGB = (255, 255, 255), (255, 255, 0), (255, 0, 0), (0, 0, 0)
+_WHITE_RGB = (255, 255, 255)
+"""White, RGB."""
+_YELLOW_RGB = (255, 255, 0)
+"""Yellow, RGB."""
+_RED_RGB = (255, 0, 0)
+"""Red, RGB."""
+_BLACK_RGB = (0, 0, 0)
+"""Black, RGB."""
 _TRACES = ((0, 0, 255), (0, 160, 0), (255, 0, 0))
 
 

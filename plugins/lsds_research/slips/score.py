@@ -21,8 +21,10 @@ LEAST_CONFIDENCE = 0.5
 """Minimum confidence of a scored label."""
 MARGIN_FRAMES = 1
 """Number of frames next to a slip or a touch in which an alarm is not false: the uncertainty of an onset."""
-EARLY, LATE = 1, 2
-"""An interval is noticed if slip is reported from `EARLY` frames before its first frame to `LATE` frames after it."""
+EARLY = 1
+"""Number of frames before an interval in which a reported slip still notices it."""
+LATE = 2
+"""Number of frames after the first frame of an interval in which a reported slip still notices it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

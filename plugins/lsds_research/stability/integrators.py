@@ -166,10 +166,16 @@ SCHEMES: dict[str, Scheme] = {
 IN_PRODUCT = ("return map, backward Euler", "return map, midpoint")
 
 
-HELD_N, LOST_N = 6.0, 0.8
-"""Normal force of a grip, and of one that is almost lost (N)."""
-GRIP_LOST_S, GRIP_REGAINED_S, SIMULATED_S = 0.6, 0.76, 1.4
-"""Times at which the grip is lost and regained, and end of the simulation (s)."""
+HELD_N = 6.0
+"""Normal force of a grip (N)."""
+LOST_N = 0.8
+"""Normal force of a grip that is almost lost (N)."""
+GRIP_LOST_S = 0.6
+"""Time at which the grip is lost (s)."""
+GRIP_REGAINED_S = 0.76
+"""Time at which the grip is regained (s)."""
+SIMULATED_S = 1.4
+"""End of the simulation (s)."""
 
 
 def drop(scheme: Scheme, setting: Setting, dt_s: float) -> float:

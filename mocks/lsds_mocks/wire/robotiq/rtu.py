@@ -16,7 +16,16 @@ if TYPE_CHECKING:
 GAP_NS = 10_000_000
 """Pause that ends a frame (ns). 3.5 characters take 0.3 ms on a line; a pseudo-terminal under load pauses longer."""
 LONGEST_RTU_FRAME = 256
-READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_MANY, READ_WRITE = 3, 4, 6, 16, 23
+READ_HOLDING = 3
+"""Modbus function code: read holding registers."""
+READ_INPUT = 4
+"""Modbus function code: read input registers."""
+WRITE_ONE = 6
+"""Modbus function code: write a single register."""
+WRITE_MANY = 16
+"""Modbus function code: write multiple registers."""
+READ_WRITE = 23
+"""Modbus function code: read and write multiple registers."""
 
 
 def crc(data: bytes) -> bytes:

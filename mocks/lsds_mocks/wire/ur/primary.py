@@ -28,9 +28,20 @@ if TYPE_CHECKING:
 CYCLES_PER_STATE = 50
 """Cycles between two state packages: 10 Hz."""
 
-STATE, MESSAGE = 16, 20
-ROBOT_SOURCE, SAFETY_SOURCE, PROGRAM_SOURCE = 0xFE, 0xFD, 0xFF
-CONTROL_RUNNING, CONTROL_FORCE = 0, 2
+STATE = 16
+"""Message type: robot state."""
+MESSAGE = 20
+"""Message type: robot message."""
+ROBOT_SOURCE = 0xFE
+"""Source of a message: the robot."""
+SAFETY_SOURCE = 0xFD
+"""Source of a message: the safety system."""
+PROGRAM_SOURCE = 0xFF
+"""Source of a message: the program."""
+CONTROL_RUNNING = 0
+"""Control mode of position control."""
+CONTROL_FORCE = 2
+"""Control mode of force control."""
 
 
 class StateFace:

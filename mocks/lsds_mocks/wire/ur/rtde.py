@@ -14,7 +14,10 @@ from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.net import Link, ProtocolEnd
 from lsds_mocks.wire.ur.variables import IN, Packer, Unpacker, output_type, packer, recipe_size
 
-FASTEST_HZ, SLOWEST_HZ = 500.0, 0.01
+FASTEST_HZ = 500.0
+"""Maximum rate of packages, Hz: one per control cycle of an e-Series arm."""
+SLOWEST_HZ = 0.01
+"""Minimum rate of packages, Hz."""
 VERSION, CONTROLLER_VERSION, OUTPUTS, INPUTS, START, PAUSE, DATA, TEXT = map(ord, "VvOISPUM")
 LARGEST_PACKAGE = 0xFFFF
 RECIPES = 255

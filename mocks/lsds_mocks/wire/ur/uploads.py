@@ -21,10 +21,14 @@ Ports = Callable[[], frozenset[int]]
 if TYPE_CHECKING:
     from lsds.clock import Clock
 
-CACHED, CACHED_CHARACTERS = 64, 500_000
-"""Limits of the cache of compiled programs: programs, and their characters."""
-WAITING_PROGRAMS, WAITING_CHARACTERS = 64, 4_000_000
-"""Limits of programs that wait to be compiled or started: programs, and their characters. Further ones are refused."""
+CACHED = 64
+"""Maximum number of compiled programs in the cache; chosen."""
+CACHED_CHARACTERS = 500_000
+"""Maximum number of characters of the programs in the cache; chosen."""
+WAITING_PROGRAMS = 64
+"""Maximum number of programs that wait to be compiled or started; further ones are refused; chosen."""
+WAITING_CHARACTERS = 4_000_000
+"""Maximum number of characters of those programs; further ones are refused; chosen."""
 
 
 Script = tuple[str, Ports]

@@ -18,7 +18,10 @@ from lsds_mocks.wire.ur.script.values import UrList
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
-SOCKET_CONNECT_S, SOCKET_ANSWER_S = 2.0, 2.0
+SOCKET_CONNECT_S = 2.0
+"""Time limit for opening a socket (s)."""
+SOCKET_ANSWER_S = 2.0
+"""Time limit for reading a line from a socket (s)."""
 DEFAULT = "socket_0"
 MOST_OPEN = 16
 """Maximum number of open sockets per program."""

@@ -20,8 +20,10 @@ from lsds_mocks.wire.ur.script.prices import price
 MAIN = ""
 """Name of the function that contains the program's top-level statements."""
 
-LONGEST_PROGRAM, MOST_FUNCTIONS = 500_000, 4096
-"""Maximum numbers of characters and of functions in a program."""
+LONGEST_PROGRAM = 500_000
+"""Maximum number of characters in a program; chosen."""
+MOST_FUNCTIONS = 4096
+"""Maximum number of functions in a program; chosen."""
 
 CHUNK = 400
 """Maximum number of work units that consecutive statements pay at once."""

@@ -20,11 +20,21 @@ MOST_ELEMENTS = 65_536
 DEEPEST = 16
 """Lists in lists."""
 
-_LOWEST, _HIGHEST = -(2**31), 2**31 - 1
+_LOWEST = -(2**31)
+"""Smallest integer of URScript, of 32 bits."""
+_HIGHEST = 2**31 - 1
+"""Largest integer of URScript, of 32 bits."""
 _NUMBERS = frozenset((int, float, bool))
-_LIST, _ELEMENT, _COPIED, _SHOWN_PRICE, _CHARACTERS = 30, 8, 2, 20, 16
-"""Prices in units of work: a list; an element that is calculated, copied, or converted to text. The last value is the
-number of characters of text per unit."""
+_LIST = 30
+"""Price of a list, units of work; chosen."""
+_ELEMENT = 8
+"""Price of an element that is calculated, units of work; chosen."""
+_COPIED = 2
+"""Price of an element that is copied, units of work; chosen."""
+_SHOWN_PRICE = 20
+"""Price of an element that is converted to text, units of work; chosen."""
+_CHARACTERS = 16
+"""Number of characters of text per unit of work; chosen."""
 
 
 def wrapped(number: int) -> int:
