@@ -14,6 +14,7 @@ from lsds.testing.outcomes import Needs
 PLAUSIBLE_DISTANCE_M = 10.0
 """Maximum plausible distance of a body from the base, m."""
 _UNIT = 1e-6
+"""Maximum deviation of the norm of a unit quaternion; chosen."""
 
 
 def check_arm_state_is_sound(bench: Bench) -> None:

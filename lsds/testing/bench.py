@@ -20,6 +20,7 @@ FIRST_SAMPLE_S = 5.0
 """Time allowed from `connect` to the first sample, s."""
 
 _CLOCK_STEP_NS = 1_000_000
+"""Step by which the virtual clock advances, ns; chosen."""
 
 
 @dataclass

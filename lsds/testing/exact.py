@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 _SHOWN_CHARACTERS = 160
+"""Maximum length of a value in a message, characters; chosen."""
 
 
 def exact(value: Any) -> Any:

@@ -16,7 +16,9 @@ from lsds.testing.machine import a_command
 CALL_LIMIT_S = 0.1
 """Median real time of a call of `read`, `command` or `stop`."""
 THREAD_S = 60.0
+"""Time limit of a call in another thread, s; chosen."""
 _CALLS = 9
+"""Number of calls whose median counts; chosen."""
 
 
 def check_calls_return_quickly(bench: Bench) -> None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from lsds.testing.bench import Bench
 
 WATCHED_S = 1.0
+"""Time for which a device is read, s; chosen."""
 OLDEST_S = 1.0
 """Maximum age of the newest sample of a streaming device, s."""
 _DRIFT = 0.2
+"""Maximum difference of stamped and passed time, as a share of the passed time; chosen."""
 _STAMPED_READS = 30
+"""Number of reads of a device under the wall clock; chosen."""
 
 
 def check_number_and_time_go_up_together(bench: Bench) -> None:

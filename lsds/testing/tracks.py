@@ -19,6 +19,7 @@ from lsds.testing.stimulus import FRAME_NS, frames, rest_frame
 GRID_MOTION_PX = 2.5
 """Motion of the grid from frame to frame: a tracker that is one frame late is farther off than `NEAR_PX`."""
 NEAR_PX = 1.0
+"""Maximum distance of a followed marker from its true position, px; chosen."""
 SHIFTS = ((1, 0), (2, 1), (2, 2), (1, 3), (0, 2), (-1, 1), (-2, 0), (-1, -1), (0, 0))
 """Path of the grid in steps."""
 LEAST_FOLLOWED_SHARE = 0.5

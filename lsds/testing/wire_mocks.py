@@ -18,6 +18,7 @@ from lsds.testing.wire_serving import ENDED_S, Call, Served, built, connected, f
 
 UNKNOWN = "no-such-fault"
 LEAVING_CLIENTS = 5
+"""Number of clients that connect and leave, one after the other; chosen."""
 _WORD = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
 
 

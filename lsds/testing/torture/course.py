@@ -39,9 +39,11 @@ SLOW_DRIVE_M_S = 0.02
 FAST_DRIVE_M_S = 0.10
 """Speed of opening (m/s)."""
 ARRIVED_M = 1.5e-3
+"""Maximum distance of fingers that have followed a command from its aperture (m); chosen."""
 ARRIVES_S = 4.0
 """Time within which fingers have to follow a command on a healthy line (s)."""
 RISES_M_S = 0.02
+"""Speed at which an arm rises (m/s); chosen."""
 ADJUSTS_S = 2.0
 """Time in which a camera adjusts its exposure (s)."""
 STOPS_S = 0.5

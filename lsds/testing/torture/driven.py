@@ -17,6 +17,7 @@ CLOCK = WallClock()
 IMPORT_S = 30.0
 """Time within which the client's module has to be imported (s)."""
 CLIENT_CLOSE_S = 3.0
+"""Time limit of `close` of a client (s); chosen."""
 
 
 @dataclass(frozen=True, slots=True)

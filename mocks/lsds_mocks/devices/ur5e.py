@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 NAME = "mock-ur5e"
 CONTROL_CYCLE_NS = 2_000_000
+"""Control cycle of an e-Series arm (ns): 500 Hz."""
 ARM_REACH_M = 0.85
 """Reach of the arm (Universal Robots, UR5e data sheet)."""
 TCP_X_M = 0.4

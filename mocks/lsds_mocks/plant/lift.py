@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel, Reaction
 
 GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 TOLERANCE_M_S = 1e-11
 _LIFT_ITERATIONS = 60
 

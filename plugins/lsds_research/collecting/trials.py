@@ -32,7 +32,14 @@ HAND_E_TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 RATES_RAD_S = (0.3, 0.6, 1.0, 1.5, 2.2)
-STATIC_GRASPS, TRAJECTORIES, GRASP_TICKS, REPEATS = 5, 10, 10, 5
+STATIC_GRASPS = 5
+"""Number of static grasps of an object."""
+TRAJECTORIES = 10
+"""Number of trajectories for each of them."""
+GRASP_TICKS = 10
+"""Number of ticks by which a grasp tightens, one after the other."""
+REPEATS = 5
+"""Number of repetitions at each speed."""
 PAUSE_S = 5.0
 QUICK_OBJECTS = 6
 """Number of training objects in a quick campaign."""
@@ -62,6 +69,7 @@ SHAKE_M_S = (0.03, 0.1)
 SHAKE_M_S2 = (0.3, 2.0)
 """Range of the arm's acceleration in them, m/s^2. A sharp turn loads the gel within a frame."""
 G_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 HELD = (1.8, 4.0)
 """Ratio of force to the force that carries the shaken object, including poured mass and pushes."""
 CATCH_LIFT_M_S = (0.012, 0.06)

@@ -27,8 +27,16 @@ CONTRAST = 2500.0
 """Grey levels per unit of curvature."""
 GRID_PX = 40
 """Distance of the lines across a relief, px of the image."""
-_PICTURE_WIDTH_PX, _BAND_PX, _TRACE_PX = 1300, 5, 150
-_ANGLES, _RADIUS = 120, 40
+_PICTURE_WIDTH_PX = 1300
+"""Width of a picture, px."""
+_BAND_PX = 5
+"""Half-width of the band of a relief that is averaged, px."""
+_TRACE_PX = 150
+"""Height of the traces below a strip, px."""
+_ANGLES = 120
+"""Number of angles at which the relief around the contact is sampled."""
+_RADIUS = 40
+"""Radius up to which it is sampled, px."""
 _WHITE_RGB = (255, 255, 255)
 """White, RGB."""
 _YELLOW_RGB = (255, 255, 0)

@@ -33,7 +33,10 @@ SHOWN_MOTION_PX = 0.35
 """A frame is shown if the fastest tenth of the markers has moved by more than this (px)."""
 CHANGED = 2.0
 """A frame is also shown if its change of relief exceeds the median by this factor."""
-_FRAMES_BESIDE, _FRAMES_APART = 3, 6
+_FRAMES_BESIDE = 3
+"""Number of frames that are shown before and after a range."""
+_FRAMES_APART = 6
+"""Maximum distance of two frames in one range, frames."""
 _ARM_PX = 24.0
 
 

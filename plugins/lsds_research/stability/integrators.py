@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,12 @@ _NEGLIGIBLE = 1e-6
 _LONGER = 1.1
 """Length of a trial step over the best length of the last one; a step that is too long is cut, but a short one is not
 extended."""
-_FIRST_LENGTH, _LENGTH_RANGE, _PACE_RANGE = 0.5, (0.1, 2.0), (0.3, 2.0)
+_FIRST_LENGTH = 0.5
+"""Length of the first trial step; chosen."""
+_LENGTH_RANGE = (0.1, 2.0)
+"""Smallest and largest length of a trial step; chosen."""
+_PACE_RANGE = (0.3, 2.0)
+"""Smallest and largest factor from one trial step to the next; chosen."""
 _LOOPS = 6
 """Loops after which limits that have not settled make only a part of their change, as under high friction where shear
 changes the pressure that carries it."""

@@ -22,8 +22,15 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.plant import Plant
 
 ROUND_S = 5.0
-GRASP_S, LIFT_S, RELEASE_S = 0.8, 1.8, 4.2
+"""Duration of a round of the script, s; chosen."""
+GRASP_S = 0.8
+"""Time in a round at which the fingers close, s; chosen."""
+LIFT_S = 1.8
+"""Time in a round at which the arm lifts, s; chosen."""
+RELEASE_S = 4.2
+"""Time in a round at which the fingers release the object, s; chosen."""
 _SCRIPT_STEP_NS = 2_000_000
+"""Time step of the scene (ns); chosen."""
 _Moving = tuple[GelState, float, float]
 """State of the moving parts: gel, height of the arm (m), height of the object (m)."""
 

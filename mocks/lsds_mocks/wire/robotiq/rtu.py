@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 GAP_NS = 10_000_000
 """Pause that ends a frame (ns). 3.5 characters take 0.3 ms on a line; a pseudo-terminal under load pauses longer."""
 LONGEST_RTU_FRAME = 256
+"""Maximum length of a frame, bytes (Modbus over serial line, "RTU frame")."""
 READ_HOLDING = 3
 """Modbus function code: read holding registers."""
 READ_INPUT = 4

@@ -39,15 +39,22 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.options import UrOptions
 
 CYCLE_S = 0.002
+"""Control cycle of an e-Series arm (s): 500 Hz."""
 BOOTED_S = 100.0
 """Controller time at the start (s); at a time near 0, clients wait for the controller to boot."""
 
 UNLOCK_AFTER_S = 5.0
+"""Time after which a protective stop can be unlocked (s); the message below states it."""
 UNLOCK_EARLY = (
     "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
 )
 MOST_SECONDARIES = 16
-PROTECTIVE_STOP, PATH_CHECK, JOINT_RANGE = 209, 204, 153
+PROTECTIVE_STOP = 209
+"""Error code of a protective stop."""
+PATH_CHECK = 204
+"""Error code of a position that is out of reach."""
+JOINT_RANGE = 153
+"""Error code of a joint beyond its range."""
 HISTORY = 1500
 """Number of joint positions kept for `get_actual_joint_positions_history`, one per cycle."""
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 GREETING = b"Connected: Universal Robots Dashboard Server\n"
 LONGEST_COMMAND = 65536
+"""Maximum number of bytes without an end of line; chosen."""
 
 
 class DashboardSession:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.options import UrOptions
 
 CYCLE_STEP_NS = 2_000_000
+"""Control cycle of an e-Series arm (ns): 500 Hz."""
 LATEST_CYCLE_NS = 1_000_000_000
 """Delay up to which a late loop catches up, so that no package is lost (ns). After a longer delay, which means that the
 process was suspended, the loop continues from the present."""

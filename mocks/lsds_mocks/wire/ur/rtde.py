@@ -20,6 +20,7 @@ SLOWEST_HZ = 0.01
 """Minimum rate of packages, Hz."""
 VERSION, CONTROLLER_VERSION, OUTPUTS, INPUTS, START, PAUSE, DATA, TEXT = map(ord, "VvOISPUM")
 LARGEST_PACKAGE = 0xFFFF
+"""Maximum size of a package, bytes: the size field has 16 bits."""
 RECIPES = 255
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.script.work import Work
 
 INTEGER_BITS = 32
+"""Number of bits of an integer of URScript."""
 _RANDOM = random.Random(0)
 
 
