@@ -32,7 +32,7 @@ LOAD_RANGE_N = (0.02, 25.0)
 LIMIT_RANGE = (0.01, 30.0)
 """Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
 HEAVIER = 0.4
-"""The load beyond what is seen has a density that falls with this power of it."""
+"""Exponent of the load by which its prior density falls; chosen."""
 LOADING_RISING = 0.3
 """Share of sticking objects whose load is below W while the load rises; chosen."""
 LOADING_STEADY = 0.02
@@ -236,13 +236,13 @@ BREAKING_NOISE = 0.8
 _RANGE = math.log(LOAD_RANGE_N[1] / LOAD_RANGE_N[0])
 """Width of the range of loads, natural logarithm."""
 _OUTLIER = 0.002
-"""Density of a load that no hypothesis explains, so that one wrong frame excludes nothing."""
+"""Density of a load that no hypothesis explains, so that one wrong frame excludes nothing; chosen."""
 _LEAST_ROUND_S = 0.01
 """Minimum duration of a round in the rate of false evidence, s; chosen."""
 _MOST_EVIDENCE = 4.0
 """Maximum evidence of one frame, log-likelihood ratio; chosen, so that no frame decides alone."""
 _STOPPING = 0.1
-"""Share of the slides of objects that friction would carry: those that are about to stop."""
+"""Weight of slides of objects that friction would carry: those that are about to stop; chosen."""
 
 
 def _normal(x: Floats, std: float) -> Floats:

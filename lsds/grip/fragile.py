@@ -7,13 +7,15 @@ from collections import deque
 from statistics import median
 
 HARDEST_OBJECT_N_M = 2350.0
-"""Normal force over squeeze of the hardest object (simulated: 1700 to 2350 for flat faces, less for round ones)."""
+"""Normal force over squeeze of the hardest object, N/m (simulated: 1700 to 2350 for flat faces, less for round
+ones)."""
 LEAST_FRICTION = 0.3
-"""No gel slides more easily: what slides at a load is pressed with at most the load over this."""
+"""Minimum friction coefficient of gel and object; chosen. The normal force of an object that slides is at most its load
+over this."""
 SAFE = 0.85
-"""Share of what the object stands that is used: imprint and ticks are not exact."""
+"""Share of the limit of a fragile object that is used, because imprint and ticks are inexact; chosen."""
 STEEPNESS = 1.3
-"""Normal force of a round object grows with this power of the squeeze."""
+"""Exponent of the squeeze in the normal force of a round object; chosen between 1 (flat) and 1.5 (round contacts)."""
 MEDIAN_OF_FRAMES = 5
 """Number of recent frames with a normal force by the imprint whose median stiffness counts; chosen."""
 OPENS_AFTER_FRAMES = 3

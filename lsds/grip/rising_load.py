@@ -7,9 +7,9 @@ from collections import deque
 from lsds.clock import nanoseconds, seconds
 
 RISE_WINDOW_S = 0.3
-"""Time over which the rise of the load is measured (s)."""
+"""Time over which the rise of the load is measured (s); chosen."""
 RELATIVE_LOAD_NOISE = 0.03
-"""Relative noise of a load from frame to frame; a smaller rise within the window is no rise."""
+"""Relative noise of a load from frame to frame; chosen. A smaller rise within the window does not count."""
 
 
 class RisingLoad:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lsds.contracts.task import TaskOptions
 
 LEARNING_FRAMES = 16
-"""Frames of the gel without contact that are seen before the fingers move."""
+"""Number of frames of the gel without contact before the fingers move; chosen."""
 BACK_OFF_M = 1.5e-3
 """Opening of the fingers after the first touch, m; chosen."""
 MOST_BACK_OFF_M = 8e-3
@@ -33,9 +33,10 @@ MOST_BACK_OFF_M = 8e-3
 FREE_FRAMES = PAIRED_FRAMES
 """Frames without touch in a row that show that the gel is free: those of a mean that holds no earlier frame."""
 FIRST_SHARE = 0.8
-"""Share of the squeeze that a fragile object stands which it gets at first."""
+"""Share of the limit of a fragile object that the first squeeze uses; chosen."""
 ARRIVED_TICKS = 0.75
-"""Fingers within this share of a tick are where they were sent: a slow gripper rests one tick away before it starts."""
+"""Maximum distance of fingers that have arrived from the commanded aperture, ticks; chosen below 1, because a slow
+gripper rests one tick away before it starts."""
 BLIND_WAIT_S = 0.15
 """Time without a new frame of every finger after which the fingers wait, s; chosen."""
 BLIND_STOP_S = 1.0

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lsds.contracts import Situation
 
 PROBE_LIFT_M_S = 0.003
-"""Lifting speed before it: the load is taken up within a millimetre or two."""
+"""Speed of lifting before probing, m/s; chosen: the load is taken up within a millimetre or two."""
 FINGERS_REST_S = 0.8
 """Time for which the fingers must rest after a motion before probing ends, s; chosen."""
 NEVER_MOVED_S = 2.5

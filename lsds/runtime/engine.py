@@ -53,7 +53,7 @@ POLLS_PER_FRAME = 8
 EVENTS = 1024
 """Number of events that may wait for a recorder: some seconds, in which a disk may be busy."""
 SLIP_STAGE_PROBABILITY = 0.5
-"""Least probability of a slide at which the run enters its stage `slip`."""
+"""Minimum probability of a slide at which the run enters its stage `slip`; chosen."""
 #: A time that no run reaches, ns: 146 years.
 _FOREVER_NS = 2**62
 

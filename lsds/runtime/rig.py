@@ -32,7 +32,7 @@ HURRIED_STOP_S = 0.3
 HURRIED_CLOSE_S = 1.0
 """Time limit for closing all devices after an interrupt (s); chosen, because a person waits."""
 HUNG_S = 0.3
-"""How long a device that has hung once may take for another call."""
+"""Time limit of a further call of a device that has hung once (s); chosen."""
 
 
 def build_cell(config: RigConfig, clock: Clock) -> Any:

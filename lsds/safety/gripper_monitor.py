@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from lsds.contracts import GripperState
 
 UNDER_WAY_S = 0.5
-"""Time after which a command cannot be under way any more (s)."""
+"""Time after which a command cannot be under way any more (s); chosen."""
 UNHEARD_S = 2.0
-"""The same, if the gripper still reports the command as its target: later commands may be lost (s)."""
+"""The same, if the gripper still reports the command as its target: later commands may be lost (s); chosen."""
 OPENED_TICKS = 3
 """Number of position ticks by which the aperture must exceed the bound before the fingers have opened; chosen."""
 LEAST_OPENED_M = 8e-4
 """Minimum length by which it must exceed the bound, for grippers with fine ticks (m); chosen."""
 REPEAT_S = 0.4
-"""Time after which a correction that the gripper does not report as its target is sent again (s)."""
+"""Time after which a correction that the gripper does not report as its target is sent again (s); chosen."""
 PATIENCE_S = 0.4
-"""Time for which fingers may rest on nothing, wider than commanded, before they count as not following (s)."""
+"""Time for which fingers may rest on nothing, wider than commanded, before they count as not following (s); chosen."""
 PATIENCE_UNHEARD_S = 1.0
 """The same for a gripper that does not report the target: a retry gets the time of a gripper with 0.2 s latency (s)."""
 

@@ -20,25 +20,26 @@ from lsds.grip.wanted_slip import WantedSlip
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N
 
 AWAITING_PROBABILITY = 0.25
-"""With a greater probability of a slide, the next closing waits until the last one has arrived."""
+"""Probability of a slide above which the next closing waits until the last one has arrived; chosen."""
 SURELY = 0.75
-"""With a greater probability, the object has slid; where no load is known, the fingers close on it."""
+"""Probability of a slide above which the object has slid, and the fingers close even if no load is known; chosen."""
 MOST_RISK = 0.35
-"""Greatest accepted risk, however slow a slide would be."""
+"""Maximum accepted risk, however slow a slide would be; chosen."""
 RELEASED = 0.5
-"""With less than this share of the load that slipped, the object may stand on something: no reason to open."""
+"""Share of the load that slipped below which the object may stand on a support, so the fingers do not open; chosen."""
 LEAST_TICK_M = 1e-4
 """Resolution that is assumed of a gripper that declares a finer one, m; chosen."""
 LEAST_STEP_M = 3e-4
 """Maximum opening that is added up before the gripper carries it out, m, unless its tick is larger; chosen."""
 ARRIVES = 2.5
-"""A closing that has not arrived after so many times the fingers' answer does not keep the next one waiting."""
+"""Multiple of the fingers' answer time after which a closing that has not arrived no longer delays the next; chosen."""
 LOST_M = 4e-4
-"""Fingers that rest wider than this and two ticks beyond a command did not receive it: it is sent again."""
+"""Distance, m, that fingers must rest wider than a command and two ticks before the command counts as lost and is sent
+again; chosen."""
 GIVES_WAY = 0.9
-"""While probing, the arm rests: a load below this share of the greatest of late has slipped."""
+"""Share of the recent maximum load below which the load has slipped while the arm rests for probing; chosen."""
 LEAST_PROBED_M = 4.5e-4
-"""Probing opens to this squeeze at most: a looser grip is not known to touch."""
+"""Minimum squeeze to which probing opens, m; a looser grip is not known to touch; chosen."""
 
 
 class BeliefOptions(BaseModel):

@@ -13,7 +13,8 @@ from lsds.jobs.probe import PROBE_LIFT_M_S, Probe
 from lsds.jobs.take_up import PROBABLY, TakeUp
 
 MOST_WAIT_S = 3.0
-"""The arm waits for the fingers for so long in total: a controller need not hold the object, but a run has to end."""
+"""Maximum total time that the arm waits for the fingers, s; chosen: a controller need not hold the object, but a run
+must end."""
 Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
 

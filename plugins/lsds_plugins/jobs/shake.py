@@ -17,9 +17,9 @@ from lsds.errors import ConfigError, ConfigIssue
 from lsds.jobs.grasp import GRASP_STAGES, Grasping, begin_grasp
 
 CLEAR_M = 1e-3
-"""The arm comes to rest at least this far above where it began."""
+"""Minimum height above the start at which the arm comes to rest, m; chosen."""
 LOWERING_FACTOR = 10.0
-"""Lowering takes at most this many times as long as lifting."""
+"""Maximum duration of lowering as a multiple of that of lifting; chosen."""
 
 
 class ShakeOptions(BaseModel):
@@ -132,4 +132,4 @@ class ShakeJob:
 
 
 HEARD_S = 0.05
-"""Age of a measured height, and of a command when the arm follows it."""
+"""Age of a measured height, and of a command when the arm follows it, s; chosen."""
