@@ -10,6 +10,7 @@ import time
 from typing import Protocol, runtime_checkable
 
 NS_PER_S = 1_000_000_000
+"""Nanoseconds per second."""
 
 
 def seconds(ns: int) -> float:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MOVES_M = 1e-4
 """Minimum displacement of fingers that have begun to move, m; a coarser gripper's is its resolution."""
-LATE_S = 1.0
+UNTIMED_S = 1.0
 """Time after which a gripper that has not moved is not timed, s: the command needed no motion."""
 
 
@@ -61,7 +61,7 @@ class AnswerTimer:
             if abs(state.aperture_m - from_m) >= self._tick_m:
                 self._gripper_s.append(seconds(state.t_ns - sent_ns))
                 self._sent = None
-            elif now.t_ns - sent_ns > LATE_S * 1e9:
+            elif now.t_ns - sent_ns > UNTIMED_S * 1e9:
                 self._sent = None
         if wanted.grip is not None and wanted.grip != self._wanted:
             # A command that is still unanswered is the one that the next motion answers.

@@ -12,14 +12,14 @@ from lsds.config.toml import dumps
 from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
-from lsds.tactile.carried_load import LEAST_N, CarriedLoad
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N, CarriedLoad
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lsds.config import RigConfig
 
-LEAST_FRAMES = 20
+LEAST_SLIDE_FRAMES = 20
 """Minimum number of frames of the slide."""
 BEFORE = "settle"
 """Stage of the job `slide` without tangential load."""
@@ -78,14 +78,14 @@ def slid_friction(config: RigConfig, say: Callable[[str], object]) -> FrictionCa
 
 def _compared(loads: list[float]) -> FrictionCalibration:
     """Return the maximum load and the median of the second half. Raises DataError if the object did not slide."""
-    if len(loads) < LEAST_FRAMES:
+    if len(loads) < LEAST_SLIDE_FRAMES:
         raise DataError(
             f"only {len(loads)} frames of the slide showed a load (raise job.slide.slide_s; does the object touch the "
             "dots?)"
         )
     smooth = [median(loads[at - 1 : at + 2]) for at in range(1, len(loads) - 1)]
     static_n, kinetic_n = max(smooth), median(smooth[len(smooth) // 2 :])
-    if static_n < LEAST_N:
+    if static_n < LEAST_EVIDENCE_N:
         raise DataError("the load stays zero: the object moves with the fingers (does it stand, or is it clamped?)")
     if kinetic_n > GIVEN_WAY * static_n:
         raise DataError(

@@ -27,9 +27,9 @@ CARRIED = "hold"
 """Stage of the job `lift` in which the object hangs still."""
 FINGERS = 2
 """Number of fingers that carry the weight, with or without sensors."""
-LEAST_FRAMES = 10
+LEAST_STAGE_FRAMES = 10
 """Minimum number of frames of a stage."""
-STEADY = 0.1
+STEADY_LOAD_STD = 0.1
 """Maximum relative standard deviation of the load while the object hangs still."""
 LEAST_RATIO = 5.0
 """Minimum ratio of the load to the scatter of the gel at rest."""
@@ -118,11 +118,11 @@ def _take(cycle: Cycle, loads: dict[str, dict[str, list[ContactLoad]]]) -> None:
 
 
 def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, before_kpa_mm: float) -> GripCalibration:
-    fingers = [name for name, seen in loads[CARRIED].items() if len(seen) >= LEAST_FRAMES]
-    fingers = [name for name in fingers if len(loads[BEFORE].get(name, ())) >= LEAST_FRAMES]
+    fingers = [name for name, seen in loads[CARRIED].items() if len(seen) >= LEAST_STAGE_FRAMES]
+    fingers = [name for name in fingers if len(loads[BEFORE].get(name, ())) >= LEAST_STAGE_FRAMES]
     if not fingers:
         raise DataError(
-            f"fewer than {LEAST_FRAMES} frames showed the load before the lift or while the object hung (raise "
+            f"fewer than {LEAST_STAGE_FRAMES} frames showed the load before the lift or while the object hung (raise "
             "task.settle_s and task.hold_s; is the reference of the gel without contact?)"
         )
     # Two fingers carry the weight; a finger without a sensor carries half of it.
@@ -134,7 +134,7 @@ def _compared(loads: dict[str, dict[str, list[ContactLoad]]], weight_n: float, b
     if fmean(sums) < LEAST_RATIO * still or fmean(sums) <= 0:
         raise DataError("the gel shows no load while the object hangs (did it hang? take a heavier one)")
     noise = stdev(sums) / fmean(sums)
-    if noise > STEADY:
+    if noise > STEADY_LOAD_STD:
         raise DataError(
             f"the load scatters by {noise:.0%} while the object hangs: did it slip or swing? "
             "(grip more firmly: raise task.first_squeeze_m)"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lsds.tactile.imprint.uncertainty import GEL_SHARE, LEAST_M, likelihood
+from lsds.tactile.imprint.uncertainty import FAINT_STD_M, GEL_SHARE, likelihood
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 SHARES = np.geomspace(0.03, 0.6, 12)
 """Values of `gel_share` that are tried."""
-STILLS_M = LEAST_M * np.geomspace(0.25, 4, 9)
+STILLS_M = FAINT_STD_M * np.geomspace(0.25, 4, 9)
 """Values of `still_m` that are tried, m."""
 LEAST_MATCH = 0.5
 """Minimum match of the imprint for a known motion."""
-LEAST_FRAMES = 50
+LEAST_NOISE_FRAMES = 50
 """Minimum number of frames for an estimate."""
-MOST_FRAMES = 1500
+MOST_NOISE_FRAMES = 1500
 """Maximum number of frames that are used; more are thinned out."""
-MOVES_M = 4 * LEAST_M
+MOVES_M = 4 * FAINT_STD_M
 """Minimum motion of the markers in a frame that determines `gel_share`, m."""
 
 
@@ -37,7 +37,7 @@ class ImprintNoise(NamedTuple):
     """Uncertainty of the gel's motion: `gel_share` of the markers' motion, and `still_m` at rest (m)."""
 
     gel_share: float = GEL_SHARE
-    still_m: float = LEAST_M
+    still_m: float = FAINT_STD_M
 
 
 def imprint_noise(motions: Sequence[ImprintMotion | None]) -> ImprintNoise | None:
@@ -46,16 +46,16 @@ def imprint_noise(motions: Sequence[ImprintMotion | None]) -> ImprintNoise | Non
     If the gel moved in too few of them, `gel_share` is the default.
     """
     known = [motion for motion in motions if motion is not None and motion.match >= LEAST_MATCH]
-    if len(known) < LEAST_FRAMES:
+    if len(known) < LEAST_NOISE_FRAMES:
         return None
-    known = known[:: -(-len(known) // MOST_FRAMES)]
+    known = known[:: -(-len(known) // MOST_NOISE_FRAMES)]
 
     def fit(noise: ImprintNoise) -> float:
         return sum(likelihood(motion, *noise) for motion in known)
 
     # Maximise one parameter after the other, twice: they hardly depend on each other.
     noise = ImprintNoise()
-    moves = sum(motion.dots_m > MOVES_M for motion in known) >= LEAST_FRAMES
+    moves = sum(motion.dots_m > MOVES_M for motion in known) >= LEAST_NOISE_FRAMES
     for _ in range(2):
         if moves:
             noise = max((noise._replace(gel_share=float(share)) for share in SHARES), key=fit)

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from lsds.calibration.vision.fiducials import Board
 
 _MM_PER_INCH = 25.4
+"""Millimetres per inch, by definition."""
 _MARGIN_MM = 10.0
+"""Margin of white paper around the board, mm; chosen."""
 
 
 def plot_calibration(path: Path, calibration: Calibration, views: Sequence[View]) -> None:

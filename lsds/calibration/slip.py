@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     Mask = NDArray[np.bool_]
     Scores = tuple[Floats, Floats]
 
-LEAST_MOVING = 40
+LEAST_MOVING_FRAMES = 40
 """Minimum number of moving frames without slip for a calibration."""
 LEAST_STILL = 50
 """Minimum number of still frames for a calibration."""
@@ -116,8 +116,8 @@ def calibrate_slip(phases: Sequence[WatchedPhase], budget: Budget | None = None)
 
 def _require(moving: int, still: int) -> None:
     few = []
-    if moving < LEAST_MOVING:
-        few.append(f"{moving} of {LEAST_MOVING} frames in which the gel moves (wriggle or shake more)")
+    if moving < LEAST_MOVING_FRAMES:
+        few.append(f"{moving} of {LEAST_MOVING_FRAMES} frames in which the gel moves (wriggle or shake more)")
     if still < LEAST_STILL:
         few.append(f"{still} of {LEAST_STILL} frames in which it rests (hold still for longer)")
     if few:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Phase = Literal["still", "load", "slide"]
 """Kind of recording: "still" is at rest, "load" has changing load without slip, "slide" has slip at least in part."""
-MOVING_PX = 0.5
+MOVING_FRAME_PX = 0.5
 """Minimum motion of the fastest tenth of the markers since the last frame in a moving frame, px of an image 320 px
 wide."""
 FIRST_FRAMES = 9
@@ -83,7 +83,7 @@ class WatchedPhase:
     @property
     def moving(self) -> Mask:
         """Mask (n,) of the frames that move."""
-        return np.array(self.moved_px) > MOVING_PX
+        return np.array(self.moved_px) > MOVING_FRAME_PX
 
     def score(self, detector: str) -> Floats:
         """Return a detector's scores (n,)."""

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lsds.calibration.grip import GripCalibration
 
 STANDARD_GRAVITY = 9.80665
+"""Standard gravity, m/s^2, by definition."""
 
 
 @click.command()

@@ -11,14 +11,14 @@ from typing import NoReturn
 from lsds.safety.device_calls import LEFT
 
 #: Maximum time that the interpreter may take to end by itself, s.
-GRACE_S = 0.5
+INTERPRETER_GRACE_S = 0.5
 
 
 def end_process(code: int) -> NoReturn:
     """End the process with an exit code, even if threads or processes that a plugin has started still run.
 
-    They get `GRACE_S`; then those that still run are named on stderr. The process does not wait for a thread in a
-    hanging call: the call's error has named it.
+    They get `INTERPRETER_GRACE_S`; then those that still run are named on stderr. The process does not wait for a
+    thread in a hanging call: the call's error has named it.
     """
     for pid, name in _programs():
         _say(f"a plugin has left a process running: {pid} ({name})")
@@ -30,7 +30,7 @@ def end_process(code: int) -> NoReturn:
 
 def _after_grace(code: int) -> None:
     # The interpreter waits for others' threads and processes at its end, but not for this thread.
-    threading.Event().wait(GRACE_S)
+    threading.Event().wait(INTERPRETER_GRACE_S)
     _leave(code)
 
 

@@ -10,7 +10,9 @@ import click
 from lsds.clock import NS_PER_S, perf_ns
 
 EVERY_S = 20
-_STEPS = 1000
+"""Interval of lines of progress outside a terminal, s; chosen."""
+_BAR_STEPS = 1000
+"""Steps of the bar in a terminal; chosen."""
 
 
 class Progress:
@@ -19,7 +21,7 @@ class Progress:
     def __init__(self, label: str) -> None:
         self._label = label
         self._reported_ns = perf_ns()
-        self._bar = click.progressbar(length=_STEPS, label=label, file=sys.stderr) if sys.stderr.isatty() else None
+        self._bar = click.progressbar(length=_BAR_STEPS, label=label, file=sys.stderr) if sys.stderr.isatty() else None
 
     def __enter__(self) -> Progress:
         if self._bar is None:
@@ -31,7 +33,7 @@ class Progress:
     def to(self, done: int, whole: int) -> None:
         """Report progress: `done` of `whole` items."""
         if self._bar is not None:
-            self._bar.update(_STEPS * done // max(whole, 1) - self._bar.pos)
+            self._bar.update(_BAR_STEPS * done // max(whole, 1) - self._bar.pos)
         elif perf_ns() - self._reported_ns > EVERY_S * NS_PER_S:
             self._reported_ns = perf_ns()
             click.echo(f"{self._label}: {done} of {whole}", err=True)
@@ -41,5 +43,5 @@ class Progress:
     ) -> None:
         if self._bar is not None:
             if error is None:
-                self._bar.update(_STEPS - self._bar.pos)
+                self._bar.update(_BAR_STEPS - self._bar.pos)
             self._bar.__exit__(kind, error, trace)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 MOST_PROCESSES = 256
+"""Maximum number of processes; chosen."""
 
 
 def processes() -> int:

@@ -15,7 +15,7 @@ from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
 
-MOST_FRAMES = 3
+MOST_LISTED_FRAMES = 3
 """Most unusable frames that the summary of a recording lists without `--verbose`."""
 
 
@@ -79,7 +79,7 @@ def track(
       lsds track --batch recordings/ --json all.json
     """
     one_thread()
-    most = None if verbose else MOST_FRAMES
+    most = None if verbose else MOST_LISTED_FRAMES
     from lsds.cli import track_session
 
     chosen = [*overrides, *([] if tracker is None else [f"tracker.backend={tracker}"])]

@@ -19,7 +19,7 @@ from lsds.support.processes import DIED, spread
 
 VIDEO_ENDINGS = (".avi", ".mp4", ".mov", ".mkv", ".webm", ".m4v", ".mjpeg", ".mjpg", ENDING)
 #: A reference with at least this many markers shows a whole pad; with fewer it is zoomed or cropped.
-WHOLE_PAD = 60
+WHOLE_PAD_TRACKED = 60
 
 
 def find_videos(sources: Sequence[str]) -> list[str]:
@@ -65,7 +65,7 @@ def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the figures over all recordings. Sorts the results by name first, because they arrive in any order."""
     results.sort(key=lambda r: str(r["source"]))
     good = [r for r in results if r["kept_mean"] is not None]
-    whole = [r for r in good if r["markers"] >= WHOLE_PAD]
+    whole = [r for r in good if r["markers"] >= WHOLE_PAD_TRACKED]
     worst = min(good, key=lambda r: r["kept_mean"], default=None)
     return {
         "recordings": len(results),
@@ -73,9 +73,9 @@ def overview(results: list[dict[str, Any]]) -> dict[str, Any]:
         "with_unusable_frames": sum(bool(r["failures"]) for r in results),
         "frames": sum(r["frames"] for r in results),
         "markers_kept_median": _median([r["kept_mean"] for r in good]),
-        f"with_{WHOLE_PAD}_or_more_dots": len(whole),
-        f"markers_kept_median_{WHOLE_PAD}_or_more_dots": _median([r["kept_mean"] for r in whole]),
-        f"markers_kept_worst_{WHOLE_PAD}_or_more_dots": min((r["kept_mean"] for r in whole), default=None),
+        f"with_{WHOLE_PAD_TRACKED}_or_more_dots": len(whole),
+        f"markers_kept_median_{WHOLE_PAD_TRACKED}_or_more_dots": _median([r["kept_mean"] for r in whole]),
+        f"markers_kept_worst_{WHOLE_PAD_TRACKED}_or_more_dots": min((r["kept_mean"] for r in whole), default=None),
         "markers_kept_worst": worst["kept_mean"] if worst else None,
         "worst_recording": worst["source"] if worst else None,
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-MOST = 4
+MOST_SHOWN = 4
 """Greatest length of a tuple that is shown in full."""
 
 
@@ -23,7 +23,7 @@ def _short(value: Any) -> str:
         return f"{value.dtype}{list(shape)}"
     if is_dataclass(value):
         return repr(value) if type(value).__repr__ is not brief else f"{type(value).__name__}(...)"
-    if isinstance(value, tuple | list) and len(value) > MOST:
+    if isinstance(value, tuple | list) and len(value) > MOST_SHOWN:
         return f"{len(value)} values"
     if isinstance(value, tuple):
         return f"({', '.join(map(_short, value))}{',' if len(value) == 1 else ''})"

@@ -25,21 +25,24 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-STEP = 0.1
-"""Spacing of the grid, natural logarithm."""
-LOAD_N = (0.02, 25.0)
-LIMIT = (0.01, 30.0)
-"""Range of the load (N) and of the limit (N / mm^p)."""
+GRID_STEP = 0.1
+"""Spacing of the grid, natural logarithm; chosen equal to the default of `grip.noise`."""
+LOAD_RANGE_N = (0.02, 25.0)
+"""Smallest and largest load W per finger on the grid, N; chosen."""
+LIMIT_RANGE = (0.01, 30.0)
+"""Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
 HEAVIER = 0.4
-"""The load beyond what is seen has a density that falls with this power of it."""
-LOADING = 0.3, 0.02
-"""Share of sticking objects whose load is below W: while the load rises, and while it does not."""
+"""Exponent of the load by which its prior density falls; chosen."""
+LOADING_RISING = 0.3
+"""Share of sticking objects whose load is below W while the load rises; chosen."""
+LOADING_STEADY = 0.02
+"""Share of sticking objects whose load is below W while the load is steady or falls; chosen."""
 STEADY_1_S = 0.3
-"""A load that changes by less than this share per second is steady."""
+"""Maximum relative rise per second of a steady load; chosen."""
 FORGET_S = 2.0
-"""Time in which the greatest ratio is forgotten."""
+"""Time in which the greatest ratio decays by a factor of e, s; chosen."""
 SPREAD_S = 0.1
-"""The drift of so long is applied at once: it costs a third of an update."""
+"""Time whose drift is applied at once, s; chosen, because one application costs a third of an update."""
 
 
 class GripBelief:
@@ -48,13 +51,13 @@ class GripBelief:
     def __init__(self, options: GripOptions, answer_s: float) -> None:
         self.options, self._answer_s = options, answer_s
         self._ln_kinetic = math.log(options.kinetic)
-        self.load_n = np.exp(np.arange(math.log(LOAD_N[0]), math.log(LOAD_N[1]), STEP))
-        self.limit = np.exp(np.arange(math.log(LIMIT[0]), math.log(LIMIT[1]), STEP))
+        self.load_n = np.exp(np.arange(math.log(LOAD_RANGE_N[0]), math.log(LOAD_RANGE_N[1]), GRID_STEP))
+        self.limit = np.exp(np.arange(math.log(LIMIT_RANGE[0]), math.log(LIMIT_RANGE[1]), GRID_STEP))
         self._ln_w, self._ln_r = np.log(self.load_n), np.log(self.limit)
         #: ln W - ln r of each cell, as a number of steps: a load of W needs exp of it as squeeze^p.
         rows, columns = np.arange(len(self.load_n))[:, None], np.arange(len(self.limit))[None, :]
         self._needs = (rows - columns + len(self.limit) - 1).ravel()
-        self._ln_need = self._ln_w[0] - self._ln_r[-1] + STEP * np.arange(len(self.load_n) + len(self.limit) - 1)
+        self._ln_need = self._ln_w[0] - self._ln_r[-1] + GRID_STEP * np.arange(len(self.load_n) + len(self.limit) - 1)
         self.reset()
 
     def reset(self) -> None:
@@ -96,7 +99,7 @@ class GripBelief:
         log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
         `moved_mm`: by how much the arm has moved at most since the last round."""
         noise = self.options.noise
-        ln_f, ln_g = math.log(max(load_n, LOAD_N[0])), self.options.power * math.log(squeeze_mm)
+        ln_f, ln_g = math.log(max(load_n, LOAD_RANGE_N[0])), self.options.power * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
         before_n = math.exp(self._last_f) if math.isfinite(self._last_f) else math.nan
@@ -107,11 +110,11 @@ class GripBelief:
         self._stop(ln_g, dt_s, stands)
         hang = _normal(ln_f - self._ln_w, noise)
         below = (self._ln_w > ln_f) * max(1.0 / _RANGE, self._loading(load_n, before_n, moved_mm))
-        loading = 1 - self.options.unseen if stands else LOADING[rate <= STEADY_1_S]
+        loading = 1 - self.options.unseen if stands else LOADING_STEADY if rate <= STEADY_1_S else LOADING_RISING
         self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
-        sliding = _normal(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING * noise) + _OUTLIER
+        sliding = _normal(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING_NOISE * noise) + _OUTLIER
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
-        heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING * noise))
+        heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING_NOISE * noise))
         self.slide *= heavy[:, None] * sliding[None, :]
         self._weigh(evidence, dt_s)
 
@@ -131,7 +134,7 @@ class GripBelief:
         at_cap = self._needs[below - len(self._ln_r) : below]
         mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
         # A sliding object has to be stopped by kinetic friction, which carries less.
-        shift = round((self._ln_kinetic + math.log(braking)) / STEP)
+        shift = round((self._ln_kinetic + math.log(braking)) / GRID_STEP)
         sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
         mass[shift:] += sliding[: len(mass) - shift]
         beyond = np.cumsum(mass[::-1])[::-1]
@@ -140,7 +143,7 @@ class GripBelief:
         # Between two steps, linear in probability.
         upper = beyond[at - 1] if at else 1.0
         part = (upper - risk) / max(upper - beyond[at], 1e-12)
-        ln_need = self._ln_need[at] - STEP * (1 - part) + math.log(margin)
+        ln_need = self._ln_need[at] - GRID_STEP * (1 - part) + math.log(margin)
         return math.exp(ln_need / self.options.power)
 
     def _loading(self, load_n: float, before_n: float, moved_mm: float) -> float:
@@ -156,11 +159,11 @@ class GripBelief:
 
     def _weigh(self, evidence: float, dt_s: float) -> None:
         """Weigh slide against stick, and make the sum of all 1 again."""
-        likelihood = math.exp(min(max(evidence, -_MOST), _MOST))
+        likelihood = math.exp(min(max(evidence, -_MOST_EVIDENCE), _MOST_EVIDENCE))
         # Some slides are never seen, and now and then a detector starts to alarm for nothing: what such a one answers
         # is no evidence, however often it comes.
         slides = self._unseen + (1 - self._unseen) * likelihood
-        self._false = max(self._false, self.options.jumps_hz * max(dt_s, _LEAST_S))
+        self._false = max(self._false, self.options.jumps_hz * max(dt_s, _LEAST_ROUND_S))
         sticks = self._false * likelihood + (1 - self._false)
         self._unseen /= slides
         self._false *= likelihood / sticks
@@ -188,7 +191,7 @@ class GripBelief:
 
     def _walked(self, mass: Floats, drift_s: float, axis: int) -> Floats:
         """Return the mass after a random walk of that duration along an axis."""
-        share = min(0.5 * drift_s * (self.options.drift / STEP) ** 2, 0.25)
+        share = min(0.5 * drift_s * (self.options.drift / GRID_STEP) ** 2, 0.25)
         out, step = (1 - 2 * share) * mass, share * mass
         # The edges of the grid keep their mass.
         to, of = (out, step) if axis == 0 else (out.T, step.T)
@@ -204,7 +207,7 @@ class GripBelief:
         self._greatest = max(ln_ratio, before - dt_s / FORGET_S if math.isfinite(before) else ln_ratio)
         if ln_ratio <= before:
             return 0.0
-        std = BREAKING * self.options.noise
+        std = BREAKING_NOISE * self.options.noise
         now = _below((ln_ratio - self._ln_r) / std)
         then = _below((before - self._ln_r) / std) if math.isfinite(before) else np.zeros_like(now)
         hazard = np.clip((now - then) / np.maximum(1 - then, 1e-9), 0.0, 1.0)
@@ -218,24 +221,28 @@ class GripBelief:
         share: Floats | float = 1 - math.exp(-dt_s / (self._answer_s / 2))
         if not stands:
             exceeds = ln_g - self._ln_kinetic - self._ln_need
-            share = (_below(exceeds / (BREAKING * self.options.noise)) * share)[self._needs].reshape(self.slide.shape)
+            share = (_below(exceeds / (BREAKING_NOISE * self.options.noise)) * share)[self._needs].reshape(
+                self.slide.shape
+            )
         moved = self.slide * share
         self.stick += moved
         self.slide -= moved
 
 
-SLIDING, BREAKING = 1.5, 0.8
-"""The load of what slides scatters by so many times the noise, because of stick-slip; that at which it breaks away by
-so many."""
-_RANGE = math.log(LOAD_N[1] / LOAD_N[0])
+SLIDING_NOISE = 1.5
+"""Scatter of the load of a sliding object in units of `grip.noise`; chosen above 1, because stick-slip adds to it."""
+BREAKING_NOISE = 0.8
+"""Scatter of the load at which an object breaks away, in units of `grip.noise`; chosen."""
+_RANGE = math.log(LOAD_RANGE_N[1] / LOAD_RANGE_N[0])
+"""Width of the range of loads, natural logarithm."""
 _OUTLIER = 0.002
-"""Density of a load that no hypothesis explains, so that one wrong frame excludes nothing."""
-_LEAST_S = 0.01
-"""Least duration of a round."""
-_MOST = 4.0
-"""Greatest evidence of one frame."""
+"""Density of a load that no hypothesis explains, so that one wrong frame excludes nothing; chosen."""
+_LEAST_ROUND_S = 0.01
+"""Minimum duration of a round in the rate of false evidence, s; chosen."""
+_MOST_EVIDENCE = 4.0
+"""Maximum evidence of one frame, log-likelihood ratio; chosen, so that no frame decides alone."""
 _STOPPING = 0.1
-"""Share of the slides of objects that friction would carry: those that are about to stop."""
+"""Weight of slides of objects that friction would carry: those that are about to stop; chosen."""
 
 
 def _normal(x: Floats, std: float) -> Floats:

@@ -10,13 +10,17 @@ from lsds.tactile.soft_finger import speed_of
 if TYPE_CHECKING:
     from lsds.contracts import Detection, SlipEstimate
 
-STILL, CLOSING = (-2.94, 8.54, 1.13), (-2.99, 5.25, 0.27)
-"""Log-likelihood ratio of slide against stick: constant, slope over the score, and over ln(speed in mm/s + 0.3).
-`CLOSING`: after a change of the squeeze the gel moves by itself, and evidence of slip is weaker."""
-SHARED, FRESH = 0.69, 0.85
-"""Correlation of the ratios of successive frames, and the weight of what a frame adds to the one before."""
-REST = 0.0, math.log(0.4)
-"""Score and logarithm of the speed while nothing slips."""
+STILL_WEIGHTS = (-2.94, 8.54, 1.13)
+"""Log-likelihood ratio of slide against stick while the squeeze is constant: intercept, slope over the score, and slope
+over ln(speed in mm/s + 0.3); fitted on simulated frames (`docs/grip.md`)."""
+CLOSING_WEIGHTS = (-2.99, 5.25, 0.27)
+"""The same after a change of the squeeze, when the gel moves by itself and evidence of slip is weaker; same fit."""
+FRAME_CORRELATION = 0.69
+"""Correlation of the ratios of successive frames; same fit."""
+FRAME_WEIGHT = 0.85
+"""Weight of the evidence that a frame adds to the one before; same fit."""
+REST_SIGNALS = 0.0, math.log(0.4)
+"""Score, and ln(speed in mm/s + 0.3), of an object at rest; chosen: a speed of 0.1 mm/s."""
 
 
 class SlipEvidence:
@@ -26,7 +30,7 @@ class SlipEvidence:
     """
 
     def __init__(self, closing_s: float) -> None:
-        self._closing_s, self._before = closing_s, REST
+        self._closing_s, self._before = closing_s, REST_SIGNALS
 
     def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> float:
         """Return the ratio of a frame, given the frame before; 0 if the detector abstains.
@@ -35,13 +39,13 @@ class SlipEvidence:
         a change of the squeeze would turn a lasting alarm into evidence against a slide.
         """
         if detection.slip is None:
-            self._before = REST
+            self._before = REST_SIGNALS
             return 0.0
-        weights = CLOSING if since_change_s < self._closing_s else STILL
+        weights = CLOSING_WEIGHTS if since_change_s < self._closing_s else STILL_WEIGHTS
         speed_m_s = 0.0 if estimate.abstained else speed_of(estimate)[0]
-        now = probability(detection), math.log(1e3 * speed_m_s + 0.3) if math.isfinite(speed_m_s) else REST[1]
+        now = probability(detection), math.log(1e3 * speed_m_s + 0.3) if math.isfinite(speed_m_s) else REST_SIGNALS[1]
         before, self._before = self._before, now
-        return FRESH * (_ratio(weights, now) - SHARED * _ratio(weights, before))
+        return FRAME_WEIGHT * (_ratio(weights, now) - FRAME_CORRELATION * _ratio(weights, before))
 
 
 def _ratio(weights: tuple[float, float, float], seen: tuple[float, float]) -> float:

@@ -6,16 +6,20 @@ import math
 from collections import deque
 from statistics import median
 
-STIFFEST_N_M = 2350.0
-"""Normal force over squeeze of the hardest object (simulated: 1700 to 2350 for flat faces, less for round ones)."""
+HARDEST_OBJECT_N_M = 2350.0
+"""Normal force over squeeze of the hardest object, N/m (simulated: 1700 to 2350 for flat faces, less for round
+ones)."""
 LEAST_FRICTION = 0.3
-"""No gel slides more easily: what slides at a load is pressed with at most the load over this."""
+"""Minimum friction coefficient of gel and object; chosen. The normal force of an object that slides is at most its load
+over this."""
 SAFE = 0.85
-"""Share of what the object stands that is used: imprint and ticks are not exact."""
+"""Share of the limit of a fragile object that is used, because imprint and ticks are inexact; chosen."""
 STEEPNESS = 1.3
-"""Normal force of a round object grows with this power of the squeeze."""
-MEASURED, ENOUGH = 5, 3
-"""Frames with a normal force by the imprint: those whose median counts, and those after which it may open."""
+"""Exponent of the squeeze in the normal force of a round object; chosen between 1 (flat) and 1.5 (round contacts)."""
+MEDIAN_OF_FRAMES = 5
+"""Number of recent frames with a normal force by the imprint whose median stiffness counts; chosen."""
+OPENS_AFTER_FRAMES = 3
+"""Minimum number of such frames before the limit may fall below the commanded squeeze; chosen."""
 
 
 def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float) -> float:
@@ -28,7 +32,7 @@ def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit
         return math.inf
     force_n = normal_n
     if not math.isfinite(force_n):
-        force_n = STIFFEST_N_M * squeeze_m
+        force_n = HARDEST_OBJECT_N_M * squeeze_m
         if limit_n_m > 0:
             force_n = min(force_n, limit_n_m / LEAST_FRICTION * squeeze_m)
     share = SAFE * fragile_n / max(force_n, 1e-6)
@@ -40,7 +44,7 @@ class Bearing:
 
     def __init__(self) -> None:
         # Of each frame with a normal force: that force over squeeze to the power of `STEEPNESS`.
-        self._stiffness: deque[float] = deque(maxlen=MEASURED)
+        self._stiffness: deque[float] = deque(maxlen=MEDIAN_OF_FRAMES)
 
     def allowed_m(
         self, fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float, commanded_m: float
@@ -52,4 +56,4 @@ class Bearing:
             self._stiffness.append(normal_n / squeeze_m**STEEPNESS)
         by_imprint_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
         allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n, limit_n_m)
-        return allowed_m if len(self._stiffness) >= ENOUGH else max(allowed_m, commanded_m)
+        return allowed_m if len(self._stiffness) >= OPENS_AFTER_FRAMES else max(allowed_m, commanded_m)

@@ -12,7 +12,7 @@ from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import SlipEvidence
 from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
-from lsds.tactile.carried_load import LEAST_N, CarriedLoad
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N, CarriedLoad
 from lsds.tactile.soft_finger import speed_of
 
 if TYPE_CHECKING:
@@ -21,21 +21,23 @@ if TYPE_CHECKING:
     from lsds.contracts import FingerCycle, GripEstimate, SlipEstimate
     from lsds.grip.options import GripOptions
 
-UNTOLD_M = 1.5e-3
-"""Squeeze that is assumed if the job does not know the aperture at touch."""
-LEAST_M = 3e-4
-"""A smaller squeeze is not known well enough to divide by."""
-STEP_M = 1e-4
-"""The squeeze has changed if it differs by more than this."""
+ASSUMED_SQUEEZE_M = 1.5e-3
+"""Squeeze that is assumed if the job does not know the aperture at touch, m; chosen."""
+LEAST_SQUEEZE_M = 3e-4
+"""Minimum squeeze that is known well enough to divide by, m; chosen."""
+CHANGED_SQUEEZE_M = 1e-4
+"""Difference above which the squeeze has changed, m; chosen."""
 FALLS_M_S = 0.04
-"""Least speed of a slide in the air: an object of which friction carries nine tenths gains it in 40 ms."""
-WALK_M_S, WALK_RAD_S = 0.14, 16.0
-"""Random walk of the slip velocity, m/s and rad/s per root of a second: the change between successive frames that move,
-less the estimator's own variance, in 14 real recordings of development objects."""
+"""Minimum speed of a slide in the air, m/s: an object of which friction carries nine tenths reaches it in 40 ms."""
+WALK_M_S = 0.14
+"""Random walk of the slip velocity, m/s per root of a second: the change between successive frames that move, less the
+estimator's variance, in 14 real recordings of development objects."""
+WALK_RAD_S = 16.0
+"""Random walk of the angular slip velocity, rad/s per root of a second; from the same recordings."""
 SLIPPED = 0.25
-"""With a greater probability of a slide, the grip has not carried its load."""
+"""Probability of a slide above which the grip has not carried its load; chosen."""
 GRAVITY_M_S2 = 9.81
-"""Acceleration of a falling object."""
+"""Acceleration of a falling object, m/s^2."""
 
 
 class GripObserver:
@@ -87,9 +89,9 @@ class GripObserver:
         if math.isfinite(seen.touch_m):
             self._touch_m = seen.touch_m
         elif not math.isfinite(self._touch_m):
-            self._touch_m = seen.aperture_m + UNTOLD_M
-        squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_M)
-        if not abs(squeeze_m - self._squeeze_m) < STEP_M:
+            self._touch_m = seen.aperture_m + ASSUMED_SQUEEZE_M
+        squeeze_m = max(self._touch_m - seen.aperture_m, LEAST_SQUEEZE_M)
+        if not abs(squeeze_m - self._squeeze_m) < CHANGED_SQUEEZE_M:
             self._changed_ns, self._squeeze_m = seen.t_ns, squeeze_m
         return squeeze_m
 
@@ -112,7 +114,7 @@ class GripObserver:
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
             self.belief.weigh(evidence, round_s)
-        elif load_n > LEAST_N:
+        elif load_n > LEAST_EVIDENCE_N:
             if math.isfinite(self._before_n) and round_s > 0:
                 rate = (load_n - self._before_n) / round_s
             self._before_n = load_n
@@ -154,6 +156,6 @@ class GripObserver:
         if supported:
             return arm_m_s
         load_n, carried_n = self.load.now_n, self.load.greatest_n
-        missing = 1 - load_n / carried_n if carried_n > LEAST_N else 0.0
+        missing = 1 - load_n / carried_n if carried_n > LEAST_EVIDENCE_N else 0.0
         falls_m_s = GRAVITY_M_S2 * self._answer_s * max(missing, 0.0) if math.isfinite(missing) else 0.0
         return max(FALLS_M_S, arm_m_s, falls_m_s, 0.0 if estimate.abstained else speed_of(estimate)[0])

@@ -6,10 +6,10 @@ from collections import deque
 
 from lsds.clock import nanoseconds, seconds
 
-WINDOW_S = 0.3
-"""Time over which the rise of the load is measured (s)."""
-NOISE = 0.03
-"""Relative noise of a load from frame to frame; a smaller rise within the window is no rise."""
+RISE_WINDOW_S = 0.3
+"""Time over which the rise of the load is measured (s); chosen."""
+RELATIVE_LOAD_NOISE = 0.03
+"""Relative noise of a load from frame to frame; chosen. A smaller rise within the window does not count."""
 
 
 class RisingLoad:
@@ -39,15 +39,15 @@ class RisingLoad:
         if arm_m_s != self._arm_m_s:
             self._arm_m_s, self._accelerated_ns = arm_m_s, t_ns
         self._loads.append((t_ns, load_n))
-        while self._loads[0][0] < t_ns - nanoseconds(WINDOW_S):
+        while self._loads[0][0] < t_ns - nanoseconds(RISE_WINDOW_S):
             self._loads.popleft()
         since_ns, before_n = self._loads[0]
         rise_n = load_n - before_n
-        settled = t_ns - self._accelerated_ns > nanoseconds(WINDOW_S + answer_s)
-        rises = rise_n > NOISE * load_n
+        settled = t_ns - self._accelerated_ns > nanoseconds(RISE_WINDOW_S + answer_s)
+        rises = rise_n > RELATIVE_LOAD_NOISE * load_n
         if not self._carried or not rises:
             self._carried = max(self._carried, load_n / squeeze_m**self._power)
         if not rises or not settled:
             return 0.0
-        ahead_n = load_n + rise_n / max(seconds(t_ns - since_ns), WINDOW_S / 2) * answer_s
+        ahead_n = load_n + rise_n / max(seconds(t_ns - since_ns), RISE_WINDOW_S / 2) * answer_s
         return float((ahead_n / self._carried) ** (1 / self._power))

@@ -12,11 +12,16 @@ from lsds.clock import nanoseconds
 if TYPE_CHECKING:
     from lsds.contracts import Slide, SlipEstimate
 
-SURE = 2.0
-"""Standard deviations of which an estimate has to be beyond a bound."""
-FASTER, FASTER_M_S, FASTER_RAD_S = 2.0, 0.01, 1.0
-"""An object falls if it slides faster than this factor times the wanted speed, plus this speed."""
+BEYOND_STDS = 2.0
+"""Number of standard deviations by which an estimate must exceed a bound; chosen: 98 % of a normal distribution."""
+FALLS_FACTOR = 2.0
+"""Factor on the wanted speed in the bound above which an object falls; chosen."""
+FALLS_OFFSET_M_S = 0.01
+"""Linear speed that is added to that bound, m/s; chosen."""
+FALLS_OFFSET_RAD_S = 1.0
+"""Angular velocity that is added to that bound, rad/s; chosen."""
 FALLS_S = 0.03
+"""Time for which an object must exceed the bound before it falls, s; chosen, so that one wrong frame does not count."""
 
 
 class WantedSlip:
@@ -35,6 +40,9 @@ class WantedSlip:
 
 
 def _is_beyond(estimate: SlipEstimate, slide: Slide) -> bool:
-    speed = estimate.speed_m_s - SURE * estimate.speed_std_m_s
-    rate = abs(estimate.angular_rad_s) - SURE * estimate.angular_std_rad_s
-    return speed > FASTER * slide.speed_m_s + FASTER_M_S or rate > FASTER * slide.rate_rad_s + FASTER_RAD_S
+    speed = estimate.speed_m_s - BEYOND_STDS * estimate.speed_std_m_s
+    rate = abs(estimate.angular_rad_s) - BEYOND_STDS * estimate.angular_std_rad_s
+    return (
+        speed > FALLS_FACTOR * slide.speed_m_s + FALLS_OFFSET_M_S
+        or rate > FALLS_FACTOR * slide.rate_rad_s + FALLS_OFFSET_RAD_S
+    )

@@ -16,26 +16,31 @@ from typing import TYPE_CHECKING
 from lsds.clock import nanoseconds
 from lsds.contracts import Contact, Grip
 from lsds.errors import SafetyStop
-from lsds.grip.fragile import STIFFEST_N_M, allowed_squeeze_m
+from lsds.grip.fragile import HARDEST_OBJECT_N_M, allowed_squeeze_m
 from lsds.tactile.contact_place import edge_of
-from lsds.tactile.touch import TOGETHER, TouchFinder
+from lsds.tactile.touch import PAIRED_FRAMES, TouchFinder
 
 if TYPE_CHECKING:
     from lsds.contracts import GripperSpec, Setting, Situation
     from lsds.contracts.task import TaskOptions
 
 LEARNING_FRAMES = 16
-"""Frames of the gel without contact that are seen before the fingers move."""
-BACK_OFF_M, FARTHEST_M = 1.5e-3, 8e-3
-"""How far the fingers open after the first touch, and at most, before the gel has to be free."""
-FREE_FRAMES = TOGETHER
+"""Number of frames of the gel without contact before the fingers move; chosen."""
+BACK_OFF_M = 1.5e-3
+"""Opening of the fingers after the first touch, m; chosen."""
+MOST_BACK_OFF_M = 8e-3
+"""Maximum opening of the fingers before the gel must be free, m; chosen."""
+FREE_FRAMES = PAIRED_FRAMES
 """Frames without touch in a row that show that the gel is free: those of a mean that holds no earlier frame."""
 FIRST_SHARE = 0.8
-"""Share of the squeeze that a fragile object stands which it gets at first."""
-NEAR = 0.75
-"""Fingers within this share of a tick are where they were sent: a slow gripper rests one tick away before it starts."""
-BLIND_S, LOST_S = 0.15, 1.0
-"""Without a new frame of every finger the fingers wait after the first time, and the cell stops after the second."""
+"""Share of the limit of a fragile object that the first squeeze uses; chosen."""
+ARRIVED_TICKS = 0.75
+"""Maximum distance of fingers that have arrived from the commanded aperture, ticks; chosen below 1, because a slow
+gripper rests one tick away before it starts."""
+BLIND_WAIT_S = 0.15
+"""Time without a new frame of every finger after which the fingers wait, s; chosen."""
+BLIND_STOP_S = 1.0
+"""Time without a new frame of every finger after which the cell stops, s; chosen."""
 
 
 class TouchGrasp:
@@ -108,7 +113,7 @@ class TouchGrasp:
             self._free = 0 if self._finder.touching else self._free + 1
             if self._finder.touching and self.grip is not None:
                 self._opened_m += BACK_OFF_M
-                if self._opened_m > FARTHEST_M:
+                if self._opened_m > MOST_BACK_OFF_M:
                     raise SafetyStop(
                         f"task: the gel still shows a touch after the fingers opened by {self._opened_m * 1e3:.0f} mm "
                         "(does the object stick to it? does the light change? clean the pads, shield the gel)"
@@ -140,7 +145,11 @@ class TouchGrasp:
         if self._task.fragile_n is None or self.grip is None:
             return new
         state = now.gripper
-        if state.t_ns <= self._stepped_ns or state.moving or abs(state.aperture_m - self._last_m(now)) > NEAR * tick_m:
+        if (
+            state.t_ns <= self._stepped_ns
+            or state.moving
+            or abs(state.aperture_m - self._last_m(now)) > ARRIVED_TICKS * tick_m
+        ):
             return False
         self._settled_ns = state.t_ns if self._settled_ns is None else self._settled_ns
         return self._finder.seen_ns > self._settled_ns
@@ -217,7 +226,7 @@ class TouchGrasp:
 
     def _squeeze_m(self) -> float:
         task = self._task
-        allowed = math.inf if task.fragile_n is None else FIRST_SHARE * task.fragile_n / STIFFEST_N_M
+        allowed = math.inf if task.fragile_n is None else FIRST_SHARE * task.fragile_n / HARDEST_OBJECT_N_M
         return min(task.first_squeeze_m, allowed)
 
     def _gently(self, aperture_m: float, speed_m_s: float) -> Grip:
@@ -234,12 +243,12 @@ class TouchGrasp:
     def _is_blind(self, now: Situation) -> bool:
         """Tell whether a finger shows nothing new. Raises SafetyStop where that lasts."""
         silent_s, name = self._finder.silent_s(now.t_ns)
-        if silent_s > LOST_S:
+        if silent_s > BLIND_STOP_S:
             raise SafetyStop(
                 f"task: finger {name} has shown nothing new for {silent_s:.1f} s while the fingers close "
                 "(check its camera)"
             )
-        return silent_s > BLIND_S
+        return silent_s > BLIND_WAIT_S
 
     def _require_something(self, now: Situation) -> None:
         """Raise SafetyStop where the fingers have come to the end without a touch."""

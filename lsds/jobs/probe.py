@@ -13,13 +13,16 @@ from lsds.clock import nanoseconds
 if TYPE_CHECKING:
     from lsds.contracts import Situation
 
-SPEED_M_S = 0.003
-"""Lifting speed before it: the load is taken up within a millimetre or two."""
-REST_S, NEVER_S, MOST_S = 0.8, 2.5, 10.0
-"""It is over when the fingers have rested for the first time, after the second where they have never moved, or after
-the third."""
+PROBE_LIFT_M_S = 0.003
+"""Speed of lifting before probing, m/s; chosen: the load is taken up within a millimetre or two."""
+FINGERS_REST_S = 0.8
+"""Time for which the fingers must rest after a motion before probing ends, s; chosen."""
+NEVER_MOVED_S = 2.5
+"""Time after which probing ends if the fingers have not moved, s; chosen."""
+MOST_PROBE_S = 10.0
+"""Maximum duration of probing, s; chosen."""
 STILL_M = 5e-5
-"""Fingers that move by less rest."""
+"""Maximum change of the aperture of resting fingers, m; chosen: about a quarter of a Hand-E's tick."""
 
 
 class Probe:
@@ -28,13 +31,13 @@ class Probe:
     def __init__(self, start_ns: int) -> None:
         self._start_ns = self._moved_ns = start_ns
         self._aperture_m: float | None = None
-        self._rest_s = NEVER_S
+        self._rest_s = NEVER_MOVED_S
 
     def step(self, now: Situation) -> bool:
         """Return whether it is over."""
         aperture = None if now.gripper is None else now.gripper.aperture_m
         if aperture is not None and (self._aperture_m is None or abs(aperture - self._aperture_m) > STILL_M):
-            self._rest_s = NEVER_S if self._aperture_m is None else REST_S
+            self._rest_s = NEVER_MOVED_S if self._aperture_m is None else FINGERS_REST_S
             self._aperture_m, self._moved_ns = aperture, now.t_ns
         rests = now.t_ns - self._moved_ns > nanoseconds(self._rest_s)
-        return rests or now.t_ns - self._start_ns > nanoseconds(MOST_S)
+        return rests or now.t_ns - self._start_ns > nanoseconds(MOST_PROBE_S)

@@ -7,18 +7,25 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
-from lsds.tactile.carried_load import LEAST_N
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N
 
 if TYPE_CHECKING:
     from lsds.contracts import Situation
 
-LEAST_S, MOST_S = 0.4, 3.0
-"""Least duration, and the greatest while nothing slips."""
-STEADY_S, STEADY, NOISE_N = 0.28, 0.06, 0.02
-"""The load is taken up when for this time it has changed by less than this share and the noise, and nothing slipped."""
-PROBABLY, MAYBE = 0.5, 0.25
-"""Probabilities of a slide: at the first the object is not lifted faster for `STEADY_S`; at the second its load is not
-yet taken for that of a hanging object."""
+LEAST_TAKE_UP_S = 0.4
+"""Minimum duration, s; chosen."""
+MOST_TAKE_UP_S = 3.0
+"""Maximum duration while the object does not slip, s; chosen."""
+LOAD_STEADY_S = 0.28
+"""Time for which the load must be steady, without slip, before it counts as taken up, s; chosen."""
+LOAD_STEADY_SHARE = 0.06
+"""Maximum range of a steady load in that time, as a share of the load; chosen."""
+LOAD_NOISE_N = 0.02
+"""Noise of the load that is added to that range, N; chosen."""
+PROBABLY = 0.5
+"""Probability of a slide above which the object is not lifted faster for `LOAD_STEADY_S`; chosen."""
+MAYBE = 0.25
+"""Probability of a slide above which the load does not count as that of a hanging object; chosen."""
 
 
 class TakeUp:
@@ -37,15 +44,17 @@ class TakeUp:
         """Return whether it is over."""
         self._see(now)
         elapsed = now.t_ns - self._start_ns
-        if elapsed < nanoseconds(LEAST_S) or now.t_ns - self._slipped_ns < nanoseconds(STEADY_S):
+        if elapsed < nanoseconds(LEAST_TAKE_UP_S) or now.t_ns - self._slipped_ns < nanoseconds(LOAD_STEADY_S):
             # An object that slips during a slow lift would slip faster in a fast one.
             return False
         forces = [force for _, force in self._loads]
-        spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S - 0.1)
+        spans = self._loads and self._loads[-1][0] - self._loads[0][0] > nanoseconds(LOAD_STEADY_S - 0.1)
         # Before the arm has moved, nothing changes either.
-        pulls = bool(forces) and forces[-1] > LEAST_N
-        self.has_load = pulls and bool(spans) and max(forces) - min(forces) < STEADY * max(forces) + NOISE_N
-        return self.has_load or elapsed > nanoseconds(MOST_S)
+        pulls = bool(forces) and forces[-1] > LEAST_EVIDENCE_N
+        self.has_load = (
+            pulls and bool(spans) and max(forces) - min(forces) < LOAD_STEADY_SHARE * max(forces) + LOAD_NOISE_N
+        )
+        return self.has_load or elapsed > nanoseconds(MOST_TAKE_UP_S)
 
     def _see(self, now: Situation) -> None:
         if now.cycle is None or now.cycle.t_ns == self._seen_ns:
@@ -57,5 +66,5 @@ class TakeUp:
             self._loads.clear()
             return
         self._loads.append((now.cycle.t_ns, grip.load_n))
-        while self._loads[-1][0] - self._loads[0][0] > nanoseconds(STEADY_S):
+        while self._loads[-1][0] - self._loads[0][0] > nanoseconds(LOAD_STEADY_S):
             self._loads.popleft()

@@ -17,11 +17,18 @@ if TYPE_CHECKING:
 
 NORMAL_90 = 1.6448536269514722
 """Half width of a normal distribution's middle 90 %, in standard deviations."""
-MOVES_M_S, TURNS_RAD_S = 3e-3, 0.05
-"""Estimates above this count as motion; it is the threshold of slip in measured labels."""
-LEAST, LEAST_FACTOR = 50, 0.05
-"""Minimum number of predictions for a separate calibration, and lower bound of a factor."""
-SPEED, RATE = 3, 2
+MOVES_M_S = 3e-3
+"""Estimated speed above which the object slides, m/s: the threshold of slip in measured labels."""
+TURNS_RAD_S = 0.05
+"""Estimated angular velocity above which it turns, rad/s: the threshold of slip in measured labels."""
+LEAST_PREDICTIONS = 50
+"""Minimum number of predictions for a separate calibration; chosen."""
+LEAST_FACTOR = 0.05
+"""Lower bound of a factor; chosen."""
+SPEED_COLUMN = 3
+"""Column of the speed in a model's predictions."""
+RATE_COLUMN = 2
+"""Column of the angular velocity in a model's predictions."""
 _Four = tuple[float, ...]
 
 
@@ -46,14 +53,14 @@ def conformal(true: NDArray[Any], estimated: NDArray[Any], level: float = 0.9) -
 
 
 def _moves(estimated: NDArray[Any]) -> NDArray[np.bool_]:
-    slides, turns = estimated[:, SPEED] > MOVES_M_S, np.abs(estimated[:, RATE]) > TURNS_RAD_S
+    slides, turns = estimated[:, SPEED_COLUMN] > MOVES_M_S, np.abs(estimated[:, RATE_COLUMN]) > TURNS_RAD_S
     return np.stack([slides, slides, turns, slides], axis=1)
 
 
 def _quantiles(ratio: NDArray[Any], which: NDArray[np.bool_], level: float) -> _Four:
     found = []
     for own, chosen in zip(ratio.T, which.T, strict=True):
-        values = own[chosen] if chosen.sum() >= LEAST else own
+        values = own[chosen] if chosen.sum() >= LEAST_PREDICTIONS else own
         rank = min(1.0, level * (1 + 1 / len(values)))
         found.append(max(float(np.quantile(values, rank)), LEAST_FACTOR))
     found[:2] = [max(found[:2])] * 2

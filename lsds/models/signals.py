@@ -129,9 +129,12 @@ SIGNAL_SETS: dict[str, tuple[str, ...]] = {
 in steps; `imprint-and-field`: and rates of the field; `imprint-field-and-lost`: and the markers that are suddenly lost;
 `timed-field-and-imprint`: rates of both, with direction; and the control."""
 
+#: Minimum number of markers of a quadratic fit: it has six coefficients per axis.
 _LEAST_MARKERS = 6
-#: Resolution of an imprint's change (factor), and of its strength (curvature).
-_FAINT, _FAINTEST = 0.01, 1e-4
+#: Resolution of an imprint's change, factor; chosen.
+_CHANGE_RESOLUTION = 0.01
+#: Resolution of an imprint's strength, curvature; chosen.
+_STRENGTH_RESOLUTION = 1e-4
 
 
 _LARGEST = float(np.finfo(np.float32).max)
@@ -206,9 +209,9 @@ def _imprint(observation: Observation) -> tuple[float, ...]:
         1 - motion.match,
         max(0.0, motion.match - motion.stuck_match),
         1 - motion.seen,
-        math.log(max(motion.gain, _FAINT)),
-        math.log(min(max(motion.grown, _FAINT), 1 / _FAINT)),
-        motion.residual / max(motion.strength, _FAINTEST),
+        math.log(max(motion.gain, _CHANGE_RESOLUTION)),
+        math.log(min(max(motion.grown, _CHANGE_RESOLUTION), 1 / _CHANGE_RESOLUTION)),
+        motion.residual / max(motion.strength, _STRENGTH_RESOLUTION),
         math.hypot(*motion.gel_m),
         motion.dots_m,
         math.nan if evidence is None else math.sqrt(evidence.along) * observation.dt_s,

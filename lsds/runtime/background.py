@@ -8,7 +8,7 @@ from typing import Protocol
 from lsds.errors import DataError
 
 #: Interval of checking the stage, s.
-_LOOK_S = 0.01
+_STAGE_LOOK_S = 0.01
 
 
 class Runs(Protocol):
@@ -68,10 +68,10 @@ class Background:
 
     def wait_for(self, stage: str, timeout_s: float = 30.0) -> None:
         """Wait until the job reaches a stage. Raises the error that ended the run, DataError on a time-out."""
-        for _ in range(max(1, round(timeout_s / _LOOK_S))):
+        for _ in range(max(1, round(timeout_s / _STAGE_LOOK_S))):
             if self.stage == stage:
                 return
-            if self.wait(_LOOK_S):
+            if self.wait(_STAGE_LOOK_S):
                 break
         raise DataError(f"the job did not reach '{stage}' within {timeout_s:g} s; it is at '{self.stage}'")
 

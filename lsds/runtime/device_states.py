@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lsds.runtime.rig import Rig
 
 
-KEPT = 128
+STATES_KEPT = 128
 """States of the gripper that are remembered: a frame shows what was some of them ago."""
 
 
@@ -30,7 +30,7 @@ class States:
         self._rig = rig
         self._calls = rig.thread.calls
         self._reads = [rig.deadline(device, "read") for device in (rig.gripper, rig.arm, rig.pose_source)]
-        self._apertures: deque[tuple[int, float]] = deque(maxlen=KEPT)
+        self._apertures: deque[tuple[int, float]] = deque(maxlen=STATES_KEPT)
         stale = nanoseconds(rig.config.safety.stale_after_s)
         self._fresh = {
             "gripper": Freshness("gripper", start_ns, stale, remedy="check the gripper and its cable"),

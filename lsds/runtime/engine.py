@@ -33,7 +33,7 @@ from lsds.runtime.quiet import quiet_process
 from lsds.runtime.recorded_frames import all_frames
 from lsds.runtime.scheduler import Phase, Scheduler
 from lsds.runtime.stop_report import stop_report
-from lsds.safety.device_calls import SETTLE_S
+from lsds.safety.device_calls import INTERRUPT_SETTLE_S
 from lsds.safety.guard import Guard
 from lsds.safety.validation import validated_aperture
 from lsds.safety.watchdog import Watchdog
@@ -52,8 +52,9 @@ B = TypeVar("B")
 POLLS_PER_FRAME = 8
 EVENTS = 1024
 """Number of events that may wait for a recorder: some seconds, in which a disk may be busy."""
-LIKELY = 0.5
-"""Least probability of a slide at which the run enters its stage `slip`."""
+SLIP_STAGE_PROBABILITY = 0.5
+"""Minimum probability of a slide at which the run enters its stage `slip`; chosen."""
+#: A time that no run reaches, ns: 146 years.
 _FOREVER_NS = 2**62
 
 
@@ -221,7 +222,7 @@ class Engine:
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt):
                 self._rig.hurry()
-                if not running.end(SETTLE_S):
+                if not running.end(INTERRUPT_SETTLE_S):
                     self._leave()
             else:
                 running.end()
@@ -282,7 +283,7 @@ class Engine:
         )
         if acting or self._rig.gripper is None:
             grip = self._grip.update(grip, supported=self._wanted.supported, speed_m_s=_speed_m_s(self._wanted.twist))
-        if acting and grip.slips > LIKELY:
+        if acting and grip.slips > SLIP_STAGE_PROBABILITY:
             self._rig.stages.enter(SLIP, now_ns)
         command = None
         if acting and self._controls and state is not None:

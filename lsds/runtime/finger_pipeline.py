@@ -24,11 +24,15 @@ if TYPE_CHECKING:
     from lsds.contracts import Frame, MarkerTracks
     from lsds.runtime.rig import Finger, Rig
 
-#: With fewer of its dots followed than this share, for more than so many frames in a row, a recording's gel has leapt.
-LEAST_FOLLOWED, PATIENCE = 0.5, 12
-#: A camera that opens dim settles within this time. A frame this much brighter than a recording's reference, by then,
-#: shows that the reference is of the time before. Many public recordings open with 0.7 of their light: no harm is done.
-SETTLING_S, BRIGHTER = 1.0, 1.6
+#: Minimum share of a recording's markers that the tracker follows unless the gel has leapt; chosen.
+LEAST_FOLLOWED = 0.5
+#: Number of consecutive frames with fewer markers beyond which the gel has leapt; chosen.
+LEAP_FRAMES = 12
+#: Time within which a camera that opens dim settles, s; chosen.
+SETTLING_S = 1.0
+#: Brightness of a frame, relative to the reference, above which the camera had not settled when the reference was
+#: taken; chosen above 1 / 0.7, because many public recordings open with 0.7 of their light, which does no harm.
+BRIGHTER = 1.6
 
 
 class FingerLine:
@@ -125,7 +129,7 @@ class FingerLine:
     def _has_leapt(self, tracks: MarkerTracks) -> bool:
         """Return whether most markers have been lost for so many frames that the reference is of another gel."""
         self._lost = self._lost + 1 if np.count_nonzero(tracks.valid) < LEAST_FOLLOWED * len(tracks.valid) else 0
-        return self._lost > PATIENCE
+        return self._lost > LEAP_FRAMES
 
     def _was_dim(self, frame: Frame) -> bool:
         """Return whether the reference was taken while the camera had not settled, now that it shows more light."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lsds.contracts import FingerCycle
 
 #: Lower bound of standard deviations, so that no finger gets infinite weight, m/s and rad/s.
-LEAST_STD = 1e-6
+LEAST_FUSED_STD = 1e-6
 
 
 def fused_detection(fingers: Sequence[FingerCycle]) -> Detection:
@@ -55,7 +55,7 @@ def fused_estimate(fingers: Sequence[FingerCycle]) -> SlipEstimate:
 
 def _weighted(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Return the inverse-variance mean of (value, standard deviation) pairs, and its standard deviation."""
-    weights = [1.0 / max(std, LEAST_STD) ** 2 for _, std in values]
+    weights = [1.0 / max(std, LEAST_FUSED_STD) ** 2 for _, std in values]
     total = sum(weights)
     mean = sum(weight * value for weight, (value, _) in zip(weights, values, strict=True)) / total
     return mean, math.sqrt(1.0 / total)

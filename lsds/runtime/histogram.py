@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
+#: Bits of a value that a bin resolves after the leading one: bins are at most 1/32 of their value wide.
 _SUB_BITS = 5
 _SUB = 1 << _SUB_BITS
 _MAX_BITS = 60

@@ -21,16 +21,18 @@ from lsds.registry.backends import Backend, did_you_mean
 from lsds.registry.host import PluginHost
 from lsds.runtime.bring_up_report import Result, bring_up_error
 from lsds.runtime.cell_members import CellMembers
-from lsds.safety.deadlines import STOP_S, Deadlines
-from lsds.safety.device_calls import LOOK_S, Call, CellThread
+from lsds.safety.deadlines import CELL_STOP_S, Deadlines
+from lsds.safety.device_calls import CALL_LOOK_S, Call, CellThread
 
 if TYPE_CHECKING:
     from lsds.config.model import BackendSection, FaultSection, RigConfig
 
-HURRIED_STOP_S, HURRIED_CLOSE_S = 0.3, 1.0
-"""Time limit for stopping and closing all devices after an interrupt, for which a person waits (s)."""
+HURRIED_STOP_S = 0.3
+"""Time limit for stopping all devices after an interrupt (s); chosen, because a person waits."""
+HURRIED_CLOSE_S = 1.0
+"""Time limit for closing all devices after an interrupt (s); chosen, because a person waits."""
 HUNG_S = 0.3
-"""How long a device that has hung once may take for another call."""
+"""Time limit of a further call of a device that has hung once (s); chosen."""
 
 
 def build_cell(config: RigConfig, clock: Clock) -> Any:
@@ -190,8 +192,9 @@ class Rig:
 
         A keyboard interrupt meanwhile is raised after every device was stopped.
 
-        Under the wall clock every device is stopped in its own thread, and `STOP_S` bounds the whole call: a device
-        that hangs keeps no other moving. Under the virtual clock it runs one after another and so stays deterministic.
+        Under the wall clock every device is stopped in its own thread, and `CELL_STOP_S` bounds the whole call: a
+        device that hangs keeps no other moving. Under the virtual clock it runs one after another and so stays
+        deterministic.
         """
         problems: list[str] = []
         stops: list[Callable[[], None]]
@@ -211,7 +214,7 @@ class Rig:
                     self.thread.end()
             return tuple(problems)
         wall = WallClock()
-        limit_s = HURRIED_STOP_S if self._hurried else STOP_S
+        limit_s = HURRIED_STOP_S if self._hurried else CELL_STOP_S
         deadline = wall.now() + nanoseconds(limit_s)
         threads = [threading.Thread(target=call, name="lsds-stop", daemon=True) for call in calls]
         for thread in threads:
@@ -312,7 +315,7 @@ class Rig:
         if name == "stop" and self._hurried:
             limit_s = min(limit_s, HURRIED_STOP_S)
         if self._close_by_ns is not None:
-            limit_s = min(limit_s, max(LOOK_S, seconds(self._close_by_ns - WallClock().now())))
+            limit_s = min(limit_s, max(CALL_LOOK_S, seconds(self._close_by_ns - WallClock().now())))
         try:
             self.thread.call(call._replace(limit_s=limit_s), function)
         except CallHangs:

@@ -14,7 +14,7 @@ from heapq import heapify, heapreplace
 from lsds.clock import Clock, perf_ns
 from lsds.runtime.histogram import LogHistogram
 
-_BATCH = 512
+_HISTOGRAM_BATCH = 512
 """Execution times are added to the histogram in batches of this size, which is faster than one at a time."""
 
 
@@ -203,7 +203,7 @@ class Scheduler:
             ended = counter()
             samples.append(ended - started)
             started = ended
-            if len(samples) >= _BATCH:
+            if len(samples) >= _HISTOGRAM_BATCH:
                 task.fold()
                 started = counter()
             now = clock_now()

@@ -13,7 +13,7 @@ CELL_S = 60.0
 #: Time limit for closing a cell, in units of that of one device: it may end every mock.
 CELL_CLOSINGS = 5
 #: Time limit of `stop` of all devices together under the wall clock (s).
-STOP_S = 1.0
+CELL_STOP_S = 1.0
 
 
 class DeadlineOptions(BaseModel):
@@ -43,7 +43,7 @@ class Deadlines:
     def of(self, who: str, name: str) -> Call:
         """Return the mark of one call, for example of "gripper 'hand-e'" and "connect"."""
         if name == "stop":
-            return Call(who, name, STOP_S)
+            return Call(who, name, CELL_STOP_S)
         if name == "connect" and who.startswith("cell "):
             return Call(who, name, self._cell_s, "deadlines.connect_s")
         if name == "close" and who.startswith("cell "):

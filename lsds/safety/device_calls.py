@@ -22,9 +22,9 @@ from lsds.errors import CallHangs
 T = TypeVar("T")
 
 #: Interval of looking at a call in progress, s; also what an interrupt may have to wait for on Windows.
-LOOK_S = 0.05
+CALL_LOOK_S = 0.05
 #: Time that the cell's thread gets to finish after an interrupt (s).
-SETTLE_S = 0.3
+INTERRUPT_SETTLE_S = 0.3
 #: Names of the cell's thread, and of a thread that was left behind.
 NAME, LEFT = "lsds-cell", "lsds-left-behind"
 
@@ -98,7 +98,7 @@ class CellThread:
         """Run a function in the cell's thread and return its result, or raise its error.
 
         Raises CallHangs if a marked call passes its deadline. If the wait ends before the function does, `leave` is
-        called to ask the function to end; after an interrupt it gets `SETTLE_S` for that.
+        called to ask the function to end; after an interrupt it gets `INTERRUPT_SETTLE_S` for that.
         """
         if self._inside:
             return function()
@@ -112,7 +112,7 @@ class CellThread:
             _attend(task, self.calls)
         except BaseException as error:
             leave()
-            if isinstance(error, CallHangs) or not task.done.wait(SETTLE_S):
+            if isinstance(error, CallHangs) or not task.done.wait(INTERRUPT_SETTLE_S):
                 self._forget()
             raise
         finally:
@@ -128,7 +128,7 @@ class CellThread:
         """End the thread, if there is one and it is idle; the next function gets a new one."""
         if self._thread is not None and self._busy is None and not self._inside:
             self._tasks.put(None)
-            self._thread.join(SETTLE_S)
+            self._thread.join(INTERRUPT_SETTLE_S)
             self._thread = None
 
     @property
@@ -167,14 +167,14 @@ def _work(mark: object, tasks: SimpleQueue[_Task | None]) -> None:
 
 def _attend(task: _Task, calls: Calls) -> None:
     """Wait for a task's end. Raises CallHangs if a call passes its deadline."""
-    if task.done.wait(LOOK_S):
+    if task.done.wait(CALL_LOOK_S):
         return
     clock = WallClock()
     count, waited_s, looked_ns = -1, 0.0, clock.now()
-    while not task.done.wait(LOOK_S):
+    while not task.done.wait(CALL_LOOK_S):
         now_ns = clock.now()
         # If this process was stopped, or not scheduled, so was the call: that time does not count.
-        passed_s, looked_ns = min(seconds(now_ns - looked_ns), 2 * LOOK_S), now_ns
+        passed_s, looked_ns = min(seconds(now_ns - looked_ns), 2 * CALL_LOOK_S), now_ns
         call = calls.at
         if call is None or calls.count != count:
             count, waited_s = calls.count, 0.0

@@ -14,15 +14,17 @@ if TYPE_CHECKING:
     from lsds.contracts import GripperState
 
 UNDER_WAY_S = 0.5
-"""Time after which a command cannot be under way any more (s)."""
+"""Time after which a command cannot be under way any more (s); chosen."""
 UNHEARD_S = 2.0
-"""The same, if the gripper still reports the command as its target: later commands may be lost (s)."""
-TICKS, LEAST_M = 3, 8e-4
-"""Fingers have opened if their aperture exceeds the bound by this many ticks, and by at least this length (m)."""
+"""The same, if the gripper still reports the command as its target: later commands may be lost (s); chosen."""
+OPENED_TICKS = 3
+"""Number of position ticks by which the aperture must exceed the bound before the fingers have opened; chosen."""
+LEAST_OPENED_M = 8e-4
+"""Minimum length by which it must exceed the bound, for grippers with fine ticks (m); chosen."""
 REPEAT_S = 0.4
-"""Time after which a correction that the gripper does not report as its target is sent again (s)."""
+"""Time after which a correction that the gripper does not report as its target is sent again (s); chosen."""
 PATIENCE_S = 0.4
-"""Time for which fingers may rest on nothing, wider than commanded, before they count as not following (s)."""
+"""Time for which fingers may rest on nothing, wider than commanded, before they count as not following (s); chosen."""
 PATIENCE_UNHEARD_S = 1.0
 """The same for a gripper that does not report the target: a retry gets the time of a gripper with 0.2 s latency (s)."""
 
@@ -31,7 +33,7 @@ class FingersWatch:
     """Compares the reported states of the gripper with the commands sent to it, since the first command."""
 
     def __init__(self, resolution_m: float) -> None:
-        self._near_m = max(TICKS * resolution_m, LEAST_M)
+        self._near_m = max(OPENED_TICKS * resolution_m, LEAST_OPENED_M)
         self._tick_m = max(resolution_m, 1e-4)
         self._sent: deque[tuple[int, float]] = deque()
         self._bound_m = math.inf

@@ -26,7 +26,7 @@ AT_REST_M_S = 1e-3
 #: A pose source must see gripper and object in at least one of this many frames at the end of a run.
 LATELY = 5
 #: The steady grip is the mean of so much time at the end, s.
-STEADY_S = 0.5
+STEADY_GRIP_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,5 +263,5 @@ def _steady(truths: Sequence[CellTruth]) -> float | None:
     """Return the normal force of a finger at the end; None where the object is not held then."""
     if not truths or truths[-1].dropped:
         return None
-    begins = truths[-1].t_ns - nanoseconds(STEADY_S)
+    begins = truths[-1].t_ns - nanoseconds(STEADY_GRIP_S)
     return _mean([truth.normal_force_n for truth in truths if truth.t_ns >= begins])

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from lsds.contracts import Cell, CellTruth
 
 #: Maximum age of an exposure to look up, s.
-WINDOW_S = 1.0
+OLDEST_EXPOSURE_S = 1.0
 
 
 class TruthLog:
@@ -20,7 +20,7 @@ class TruthLog:
     def __init__(self, cell: Cell | None, rate_hz: float) -> None:
         self._cell = cell
         self._apart_ns = round(1.5 * NS_PER_S / rate_hz)
-        self._recent: deque[CellTruth] = deque(maxlen=max(8, round(WINDOW_S * rate_hz)))
+        self._recent: deque[CellTruth] = deque(maxlen=max(8, round(OLDEST_EXPOSURE_S * rate_hz)))
         self.samples: list[CellTruth] = []
 
     def sample(self, now_ns: int) -> CellTruth | None:

@@ -20,9 +20,9 @@ LOST_SHARE = 0.2
 lift."""
 LEAST_CONTACT = 0.005
 """A contact area below this fraction of the image at the start of the lift is an empty grip."""
-OPENED_M = 1e-3
+OPENED_BY_CORRECTION_M = 1e-3
 """Fingers count as opened if their aperture grows by more than this since grip was first corrected, m."""
-LATE_S = 0.2
+LATE_DETECTION_S = 0.2
 """A slip detected later than this after its onset is a cause of a drop, s. The default cell needs 0.03 to 0.1 s."""
 LEAST_FORCE_N = 1e-3
 """Least force to compare a grip with, N: an object without mass needs none."""
@@ -209,7 +209,7 @@ class _Lift:
             self.delay_s,
             self.slip_margin,
             self.force_margin,
-            self.opened_m > OPENED_M,
+            self.opened_m > OPENED_BY_CORRECTION_M,
         )
 
 
@@ -239,7 +239,7 @@ def _why_stopped(lift: _Lift, fault: BaseException) -> str:
     if isinstance(fault, KeyboardInterrupt):
         return str(fault) or "a keyboard interrupt"
     text = f"{type(fault).__name__}: {fault}"
-    widest_m = lift.ending.widest_m - OPENED_M
+    widest_m = lift.ending.widest_m - OPENED_BY_CORRECTION_M
     if not lift.truths and lift.every and lift.every[-1].normal_force_n > 0 and lift.every[-1].aperture_m >= widest_m:
         return f"the object is wider than the gripper opens, {_mm(lift.ending.widest_m)}; {text}"
     return text
@@ -255,7 +255,7 @@ def _why_lost(lift: _Lift) -> str:
     """Return the most likely cause of an object that is not in the grip at the end."""
     if not lift.truths:
         return _why_lost_unseen(lift)
-    if lift.opened_m > OPENED_M:
+    if lift.opened_m > OPENED_BY_CORRECTION_M:
         return f"the fingers opened by {1e3 * lift.opened_m:.3g} mm during the lift"
     peak_n, needed_n = max(t.normal_force_n for t in lift.truths), lift.needed_n
     if peak_n <= 0:
@@ -309,7 +309,7 @@ def _held_back(lift: _Lift) -> str:
 def _late(lift: _Lift, before: str = "") -> str:
     """Return that slip was detected late or not at all, "" if it was detected in time or there was none."""
     if lift.delay_s is not None:
-        return f"{before}slip was not detected for {lift.delay_s:.2g} s" if lift.delay_s > LATE_S else ""
+        return f"{before}slip was not detected for {lift.delay_s:.2g} s" if lift.delay_s > LATE_DETECTION_S else ""
     onset_s = lift.figures["slip_onset_s"]
     if onset_s is None:
         return ""

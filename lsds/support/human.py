@@ -6,7 +6,7 @@ import math
 
 MISSING = "-"
 """Text of a value that was not measured."""
-DIGITS = 3
+QUANTITY_DIGITS = 3
 """Significant digits of a quantity."""
 
 
@@ -17,8 +17,8 @@ def number(value: float) -> str:
     if value == 0:
         return "0"
     magnitude = math.floor(math.log10(abs(value)))
-    rounded = round(value, DIGITS - 1 - magnitude)
-    decimals = min(max(DIGITS - 1 - magnitude, 0), DIGITS)
+    rounded = round(value, QUANTITY_DIGITS - 1 - magnitude)
+    decimals = min(max(QUANTITY_DIGITS - 1 - magnitude, 0), QUANTITY_DIGITS)
     text = f"{rounded:.{decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 

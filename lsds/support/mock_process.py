@@ -18,6 +18,7 @@ from lsds.support.processes import isolated_environment, module_command
 START_TIMEOUT_S = 60.0
 """Time within which a mock has to listen (s). Compiling the simulated gel takes 15 s of it, once on each machine."""
 STOP_TIMEOUT_S = 5.0
+"""Time limit for an answer of the process, and for its end after it was asked to stop, s; chosen."""
 
 
 class MockProcess:

@@ -11,11 +11,11 @@ from dataclasses import replace
 from lsds.contracts import ABSTAINED, SlipEstimate
 
 #: Maximum number of consecutive frames that one measurement bridges.
-MOST_FRAMES = 3
+MOST_BRIDGED_FRAMES = 3
 
 
 class VelocityBridge:
-    """Carries an estimator's last measurement for at most `MOST_FRAMES` frames."""
+    """Carries an estimator's last measurement for at most `MOST_BRIDGED_FRAMES` frames."""
 
     def __init__(self, walk_m_s_rts: float, walk_rad_s_rts: float) -> None:
         """Intensities of the random walk of the linear (m/s per root second) and angular velocity (rad/s per root s).
@@ -39,7 +39,7 @@ class VelocityBridge:
             self.reset()
             self._last = estimate
             return estimate, 0
-        if self._last.abstained or self._frames == MOST_FRAMES or not 0 < dt_s < math.inf:
+        if self._last.abstained or self._frames == MOST_BRIDGED_FRAMES or not 0 < dt_s < math.inf:
             self.reset()
             return estimate, 0
         self._frames += 1

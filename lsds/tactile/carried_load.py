@@ -21,9 +21,9 @@ REMEMBERED_S = 1.0
 """Time over which the maximum load is kept, s: a braking arm reduces the load only briefly."""
 ZERO_S = 0.3
 """Latest first frame of a finger after the first finger's, s. A later finger may already be loaded: it has no zero."""
-LEAST_N = 0.03
+LEAST_EVIDENCE_N = 0.03
 """Minimum load that is evidence of friction, N: noise and creep of the gel reach this value."""
-MEDIAN = 3
+MEDIAN_FRAMES = 3
 """Frames per finger whose median enters `greatest_n`: one frame alone may be wrong."""
 
 
@@ -76,4 +76,4 @@ class CarriedLoad:
             if t_ns - self._began_ns > nanoseconds(ZERO_S):
                 return
             self._zero[name] = load
-        self._last.setdefault(name, deque(maxlen=MEDIAN)).append(pull_of(load.since(self._zero[name])))
+        self._last.setdefault(name, deque(maxlen=MEDIAN_FRAMES)).append(pull_of(load.since(self._zero[name])))

@@ -21,7 +21,7 @@ SHEAR_SHARE = 0.12
 """Relative standard deviation of the load between objects."""
 DOT_M = 2e-6
 """Standard deviation of one marker's displacement, m."""
-LEAST = 0.5
+LEAST_VALID_SHARE = 0.5
 """Minimum share of valid markers; with fewer, no load is estimated."""
 
 
@@ -35,7 +35,7 @@ def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) ->
     """
     valid = field.valid
     known, count = int(np.count_nonzero(valid)), len(valid)
-    if known < max(LEAST * count, 3):
+    if known < max(LEAST_VALID_SHARE * count, 3):
         return None
     pitch_x, pitch_y = field.reference.pitch_px
     # A lost marker counts as the mean of the others.

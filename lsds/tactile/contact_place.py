@@ -9,9 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     from lsds.contracts import ContactPatch
 
-LEAST_SHARE = 0.02
+LEAST_PLACED_SHARE = 0.02
 """Minimum share of the pad in contact; a smaller one may be relief or noise, so it has no position."""
-EDGE = 0.3
+EDGE_SHARE = 0.3
 """Distance of the contact's centre from the pad's beyond which it is at the edge, as a share of width or height."""
 
 
@@ -20,7 +20,7 @@ def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
 
     (0, 0) if the imprint does not show it, as for a flat face that covers the pad.
     """
-    if contact is None or contact.area_fraction < LEAST_SHARE:
+    if contact is None or contact.area_fraction < LEAST_PLACED_SHARE:
         return 0.0, 0.0
     depth = np.clip(contact.depth_m - contact.threshold_m, 0.0, None)
     total = float(depth.sum())
@@ -35,7 +35,7 @@ def off_centre(contact: ContactPatch | None) -> tuple[float, float]:
 def edge_of(contact: ContactPatch | None) -> str:
     """Return the edge of the pad that the contact is at: "right", "left", "lower" or "upper"; empty for none."""
     x, y = off_centre(contact)
-    if max(abs(x), abs(y)) <= EDGE:
+    if max(abs(x), abs(y)) <= EDGE_SHARE:
         return ""
     if abs(x) >= abs(y):
         return "right" if x > 0 else "left"

@@ -185,7 +185,7 @@ class DepthEstimator:
         return _fill(colour, free, self._coarser)
 
 
-LEAST_LIGHT = 0.25
+LEAST_LIGHT_SHARE = 0.25
 """Minimum light of a pixel as a share of the mean. Darker pixels get this value, so that they show no false slope."""
 
 
@@ -195,7 +195,7 @@ def _pixel_inverse(calibration: PhotometricCalibration, reference: NDArray[np.fl
     A pixel's response to a slope is proportional to the light on it (Lambert), which the reference measures.
     """
     light = reference.reshape(-1, 3)
-    relative = np.maximum(light / np.maximum(light.mean(axis=0), 1.0), LEAST_LIGHT)
+    relative = np.maximum(light / np.maximum(light.mean(axis=0), 1.0), LEAST_LIGHT_SHARE)
     model = np.asarray(calibration.levels_per_slope, float) * relative[:, :, None]
     weighted = model.transpose(0, 2, 1) / np.square(calibration.noise)
     return np.ascontiguousarray(np.linalg.solve(weighted @ model, weighted).transpose(1, 2, 0), np.float32)

@@ -31,7 +31,7 @@ FIRST_FRAME_S = 3.0
 #: Minimum share of the markers that must be tracked; with fewer, the frame is refused.
 BLIND_SHARE = 0.3
 #: Number of refusals kept with their reasons; older ones are only counted.
-_KEPT = 10_000
+_REFUSALS_KEPT = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class FrameGate:
         self._repeated = RepeatedImage()
         self._unrest = Unrest()
         self.refused = 0
-        self.refusals: deque[Refusal] = deque(maxlen=_KEPT)
+        self.refusals: deque[Refusal] = deque(maxlen=_REFUSALS_KEPT)
 
     def admit(self, frame: Frame, now_ns: int, *, depends: bool) -> bool:
         """Return whether perception may use the frame; `depends` is whether an object or a moving arm relies on it.
@@ -156,8 +156,12 @@ class RepeatedImage:
 UNUSABLE_SHARE = 0.5
 #: Maximum black share of a usable image.
 BLACK_SHARE = 0.95
-_DARK, _BRIGHT = 8, 247
-_BRIGHTEST_BLACK = 2 * (BLACK_SHARE * _DARK + (1 - BLACK_SHARE) * 255)
+#: Maximum level of a black pixel, of 255; chosen.
+_DARK_LEVEL = 8
+#: Minimum level of a saturated pixel, of 255; chosen.
+_BRIGHT_LEVEL = 247
+#: Maximum sum of the mean red and blue of an image with the allowed share of black pixels, if the others are white.
+_BRIGHTEST_BLACK = 2 * (BLACK_SHARE * _DARK_LEVEL + (1 - BLACK_SHARE) * 255)
 
 
 def check_image(frame: Frame, spec: SensorSpec) -> None:
@@ -181,17 +185,17 @@ def check_image(frame: Frame, spec: SensorSpec) -> None:
     sample = np.ascontiguousarray(image[4::8, 4::8])
     red, green, blue, _ = cv2.mean(sample)
     colours = (red, green, blue)
-    if max(colours) < UNUSABLE_SHARE * _BRIGHT and red + blue > _BRIGHTEST_BLACK and min(colours) > _DARK:
+    if max(colours) < UNUSABLE_SHARE * _BRIGHT_LEVEL and red + blue > _BRIGHTEST_BLACK and min(colours) > _DARK_LEVEL:
         return
     sample = sample.reshape(-1, 3)
-    bright = sample >= _BRIGHT
+    bright = sample >= _BRIGHT_LEVEL
     limit = UNUSABLE_SHARE * len(sample)
     if np.count_nonzero(bright) > limit and bright.sum(axis=0).max() > limit:
         raise DataError(f"frame {frame.seq}: most of the image is saturated (lower the exposure, shield the gel)")
     # Without red and blue no marker is visible, however green the image.
-    if np.count_nonzero(sample[:, ::2] <= _DARK) > BLACK_SHARE * 2 * len(sample):
+    if np.count_nonzero(sample[:, ::2] <= _DARK_LEVEL) > BLACK_SHARE * 2 * len(sample):
         raise DataError(f"frame {frame.seq}: the image is black (is the sensor lit? was the frame torn?)")
-    missing = [name for name, level in zip(("red", "green", "blue"), colours, strict=True) if level <= _DARK]
+    missing = [name for name, level in zip(("red", "green", "blue"), colours, strict=True) if level <= _DARK_LEVEL]
     if missing:
         # Two colours still show the markers, but not the direction of slopes: an imprint's edges would be noise.
         raise DataError(f"frame {frame.seq}: the image has no {' and no '.join(missing)} (is a lamp out?)")

@@ -16,11 +16,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lsds.contracts import ContactPatch
 
-SCALE, OF_AREA, OF_VOLUME = 3.82e8, 0.583, 0.748
-"""c and the exponents of area and volume, for m^2, m^3, N and the modulus of a GelSight Mini's gel."""
+FORCE_SCALE = 3.82e8
+"""Factor c, for areas in m^2, volumes in m^3, forces in N and the modulus of a GelSight Mini's gel; fitted."""
+AREA_EXPONENT = 0.583
+"""Exponent of the contact area; fitted."""
+VOLUME_EXPONENT = 0.748
+"""Exponent of the overlap volume; fitted."""
 STD_SHARE = 0.15
 """Relative standard deviation of the estimate."""
-LEAST_SHARE = 0.03
+LEAST_PRESSED_SHARE = 0.03
 """Minimum share of the pad in contact; a smaller contact has no estimate."""
 SMALL_SHARE = 0.05
 """Share of the pad below which a deep contact is that of a soft object and has no estimate."""
@@ -30,10 +34,10 @@ DEEP_M = 2.5e-4
 
 def normal_force_of(contact: ContactPatch | None, pad_m2: float) -> tuple[float, float] | None:
     """Return normal force and one sigma (N) from the contact patch on a pad of `pad_m2`; None without an estimate."""
-    if contact is None or contact.area_fraction < LEAST_SHARE:
+    if contact is None or contact.area_fraction < LEAST_PRESSED_SHARE:
         return None
     area_m2, volume_m3 = contact.area_fraction * pad_m2, float(contact.depth_m.clip(min=0.0).mean()) * pad_m2
     if contact.area_fraction < SMALL_SHARE and volume_m3 > DEEP_M * area_m2:
         return None
-    force_n = SCALE * area_m2**OF_AREA * volume_m3**OF_VOLUME
+    force_n = FORCE_SCALE * area_m2**AREA_EXPONENT * volume_m3**VOLUME_EXPONENT
     return force_n, STD_SHARE * force_n

@@ -79,7 +79,7 @@ class SlipEvidence:
 
 
 #: Number of marker selections kept: a contact alternates between a few.
-_KEPT = 64
+_SELECTIONS_KEPT = 64
 
 
 class EvidenceBasis:
@@ -94,7 +94,7 @@ class EvidenceBasis:
         key = (chosen.tobytes(), motion)
         contact = self._contacts.get(key)
         if contact is None:
-            if len(self._contacts) >= _KEPT:
+            if len(self._contacts) >= _SELECTIONS_KEPT:
                 self._contacts.clear()
             contact = self._contacts[key] = _Contact(field, chosen, motion)
         return contact

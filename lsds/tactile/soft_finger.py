@@ -15,20 +15,20 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lsds.contracts import ContactLoad, SlipEstimate
 
-ARM_M = 5e-3
+FRICTION_ARM_M = 5e-3
 """Arm c of friction against turning."""
 
 
 def pull_of(load: ContactLoad) -> float:
     """Return the equivalent force (N): the pure force that is equally near to the friction limit."""
-    return math.hypot(load.force_n, load.torque_nm / ARM_M)
+    return math.hypot(load.force_n, load.torque_nm / FRICTION_ARM_M)
 
 
 def speed_of(estimate: SlipEstimate) -> tuple[float, float]:
     """Return the equivalent slip speed, rotation included, and one sigma (m/s); NaN if the estimator abstains."""
     speed, std = estimate.speed_m_s, estimate.speed_std_m_s
     if math.isfinite(estimate.angular_rad_s):
-        speed += ARM_M * abs(estimate.angular_rad_s)
+        speed += FRICTION_ARM_M * abs(estimate.angular_rad_s)
     if math.isfinite(estimate.angular_std_rad_s):
-        std = math.hypot(std, ARM_M * estimate.angular_std_rad_s)
+        std = math.hypot(std, FRICTION_ARM_M * estimate.angular_std_rad_s)
     return speed, std

@@ -28,17 +28,17 @@ BLOCKS = (64, 48)
 """Columns and rows of block means."""
 LEARNT = 16
 """Number of recent frames without contact that a frame is compared with."""
-LEAST = 6
+LEAST_LEARNT_FRAMES = 6
 """Minimum number of such frames."""
-WAITING = 8
+LEARNING_DELAY_FRAMES = 8
 """Frames without touch after which a frame is learnt from: a faint touch that grows slowly must not be learnt."""
 TOUCHED = 6.0
 """Change, in standard deviations, that is a touch."""
 APERTURES = 256
 """Number of gripper states that are kept."""
-TOGETHER = 4
+PAIRED_FRAMES = 4
 """Number of recent frames whose changes are multiplied in pairs: a faint touch is found at most 3 frames late."""
-APART = 2
+PAIR_DISTANCE_FRAMES = 2
 """Minimum distance of a pair, frames: a camera may send parts of a frame twice, with the same noise."""
 LEAST_CHANGE = 1e-3
 """Minimum standard deviation of the change, grey levels: that assumed for a camera without noise."""
@@ -73,7 +73,7 @@ class TouchSense:
 
     def forget(self) -> None:
         """Multiply frames from now on only: the fingers have opened, and what they touched may be gone."""
-        self._recent: deque[Blocks] = deque(maxlen=TOGETHER)
+        self._recent: deque[Blocks] = deque(maxlen=PAIRED_FRAMES)
 
     def update(self, frame: Frame) -> bool:
         """Take the next frame; return whether an object touches the gel. False until enough frames were taken."""
@@ -81,7 +81,7 @@ class TouchSense:
         image = frame.image.astype(np.float32)
         blocks = np.asarray(cv2.resize(image, BLOCKS, interpolation=cv2.INTER_AREA), np.float32)
         repeated = self._newest is not None and np.array_equal(blocks, self._newest)
-        if len(self._changes) < LEAST:
+        if len(self._changes) < LEAST_LEARNT_FRAMES:
             # Without noise, a frozen camera looks like one whose scene does not change.
             self._noisy = self._noisy and not repeated
         self.frozen, self._newest = repeated and self._noisy, blocks
@@ -90,12 +90,12 @@ class TouchSense:
             return False
         still = np.mean(self._free, axis=0)
         blocks, gain = _in_the_light_of(still, blocks)
-        if len(self._free) < LEAST:
+        if len(self._free) < LEAST_LEARNT_FRAMES:
             self._free.append(blocks)
             return False
         # The gain converts to the frame's levels, those of the camera's noise. The mean of n frames adds its noise.
         change = gain * float(np.sqrt(np.mean((blocks - still) ** 2))) / math.sqrt(1 + 1 / len(self._free))
-        if len(self._changes) < LEAST:
+        if len(self._changes) < LEAST_LEARNT_FRAMES:
             self._learn(blocks, change)
             return False
         mean = float(np.mean(self._changes))
@@ -103,14 +103,14 @@ class TouchSense:
         if not repeated:
             self._recent.append(blocks)
         product = gain**2 * self._mean_product(still)
-        if len(self._products) >= LEAST and math.isfinite(product):
+        if len(self._products) >= LEAST_LEARNT_FRAMES and math.isfinite(product):
             noise = max(float(np.std(self._products)), PRODUCT_SCATTER * mean**2, LEAST_CHANGE**2)
             self.score = max(self.score, (product - float(np.mean(self._products))) / noise)
         if self.score > TOUCHED:
             self._waiting.clear()
             return True
         self._waiting.append((blocks, change, product))
-        if len(self._waiting) > WAITING:
+        if len(self._waiting) > LEARNING_DELAY_FRAMES:
             old_blocks, old_change, old_product = self._waiting.popleft()
             self._learn(old_blocks, old_change)
             if math.isfinite(old_product):
@@ -120,7 +120,11 @@ class TouchSense:
     def _mean_product(self, still: Blocks) -> float:
         """Return the mean product of the recent frames' changes, in pairs that lie apart; NaN without such a pair."""
         changes = [(blocks - still).ravel() for blocks in self._recent]
-        pairs = [first @ second for n, second in enumerate(changes) for first in changes[: max(n - APART + 1, 0)]]
+        pairs = [
+            first @ second
+            for n, second in enumerate(changes)
+            for first in changes[: max(n - PAIR_DISTANCE_FRAMES + 1, 0)]
+        ]
         return float(np.mean(pairs)) / still.size if pairs else math.nan
 
     def _learn(self, blocks: Blocks, change: float) -> None:

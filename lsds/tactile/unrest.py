@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 UNREST = 8.0
 """Mean change of the calmest tile between frames above which an image is unusable, grey levels. Noise of 8 levels
 causes it; on 240 real recordings the change reaches at most 4.6 in four consecutive frames."""
-PATIENCE = 4
+UNREST_FRAMES = 4
 """Consecutive frames above the limit: a camera's start, or a press, may change the light abruptly."""
-ROWS = 48
+ROW_DISTANCE_PX = 48
 """Distance of the rows that are compared, px."""
-TILES = 8
+TILES_PER_ROW = 8
 """Number of tiles per row."""
 
 
@@ -40,12 +40,14 @@ class Unrest:
         if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.size):
             return False
         # Columns that do not fill a tile are left out.
-        rows = np.ascontiguousarray(image[::ROWS, : max(TILES, image.shape[1] // TILES * TILES)])
+        rows = np.ascontiguousarray(
+            image[::ROW_DISTANCE_PX, : max(TILES_PER_ROW, image.shape[1] // TILES_PER_ROW * TILES_PER_ROW)]
+        )
         before, self._rows = self._rows, rows
-        if before is None or before.shape != rows.shape or rows.shape[1] % TILES:
+        if before is None or before.shape != rows.shape or rows.shape[1] % TILES_PER_ROW:
             self._count = 0
             return False
         change = np.asarray(cv2.absdiff(rows, before))
-        self.level = float(change.reshape(len(rows) * TILES, -1).mean(axis=1).min())
+        self.level = float(change.reshape(len(rows) * TILES_PER_ROW, -1).mean(axis=1).min())
         self._count = self._count + 1 if self.level > UNREST else 0
-        return self._count >= PATIENCE
+        return self._count >= UNREST_FRAMES

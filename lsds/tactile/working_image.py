@@ -23,14 +23,18 @@ if TYPE_CHECKING:
 
 #: Width of a resized working image, px.
 WIDTH_PX = 320
-#: Minimum and maximum width of images that are not resized, px.
-NARROWEST_PX, WIDEST_PX = 280, 480
+#: Minimum width of images that are not resized, px; chosen around the 320 px of the GelSight Mini.
+NARROWEST_UNSCALED_PX = 280
+#: Maximum width of images that are not resized, px; chosen around the 320 px of the GelSight Mini.
+WIDEST_UNSCALED_PX = 480
 #: Minimum width of images that are resized, px. Narrower ones show no markers, and the tracker refuses them.
-LEAST_PX = 80
+LEAST_WIDTH_PX = 80
 #: Minimum improvement of the fit to the reference's light for another order of the lamps. Fits of the orders differ by
 #: 0.4 to 2.7; on 240 recordings of the GelSight Mini no wrong order fitted better by more than 0.12.
 CLEARLY = 0.3
+#: Order of the colour channels of an image that needs no change.
 _AS_THEY_ARE = (0, 1, 2)
+#: Width and height of the reduced images whose light is compared, px; chosen.
 _COARSE = (40, 30)
 
 
@@ -43,8 +47,8 @@ class WorkingImage:
 
     def __init__(self, reference: Frame) -> None:
         height, width = reference.image.shape[:2]
-        usual = NARROWEST_PX <= width <= WIDEST_PX
-        self.scale = 1.0 if usual or width < LEAST_PX else width / WIDTH_PX
+        usual = NARROWEST_UNSCALED_PX <= width <= WIDEST_UNSCALED_PX
+        self.scale = 1.0 if usual or width < LEAST_WIDTH_PX else width / WIDTH_PX
         self._size = round(width / self.scale), round(height / self.scale)
         self.order = lamp_order(reference.image)
 

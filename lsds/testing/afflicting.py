@@ -29,9 +29,12 @@ from lsds.testing.stimulus import rest_frame
 
 BEGINS_NS = 480_000_000
 """Time in a course at which the fault begins."""
-WORST, MIDDLE, SEED = 5, 3, 7
-"""Severities and seed of the kit. At the worst severity a random event may happen every time; at the middle one the
-answers depend on the random numbers."""
+WORST_SEVERITY = 5
+"""Severity at which a random event may happen every time."""
+MIDDLE_SEVERITY = 3
+"""Severity at which the answers depend on the random numbers."""
+SEED = 7
+"""Seed of the kit; chosen."""
 DEVICES = ("sensor", "gripper", "arm", "pose_source")
 ALGORITHMS = ("tracker", "detector", "estimator", "controller", "job")
 PARTS: dict[str, Callable[[VirtualClock], Any]] = {
@@ -67,7 +70,7 @@ class Afflicted:
         self.clock = VirtualClock()
         self.context = BuildContext(self.clock, SEED)
         self.fault = bench.host.build(
-            "fault", bench.name, options_of(bench, options, MIDDLE if middle else WORST), self.context
+            "fault", bench.name, options_of(bench, options, MIDDLE_SEVERITY if middle else WORST_SEVERITY), self.context
         )
         self.target: str = self.fault.target
         require_target(self.target)
@@ -131,7 +134,7 @@ class Afflicted:
             yield Outcome(where, value, exact(value))
 
 
-def options_of(bench: Bench, more: Mapping[str, Any] | None = None, severity: int = WORST) -> dict[str, Any]:
+def options_of(bench: Bench, more: Mapping[str, Any] | None = None, severity: int = WORST_SEVERITY) -> dict[str, Any]:
     """Return the options of a fault, with `STAGE` as `at` and with `severity` if it has these options."""
     fields = fields_of(bench)
     kit = {name: value for name, value in (("at", STAGE), ("severity", severity)) if name in fields}

@@ -11,9 +11,10 @@ from lsds.testing.bench import Bench
 from lsds.testing.machine import a_command
 from lsds.testing.outcomes import Needs
 
-FARTHEST_M = 10.0
+PLAUSIBLE_DISTANCE_M = 10.0
 """Maximum plausible distance of a body from the base, m."""
 _UNIT = 1e-6
+"""Maximum deviation of the norm of a unit quaternion; chosen."""
 
 
 def check_arm_state_is_sound(bench: Bench) -> None:
@@ -64,7 +65,7 @@ def check_poses(bench: Bench) -> None:
             assert isinstance(sample, PoseSample), f"read() returned {type(sample).__name__}; return a PoseSample"
             for body, pose in sample.poses.items():
                 assert isinstance(body, str), f"the body {body!r} is not named by a str"
-                assert_pose(pose, body, FARTHEST_M)
+                assert_pose(pose, body, PLAUSIBLE_DISTANCE_M)
 
 
 def assert_pose(pose: Any, body: str, farthest_m: float) -> None:

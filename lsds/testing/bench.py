@@ -19,7 +19,8 @@ T = TypeVar("T")
 FIRST_SAMPLE_S = 5.0
 """Time allowed from `connect` to the first sample, s."""
 
-_STEP_NS = 1_000_000
+_CLOCK_STEP_NS = 1_000_000
+"""Step by which the virtual clock advances, ns; chosen."""
 
 
 @dataclass
@@ -86,7 +87,7 @@ class Bench:
             except StaleData:
                 if self.clock.now() > deadline:
                     raise
-                self.clock.sleep_until(self.clock.now() + _STEP_NS)
+                self.clock.sleep_until(self.clock.now() + _CLOCK_STEP_NS)
 
     def samples(self, device: Any, duration_s: float, step_s: float = 0.004) -> Iterator[Any]:
         """Yield samples while time passes; ends early at the end of a recording."""

@@ -33,6 +33,7 @@ HEAVY = (
 )
 """Libraries that take long to import."""
 PROBED_S = 60.0
+"""Time limit of a command in a separate process, s; chosen."""
 
 
 def check_is_a_click_command(bench: Bench) -> None:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-RELATIVE, ABSOLUTE = 1e-6, 1e-12
-"""Numbers that differ by less are equal: threads may add in another order."""
+RELATIVE = 1e-6
+"""Relative difference below which numbers are equal: threads may add in another order."""
+ABSOLUTE = 1e-12
+"""Absolute difference below which numbers are equal, for those near zero."""
 
 
 def plain(answer: Any) -> Any:

@@ -14,6 +14,7 @@ from lsds.testing.outcomes import Needs, NotApplicable
 WATCHED_S = 1.0
 """Time for which a device must not move, s."""
 _BRAKE_S = 0.3
+"""Time that a device gets to move or to brake, s; chosen."""
 STANDS_M = 1e-5
 """Minimum motion of a device that has moved, m."""
 

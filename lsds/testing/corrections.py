@@ -14,7 +14,7 @@ from lsds.testing.grips import NOT_MEASURED, STROKE_M, degraded_grips, grip_inpu
 from lsds.testing.stimulus import Name
 
 NAMES: tuple[Name, ...] = ("slides", "turns")
-TINY_M = 1e-9
+APERTURE_ROUNDING_M = 1e-9
 """Maximum difference of equal apertures, m: rounding."""
 
 
@@ -72,7 +72,7 @@ def check_opens_only_as_declared(bench: Bench) -> None:
 
 
 def _is_wider(aperture_m: Any, most_m: float) -> bool:
-    return isinstance(aperture_m, Real) and float(aperture_m) > most_m + TINY_M
+    return isinstance(aperture_m, Real) and float(aperture_m) > most_m + APERTURE_ROUNDING_M
 
 
 def _after(bench: Bench, name: Name) -> Any:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-_SHOWN = 160
+_SHOWN_CHARACTERS = 160
+"""Maximum length of a value in a message, characters; chosen."""
 
 
 def exact(value: Any) -> Any:
@@ -71,4 +72,4 @@ def shown(copy: Any) -> str:
     if isinstance(copy, tuple) and copy and copy[0] == "raised":
         return f"{copy[1]}: {copy[2]}"
     text = f"({', '.join(map(shown, copy))})" if isinstance(copy, tuple) else str(copy)
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+    return text if len(text) <= _SHOWN_CHARACTERS else f"{text[:_SHOWN_CHARACTERS]}..."

@@ -22,6 +22,7 @@ from lsds.testing.outcomes import NotApplicable
 SEVERITIES = (1, 2, 3, 4, 5)
 """The scale of every fault that has an option `severity`."""
 NO_SEVERITIES = (-1, 0, 6)
+"""Values that a fault must refuse as its severity."""
 _DECLARED = {"controller": ("may_open", "limits_force", "held_back"), "job": ("stages",)}
 _CALLS = {
     **dict.fromkeys(DEVICES, ("connect", "arm", "stop", "disarm", "close")),

@@ -12,13 +12,17 @@ from lsds.contracts import SensorSpec
 SPEC = SensorSpec(width_px=320, height_px=240, rate_hz=25.0, metres_per_px=62.5e-6, pad=(7, 9))
 """The sensor that the kit draws the images of."""
 PITCH_PX = 32.0
+"""Distance of the markers, px."""
 CENTRE_PX = np.array([(SPEC.width_px - 1) / 2, (SPEC.height_px - 1) / 2])
-MARKER_PX, EDGE_PX = 6.0, 0.6
-"""Radius of a marker, and the width of its edge."""
-DARK = 0.65
+MARKER_PX = 6.0
+"""Radius of a marker, px."""
+MARKER_EDGE_PX = 0.6
+"""Width of a marker's edge, px."""
+MARKER_DARKNESS = 0.65
 """Share of the light that a marker takes."""
 LIGHT = (110.0, 130.0, 115.0)
-NOISE = 1.5
+"""Light of the gel without markers, grey levels of red, green and blue."""
+IMAGE_NOISE = 1.5
 """Standard deviation of the image noise, grey levels."""
 CONTACT_PX = 75.0
 """Radius of the contact patch."""
@@ -53,8 +57,8 @@ def draw(markers_px: NDArray[np.float64], press: Press | None = None, seed: int 
     if press is not None:
         slope_x, slope_y = _slopes(x, y, press)
         image += slope_x[..., None] * SHADE_X + slope_y[..., None] * SHADE_Y
-    image *= (1 - DARK * _cover(markers_px))[..., None]
-    image += NOISE * np.random.default_rng(seed).standard_normal(image.shape)
+    image *= (1 - MARKER_DARKNESS * _cover(markers_px))[..., None]
+    image += IMAGE_NOISE * np.random.default_rng(seed).standard_normal(image.shape)
     drawn: NDArray[np.uint8] = np.clip(np.rint(image), 0, 255).astype(np.uint8)
     drawn.flags.writeable = False
     return drawn
@@ -62,14 +66,14 @@ def draw(markers_px: NDArray[np.float64], press: Press | None = None, seed: int 
 
 def _cover(markers_px: NDArray[np.float64]) -> NDArray[np.float64]:
     cover = np.zeros((SPEC.height_px, SPEC.width_px))
-    reach = int(MARKER_PX + 6 * EDGE_PX)
+    reach = int(MARKER_PX + 6 * MARKER_EDGE_PX)
     for x, y in markers_px[np.isfinite(markers_px).all(axis=1)]:
         left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
         patch = cover[top : max(int(y) + reach + 1, 0), left : max(int(x) + reach + 1, 0)]
         across = np.arange(patch.shape[1]) + left - x
         down = np.arange(patch.shape[0]) + top - y
         radius = np.hypot(across, down[:, None])
-        np.maximum(patch, 1 / (1 + np.exp((radius - MARKER_PX) / EDGE_PX)), out=patch)
+        np.maximum(patch, 1 / (1 + np.exp((radius - MARKER_PX) / MARKER_EDGE_PX)), out=patch)
     return cover
 
 

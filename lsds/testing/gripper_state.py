@@ -13,7 +13,7 @@ from lsds.testing.outcomes import Needs
 
 REACTS_S = 0.3
 """Time from a command, a stop or an arrival until the state shows it."""
-_STEP_S = 0.02
+_SAMPLE_STEP_S = 0.02
 
 
 def check_gripper_state_is_sound(bench: Bench) -> None:
@@ -38,8 +38,8 @@ def check_gripper_reports_its_motion(bench: Bench) -> None:
         target = spec.stroke_m * (0.7 if wide else 1.0)
         sent = gripper.command(GripperCommand(target, spec.speed_m_s[0], spec.force_n[0], bench.in_future(10.0)))
         states = []
-        for _ in range(math.ceil((abs(target - at_rest.aperture_m) / spec.speed_m_s[0] + 2.0) / _STEP_S)):
-            bench.advance(_STEP_S)
+        for _ in range(math.ceil((abs(target - at_rest.aperture_m) / spec.speed_m_s[0] + 2.0) / _SAMPLE_STEP_S)):
+            bench.advance(_SAMPLE_STEP_S)
             states.append(bench.read(gripper))
             _assert_sound(states[-1], spec)
         under_way = [state for state in states if _between(state, at_rest.aperture_m, sent.aperture_m, gripper)]

@@ -12,8 +12,12 @@ from functools import cache
 from lsds.contracts import ABSTAINED, Detection, FingerCycle, Frame, GripEstimate, GripTask, SlipEstimate
 from lsds.testing.stimulus import FRAME_NS, Name, cycles
 
-TOUCH_M, HELD_M, STROKE_M = 0.030, 0.0285, 0.05
-"""Aperture at touch, held aperture, and stroke of the gripper, m."""
+TOUCH_M = 0.030
+"""Aperture at touch, m."""
+HELD_M = 0.0285
+"""Held aperture, m."""
+STROKE_M = 0.05
+"""Stroke of the gripper, m."""
 ABSTAINS = Detection(None, math.nan, 0.5, 0.0)
 QUIET, SLIPS = Detection(False, 0.1, 0.5, 0.8), Detection(True, 0.9, 0.5, 0.8)
 AT_REST = SlipEstimate((0.0, 0.0), (1e-3, 1e-3), 0.0, 0.05, 0.0, 1e-3)

@@ -21,7 +21,7 @@ from lsds.contracts import (
 from lsds.testing.known_devices import Part
 from lsds.testing.stimulus import cycles, reference
 
-SLIP_M_S = 4e-3
+KNOWN_SLIP_M_S = 4e-3
 
 
 class KnownTracker(Part):
@@ -51,7 +51,7 @@ class KnownDetector(Part):
         """Return slip above a speed."""
         self.note("update", observation)
         speed_m_s = mean_speed_m_s(observation)
-        return Detection(speed_m_s > SLIP_M_S, speed_m_s, SLIP_M_S, 0.5)
+        return Detection(speed_m_s > KNOWN_SLIP_M_S, speed_m_s, KNOWN_SLIP_M_S, 0.5)
 
     def reset(self) -> None:
         """Log the call."""

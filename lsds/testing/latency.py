@@ -13,10 +13,12 @@ from lsds.errors import StaleData
 from lsds.testing.bench import Bench
 from lsds.testing.machine import a_command
 
-LIMIT_S = 0.1
+CALL_LIMIT_S = 0.1
 """Median real time of a call of `read`, `command` or `stop`."""
 THREAD_S = 60.0
+"""Time limit of a call in another thread, s; chosen."""
 _CALLS = 9
+"""Number of calls whose median counts; chosen."""
 
 
 def check_calls_return_quickly(bench: Bench) -> None:
@@ -70,11 +72,11 @@ def _assert_quick(bench: Bench, name: str, call: Callable[[], Any]) -> None:
         assert not (bench.virtual and waited_s), (
             f"{name}() let {waited_s} s of simulated time pass; return at once and let the caller wait"
         )
-        if sum(one > LIMIT_S for one in taken) > _CALLS // 2:
+        if sum(one > CALL_LIMIT_S for one in taken) > _CALLS // 2:
             break
     typical_s = median(taken)
-    assert typical_s <= LIMIT_S, (
-        f"{name}() takes {typical_s:.2f} s of real time (median of {len(taken)}), and {LIMIT_S} s are allowed; "
+    assert typical_s <= CALL_LIMIT_S, (
+        f"{name}() takes {typical_s:.2f} s of real time (median of {len(taken)}), and {CALL_LIMIT_S} s are allowed; "
         "talk to the device in a thread of your own"
     )
 

@@ -19,7 +19,7 @@ CLOCK = WallClock()
 """The clock of the mock, too: monotonic time is the same in all processes of a machine."""
 PREFERRED = ("tcp", "rtde", "http")
 """Faces that `address` names, in order of preference, if no transport is chosen."""
-OPENED_M = 1e-4
+OPENED_BY_COMMAND_M = 1e-4
 """Increase of the aperture that counts as opening (m): half a position tick of a Hand-E, so no command causes less."""
 
 
@@ -182,7 +182,7 @@ class MockHandle(Mapping[str, str]):
             raise DeviceError(f"mock {self.name}", "has no aperture", remedy="assert on a gripper")
         least = truths[0]
         for truth in truths:
-            if truth.aperture_m > least.aperture_m + OPENED_M:
+            if truth.aperture_m > least.aperture_m + OPENED_BY_COMMAND_M:
                 raise AssertionError(
                     f"{self.name} opened from {least.aperture_m * 1e3:.2f} mm to {truth.aperture_m * 1e3:.2f} mm, "
                     f"{self._after(truth)} after the start of the period; {self._last_frame(truth.t_ns)}"

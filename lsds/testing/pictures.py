@@ -11,11 +11,11 @@ from lsds.tactile.views import viewed
 from lsds.testing.bench import Bench
 from lsds.testing.outcomes import NotApplicable
 
-BLACK = 10
+BLACK_FRAME_LEVEL = 10
 """Maximum grey level of a black frame."""
 TILT = 0.05
 """Minimum difference of brightness between top and bottom that is evidence of a lamp, as a share of their sum."""
-_SETTLED_S = 0.6
+_CAMERA_SETTLED_S = 0.6
 
 
 def check_frames_are_not_black(bench: Bench) -> None:
@@ -24,7 +24,7 @@ def check_frames_are_not_black(bench: Bench) -> None:
     with bench.device() as device:
         for frame in bench.samples(device, 1.0):
             brightest = max(brightest, int(np.max(frame.image)))
-    assert brightest >= BLACK, (
+    assert brightest >= BLACK_FRAME_LEVEL, (
         f"all frames of the first second are black: the brightest pixel is {brightest}; check exposure and lamps"
     )
 
@@ -70,7 +70,7 @@ def check_markers_form_the_pad(bench: Bench) -> None:
 def _settled(bench: Bench) -> Frame:
     """Return a frame of the untouched gel after the camera's exposure has settled."""
     with bench.device() as device:
-        frames: list[Frame] = list(bench.samples(device, _SETTLED_S))
+        frames: list[Frame] = list(bench.samples(device, _CAMERA_SETTLED_S))
     return frames[-1]
 
 

@@ -28,7 +28,7 @@ from lsds.testing.gel import Press, draw, grid_px
 from lsds.testing.grips import ABSTAINS, TOUCH_M
 from lsds.testing.stimulus import FRAME_NS, cycles
 
-STEP_NS = 8_000_000
+JOB_STEP_NS = 8_000_000
 """Interval of the steps of a job, 125 Hz."""
 GRIPPER = GripperSpec(stroke_m=0.05, resolution_m=2e-4, speed_m_s=(0.0, 0.15), force_n=(0.0, 130.0))
 ARM = ArmSpec(speed_m_s=1.0, acceleration_m_s2=10.0, reach_m=0.85)
@@ -86,14 +86,14 @@ class World:
 
     def advance(self, target_m: float, speed_m_s: float) -> None:
         """Advance by a step in which the fingers move towards an aperture."""
-        self.t_ns += STEP_NS
-        step_m = speed_m_s * STEP_NS * 1e-9
+        self.t_ns += JOB_STEP_NS
+        step_m = speed_m_s * JOB_STEP_NS * 1e-9
         moving = abs(target_m - self._aperture_m) > step_m
         self._aperture_m += math.copysign(min(step_m, abs(target_m - self._aperture_m)), target_m - self._aperture_m)
-        self._height_m += self._twist.linear_m_s[2] * STEP_NS * 1e-9
-        if self.t_ns // FRAME_NS > (self.t_ns - STEP_NS) // FRAME_NS:
+        self._height_m += self._twist.linear_m_s[2] * JOB_STEP_NS * 1e-9
+        if self.t_ns // FRAME_NS > (self.t_ns - JOB_STEP_NS) // FRAME_NS:
             self._seen = tuple(_seen(name, self.t_ns, self._aperture_m < TOUCH_M) for name in FINGERS)
-        seq = self.t_ns // STEP_NS
+        seq = self.t_ns // JOB_STEP_NS
         pose = Pose((0.4, 0.0, self._height_m))
         self.now = Situation(
             self.t_ns,

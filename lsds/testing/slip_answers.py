@@ -15,12 +15,16 @@ from lsds.testing.feeding import build
 from lsds.testing.stimulus import Name, degraded, observations
 
 SEQUENCES: tuple[Name, ...] = ("untouched", "slides", "turns")
-FASTEST_M_S, FASTEST_RAD_S = 1.0, 100.0
-"""The stimulus slides at 8 mm/s and turns at 0.8 rad/s: faster estimates are in other units."""
-LIKELY = 0.5
+FASTEST_M_S = 1.0
+"""Maximum plausible estimate, m/s. The stimulus slides at 8 mm/s: faster estimates are in other units."""
+FASTEST_RAD_S = 100.0
+"""Maximum plausible estimate, rad/s. The stimulus turns at 0.8 rad/s: faster estimates are in other units."""
+LIKELY_CONFIDENCE = 0.5
 """Minimum confidence of a slip that is reported as likely."""
-STILL_M_S, STILL_RAD_S = 0.01, 2.0
-"""Maximum median estimate for a gel without contact."""
+STILL_M_S = 0.01
+"""Maximum median estimate for a gel without contact, m/s; chosen."""
+STILL_RAD_S = 2.0
+"""Maximum median estimate for a gel without contact, rad/s; chosen."""
 
 
 def check_detections_are_sound(bench: Bench) -> None:
@@ -41,9 +45,9 @@ def check_detector_claims_no_slip_of_nothing(bench: Bench) -> None:
         detector = build(bench)
         for i, observation in enumerate(inputs):
             detection = detector.update(observation)
-            assert not (detection.slip and detection.confidence > LIKELY), (
+            assert not (detection.slip and detection.confidence > LIKELY_CONFIDENCE), (
                 f"frame {i}: nothing touches or is followed, and it reports slip with confidence "
-                f"{detection.confidence:.2f} (limit {LIKELY}); abstain with slip=None"
+                f"{detection.confidence:.2f} (limit {LIKELY_CONFIDENCE}); abstain with slip=None"
             )
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from lsds.testing.bench import Bench
 
 WATCHED_S = 1.0
+"""Time for which a device is read, s; chosen."""
 OLDEST_S = 1.0
 """Maximum age of the newest sample of a streaming device, s."""
 _DRIFT = 0.2
-_READS = 30
+"""Maximum difference of stamped and passed time, as a share of the passed time; chosen."""
+_STAMPED_READS = 30
+"""Number of reads of a device under the wall clock; chosen."""
 
 
 def check_number_and_time_go_up_together(bench: Bench) -> None:
@@ -62,7 +65,7 @@ def check_read_repeats_the_newest(bench: Bench) -> None:
     """`read` returns the newest sample again if there is no newer one; it does not wait for one."""
     with bench.device() as device:
         first = bench.read(device)
-        reads = [device.read() for _ in range(3 if bench.virtual else _READS)]
+        reads = [device.read() for _ in range(3 if bench.virtual else _STAMPED_READS)]
         if bench.virtual:
             found = [sample.seq for sample in (first, *reads)]
             assert len(set(found)) == 1, f"at one instant read() returned seq {found}; number samples, not reads"

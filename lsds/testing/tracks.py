@@ -16,12 +16,13 @@ from lsds.testing.feeding import build
 from lsds.testing.gel import SPEC, draw, grid_px
 from lsds.testing.stimulus import FRAME_NS, frames, rest_frame
 
-STEP_PX = 2.5
+GRID_MOTION_PX = 2.5
 """Motion of the grid from frame to frame: a tracker that is one frame late is farther off than `NEAR_PX`."""
 NEAR_PX = 1.0
+"""Maximum distance of a followed marker from its true position, px; chosen."""
 SHIFTS = ((1, 0), (2, 1), (2, 2), (1, 3), (0, 2), (-1, 1), (-2, 0), (-1, -1), (0, 0))
 """Path of the grid in steps."""
-LEAST_SHARE = 0.5
+LEAST_FOLLOWED_SHARE = 0.5
 """Share of the markers that is followed in a clear frame."""
 HIDDEN = np.isin(np.arange(63), (11, 16, 30, 40, 47, 51))
 """The markers that are hidden in some frames."""
@@ -43,8 +44,9 @@ def check_follows_a_shifted_grid(bench: Bench) -> None:
         tracks = tracker.update(frame)
         _assert_sound(reference, tracks, frame)
         share = float(np.mean(tracks.valid))
-        assert share >= LEAST_SHARE, (
-            f"frame {frame.seq}: {share:.0%} of the markers of a clear image are followed (limit {LEAST_SHARE:.0%})"
+        assert share >= LEAST_FOLLOWED_SHARE, (
+            f"frame {frame.seq}: {share:.0%} of the markers of a clear image are followed "
+            f"(limit {LEAST_FOLLOWED_SHARE:.0%})"
         )
         off = np.linalg.norm(tracks.xy_px - reference.xy_px - shift, axis=1)[tracks.valid]
         worst = int(np.argmax(off))
@@ -137,7 +139,7 @@ def _assert_sound(reference: MarkerReference, tracks: Any, frame: Frame) -> None
 def _shifted() -> Sequence[tuple[Frame, NDArray[np.float64]]]:
     found = []
     for i, steps in enumerate(SHIFTS):
-        shift = STEP_PX * np.array(steps, float)
+        shift = GRID_MOTION_PX * np.array(steps, float)
         found.append((Frame(draw(grid_px() + shift, seed=200 + i), (i + 1) * FRAME_NS, i), shift))
     return found
 

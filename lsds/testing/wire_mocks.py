@@ -17,7 +17,8 @@ from lsds.testing.wire_clients import CONNECTED_S, client_of, is_accepted, reset
 from lsds.testing.wire_serving import ENDED_S, Call, Served, built, connected, free_options, served
 
 UNKNOWN = "no-such-fault"
-TIMES = 5
+LEAVING_CLIENTS = 5
+"""Number of clients that connect and leave, one after the other; chosen."""
 _WORD = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
 
 
@@ -59,24 +60,24 @@ def check_survives_clients_that_leave(bench: Bench) -> None:
     """Clients that connect and leave at once, or reset the connection, do not end it; the next one is accepted."""
     with free_options(bench) as options, served(bench, options) as running:
         for face, endpoint in running.endpoints.items():
-            for i in range(TIMES):
+            for i in range(LEAVING_CLIENTS):
                 with client_of(endpoint) as link:
                     if i % 2:
                         reset_on_close(link)
                 running.require_serving(f"a client left {face!r}")
-            _require_accepted(running, face, f"{TIMES} clients that left")
+            _require_accepted(running, face, f"{LEAVING_CLIENTS} clients that left")
 
 
 def check_survives_garbage(bench: Bench) -> None:
     """A client that sends bytes of no protocol does not end it; the next one is accepted."""
     with free_options(bench) as options, served(bench, options) as running:
         for face, endpoint in running.endpoints.items():
-            for i in range(TIMES):
+            for i in range(LEAVING_CLIENTS):
                 with client_of(endpoint) as link:
                     send_garbage(link, seed=i)
                     running.require_serving(f"garbage at {face!r}")
                 running.require_serving(f"garbage at {face!r} and the client left")
-            _require_accepted(running, face, f"{TIMES} clients that sent garbage")
+            _require_accepted(running, face, f"{LEAVING_CLIENTS} clients that sent garbage")
 
 
 def check_inject_names_the_kinds(bench: Bench) -> None:

@@ -10,7 +10,7 @@ from lsds.session.track import UNASKED, engine_of
 if TYPE_CHECKING:
     from lsds.runtime.engine import Engine
 
-WHOLE_PAD = 50
+WHOLE_PAD_VISIBLE = 50
 """Minimum number of visible markers of a whole pad; a pad with fewer is zoomed in."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import lsds
 from lsds.contracts import ABSTAINED
-from lsds.tactile.bridging import MOST_FRAMES
+from lsds.tactile.bridging import MOST_BRIDGED_FRAMES
 
 SHORT = ["task.lift_s=0.6", "task.hold_s=0.4"]
 
@@ -21,7 +21,7 @@ def test_the_loop_bridges_three_frames_and_then_abstains():
                 seen.append(cycle.grip)
             elif not cycle.estimate.abstained and cycle.acting:
                 blind[0], last = True, cycle.estimate
-            if len(seen) == MOST_FRAMES + 2:
+            if len(seen) == MOST_BRIDGED_FRAMES + 2:
                 break
     assert [grip.bridged for grip in seen] == [1, 2, 3, 0, 0]
     assert [grip.estimate.abstained for grip in seen] == [False] * 3 + [True] * 2

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lsds.config import load_config
 from lsds.contracts import ContactPatch
 from lsds.errors import ConfigError
-from lsds.grip.fragile import SAFE, STIFFEST_N_M, Bearing, allowed_squeeze_m
+from lsds.grip.fragile import HARDEST_OBJECT_N_M, SAFE, Bearing, allowed_squeeze_m
 from lsds.session.run import run
 from lsds.tactile.contact_place import edge_of, off_centre
 from lsds.tactile.normal_force import normal_force_of
@@ -81,7 +81,7 @@ def test_the_measured_force_stays_below_the_object_s_maximum(fragile, squeeze, n
 @given(positive, st.floats(1e-4, 5e-3))
 def test_an_unmeasured_object_counts_as_the_hardest(fragile, squeeze):
     hard = allowed_squeeze_m(fragile, squeeze, math.nan, math.nan)
-    assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * STIFFEST_N_M * squeeze, math.nan)
+    assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * HARDEST_OBJECT_N_M * squeeze, math.nan)
     # An object that slid at a small load was pressed gently.
     assert allowed_squeeze_m(fragile, squeeze, math.nan, 10.0) >= hard
 

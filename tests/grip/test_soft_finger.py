@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from lsds.contracts import ABSTAINED, ContactLoad
 from lsds.session.run import run
 from lsds.tactile.carried_load import CarriedLoad
-from lsds.tactile.soft_finger import ARM_M, pull_of, speed_of
+from lsds.tactile.soft_finger import FRICTION_ARM_M, pull_of, speed_of
 
 number = st.floats(-50, 50)
 
@@ -27,7 +27,7 @@ def test_a_torque_adds_to_the_force_never_takes_from_it(x, y, torque, share):
     load = ContactLoad((x, y), torque, 0.01, 0.001)
     pull = pull_of(load)
     assert pull >= load.force_n * (1 - 1e-12)
-    assert pull == pytest.approx(math.hypot(load.force_n, torque / ARM_M))
+    assert pull == pytest.approx(math.hypot(load.force_n, torque / FRICTION_ARM_M))
     # Force and torque in proportion: so is what friction has to hold.
     assert pull_of(ContactLoad((share * x, share * y), share * torque, 0.01, 0.001)) == pytest.approx(share * pull)
     assert pull_of(replace(load, torque_nm=-torque)) == pull
@@ -35,7 +35,9 @@ def test_a_torque_adds_to_the_force_never_takes_from_it(x, y, torque, share):
 
 def test_a_turn_counts_as_slip_and_an_unknown_one_is_left_out():
     still = replace(ABSTAINED, abstained=False, speed_m_s=0.0, speed_std_m_s=0.001, angular_rad_s=2.0)
-    assert speed_of(replace(still, angular_std_rad_s=0.2)) == pytest.approx((2 * ARM_M, math.hypot(0.001, 0.2 * ARM_M)))
+    assert speed_of(replace(still, angular_std_rad_s=0.2)) == pytest.approx(
+        (2 * FRICTION_ARM_M, math.hypot(0.001, 0.2 * FRICTION_ARM_M))
+    )
     assert speed_of(replace(still, angular_rad_s=math.nan, angular_std_rad_s=math.nan)) == (0.0, 0.001)
     assert math.isnan(speed_of(ABSTAINED)[0])
 
@@ -43,7 +45,7 @@ def test_a_turn_counts_as_slip_and_an_unknown_one_is_left_out():
 def test_the_carried_load_counts_torque():
     carried = CarriedLoad()
     carried.take(0, [finger(ContactLoad((0.0, 0.0), 0.002, 0.01, 0.001), 0)])
-    carried.take(40_000_000, [finger(ContactLoad((0.0, 1.0), 0.002 + ARM_M, 0.01, 0.001), 40_000_000)])
+    carried.take(40_000_000, [finger(ContactLoad((0.0, 1.0), 0.002 + FRICTION_ARM_M, 0.01, 0.001), 40_000_000)])
     assert carried.now_n == pytest.approx(math.sqrt(2))
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from lsds_mocks.gel.kernel import basis
-from lsds_mocks.gel.markers import QUORUM, REACH_M
+from lsds_mocks.gel.markers import BRISTLE_REACH_M, QUORUM
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
 from lsds_mocks.gel.winkler import WinklerGel
@@ -47,7 +47,7 @@ def load(directory, name):
 def tip_weights(xy_m, points_m, share):
     """How much each bristle's tip speaks for each dot (M, N), in double precision; `share` is that of a contact."""
     square = (xy_m[:, 0, None] - points_m[0]) ** 2 + (xy_m[:, 1, None] - points_m[1]) ** 2
-    near = np.exp(-square / (2 * REACH_M**2))
+    near = np.exp(-square / (2 * BRISTLE_REACH_M**2))
     weights = near * share
     return weights / (weights.sum(axis=1, keepdims=True) + QUORUM * near.sum(axis=1).max(initial=1e-12))
 

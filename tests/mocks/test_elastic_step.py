@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from lsds_mocks.gel.auto.gel import AutoGel
-from lsds_mocks.gel.field.gel import TOLERANCE, FieldGel
+from lsds_mocks.gel.field.gel import TRACTION_TOLERANCE, FieldGel
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
@@ -57,12 +57,12 @@ def test_no_energy_is_created_and_friction_keeps_to_coulomb(shape, dt_s, frictio
         assert (tractions[2] >= 0).all()
         most = max(most, 2 * gel.elastic_energy_j)
         # Up to what the sweeps leave of the stored energy.
-        assert before is None or energy <= before + TOLERANCE * most + 1e-9
+        assert before is None or energy <= before + TRACTION_TOLERANCE * most + 1e-9
         before = energy
     assert gel.effort.unconverged == 0
 
 
-@pytest.mark.parametrize(("theta", "settled"), [(1.0, TOLERANCE), (0.5, 0.004)])
+@pytest.mark.parametrize(("theta", "settled"), [(1.0, TRACTION_TOLERANCE), (0.5, 0.004)])
 def test_ringing_dies_away_by_either_rule(theta, settled):
     """As the cell sets them: the midpoint rule wants its gel solved for further, or the rest feeds the ringing."""
     gel = FieldGel(SHAPES["pipe"], fine=1, tolerance=settled)

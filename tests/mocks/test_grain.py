@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from lsds_mocks.optics.grain import FULL_M, PITCH_M, SAMPLES, Grain
+from lsds_mocks.optics.grain import FULL_M, GRAIN_PITCH_M, GRAIN_SAMPLES, Grain
 
 SHAPE = (120, 160)
 X = (np.arange(SHAPE[1]) - (SHAPE[1] - 1) / 2) * 0.125e-3
@@ -36,9 +36,11 @@ def test_the_same_seed_gives_the_same_relief_and_another_another():
 def test_heights_and_features_have_the_given_size():
     slopes = grain()._slopes.astype(float)
     # Heights from the slopes along x, by Fourier's integral; what does not vary along x has none.
-    kx = np.fft.rfftfreq(SAMPLES, PITCH_M)[None, :]
+    kx = np.fft.rfftfreq(GRAIN_SAMPLES, GRAIN_PITCH_M)[None, :]
     waves = np.fft.rfft2(slopes[..., 0])
-    height = np.fft.irfft2(np.where(kx > 0, waves / np.where(kx > 0, 2j * np.pi * kx, 1), 0), s=(SAMPLES, SAMPLES))
+    height = np.fft.irfft2(
+        np.where(kx > 0, waves / np.where(kx > 0, 2j * np.pi * kx, 1), 0), s=(GRAIN_SAMPLES, GRAIN_SAMPLES)
+    )
     assert height.std() == pytest.approx(5e-6, rel=0.05)
     power = (np.abs(waves) ** 2 / np.where(kx > 0, kx, 1) ** 2).sum(axis=0)[1:]
     middle = float((power * kx[0, 1:]).sum() / power.sum())
@@ -52,7 +54,9 @@ def test_it_travels_with_the_object():
 
 
 def test_it_repeats_after_its_own_size():
-    assert np.allclose(painted(), painted((SAMPLES * PITCH_M, -SAMPLES * PITCH_M, 0.0)), atol=1e-4)
+    assert np.allclose(
+        painted(), painted((GRAIN_SAMPLES * GRAIN_PITCH_M, -GRAIN_SAMPLES * GRAIN_PITCH_M, 0.0)), atol=1e-4
+    )
 
 
 def test_slopes_turn_with_the_object():

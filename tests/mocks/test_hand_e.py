@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_M_S, HandEUnits, from_byte, to_byte
+from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_RANGE_M_S, HandEUnits, from_byte, to_byte
 from mock_rig import FAR, MS, STRONG_M, make_rig
 
 from lsds.contracts import Contact, Gripper, GripperCommand, Lifecycle
@@ -32,7 +32,7 @@ def test_end_ticks():
 
 @given(st.integers(0, 255))
 def test_bytes_survive_the_round_trip(byte):
-    assert to_byte(from_byte(byte, SPEED_M_S), SPEED_M_S) == byte
+    assert to_byte(from_byte(byte, SPEED_RANGE_M_S), SPEED_RANGE_M_S) == byte
     assert to_byte(from_byte(byte, FORCE_N), FORCE_N) == byte
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from lsds_mocks.plant.friction import LEAST, SurfaceFriction
+from lsds_mocks.plant.friction import LEAST_KINETIC_SHARE, SurfaceFriction
 from lsds_mocks.plant.texture import Chatter, Texture
 
 POINTS = np.stack([g.ravel() for g in np.meshgrid(np.linspace(-4e-3, 4e-3, 10), np.linspace(-9e-3, 9e-3, 10))])
@@ -55,5 +55,5 @@ def test_chatter_touches_sliding_points_only_and_stays_in_bounds():
     assert rough.at(POINTS, 0.02, at_rest, 0.05) == pytest.approx(np.full(100, 0.55))
     values = np.array([rough.at(POINTS, s, sliding, 0.05)[0] for s in np.arange(0, 0.1, 1e-4)])
     assert values.max() <= 0.55
-    assert values.min() >= LEAST * 0.45 - 1e-12
+    assert values.min() >= LEAST_KINETIC_SHARE * 0.45 - 1e-12
     assert values.std() > 0.05

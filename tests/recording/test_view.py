@@ -11,7 +11,7 @@ import pytest
 from lsds.errors import DataError
 from lsds.session.run import run
 from lsds.session.view import view_of
-from lsds.session.view.terminal import ROWS, TerminalView
+from lsds.session.view.terminal import MOST_ROWS, TerminalView
 from tests.recording.conftest import SHORT
 
 ESCAPES = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
@@ -27,7 +27,7 @@ def shown(stream, columns, monkeypatch, **more):
     from lsds.session import run as runs
     from lsds.session.view import terminal
 
-    monkeypatch.setattr(terminal, "RATE_HZ", 10**9)
+    monkeypatch.setattr(terminal, "DRAWN_HZ", 10**9)
     monkeypatch.setattr(terminal, "PLAIN_HZ", 10**9)
     monkeypatch.setattr(runs, "view_of", lambda where: TerminalView(stream, columns))
     session = run(None, SHORT, view="terminal", **more)
@@ -42,7 +42,7 @@ def test_the_terminal_shows_image_and_numbers_in_its_width(monkeypatch, columns)
     plain = ESCAPES.sub("", text)
     lines = plain.splitlines()
     assert max(map(len, lines)) <= columns
-    assert sum(line.startswith("\u2580") for line in lines) == ROWS * len(cycles)
+    assert sum(line.startswith("\u2580") for line in lines) == MOST_ROWS * len(cycles)
     if columns >= 40:
         assert sum("P(slip)" in line for line in lines) == len(cycles)
         last = cycles[-1]

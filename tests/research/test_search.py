@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from lsds_research.search.robustness import STOPPED, Limits, hangs, margins_of, run_scenario
+from lsds_research.search.robustness import STOPPED_MARGIN, Limits, hangs, margins_of, run_scenario
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import DEFAULT, Axis, point_to_scenario, read_space
@@ -70,7 +70,7 @@ def test_a_run_that_hangs_has_failed_whatever_it_took():
     verdict = Verdict(Outcome.STOPPED, "arm 'x' hangs", CallHangs.exit_code)
     fault = CallHangs("arm 'x'", "read", 5.0)
     margins = margins_of(Session({"outcome": "fault"}, None, (), None, None, fault, None, verdict))
-    assert margins == {"named": STOPPED}
+    assert margins == {"named": STOPPED_MARGIN}
     assert hangs(CallHangs("arm 'x'", "read", 5.0))
     assert not hangs(None)
     assert run_scenario(({}, Limits(), ("task.lift_s=0.3", "task.hold_s=0.1")))["margins"]["ends"] == 1.0

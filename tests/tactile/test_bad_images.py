@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tactile.watched_cell import FIRM_M, GRIPS_S, LOOSE_M, recorded, watched
 
-from lsds.runtime.finger_pipeline import PATIENCE
+from lsds.runtime.finger_pipeline import LEAP_FRAMES
 
 BOTH = pytest.mark.parametrize("backend", ["imprint", "fused"])
 Fault = Callable[[np.ndarray], np.ndarray]
@@ -132,7 +132,7 @@ def test_first_frames_of_another_state_are_noticed_and_mended(tmp_path, backend)
     untouched = recorded(0.9, None).images
     answers = watched(tmp_path / "clip", [*leapt, *untouched, *images], backend)
     line = answers.engine.lines[0]
-    assert line.taken_anew == [other + PATIENCE]
+    assert line.taken_anew == [other + LEAP_FRAMES]
     assert line.newest.tracks.valid.mean() > 0.95
     assert not (answers.slip[: other + len(untouched)] == 1).any()
     assert not (answers.slip[-BEGINS:] == 1).any()

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lsds.contracts import ABSTAINED, SlipEstimate
-from lsds.tactile.bridging import MOST_FRAMES, VelocityBridge
+from lsds.tactile.bridging import MOST_BRIDGED_FRAMES, VelocityBridge
 
 MEASURED = SlipEstimate((0.003, -0.004), (1e-3, 2e-3), 0.2, 0.1, 0.005, 1e-3)
 
@@ -24,8 +24,8 @@ def test_a_gap_is_bridged_for_three_frames_and_no_longer(measured, dt_s):
     for certain in measured:
         gap = 0 if certain else gap + 1
         estimate, frames = carrier.update(MEASURED if certain else ABSTAINED, dt_s)
-        assert estimate.abstained == (gap > MOST_FRAMES)
-        assert frames == (gap if gap <= MOST_FRAMES else 0)
+        assert estimate.abstained == (gap > MOST_BRIDGED_FRAMES)
+        assert frames == (gap if gap <= MOST_BRIDGED_FRAMES else 0)
         assert estimate.abstained or estimate.velocity_m_s == MEASURED.velocity_m_s
 
 
@@ -33,7 +33,7 @@ def test_a_gap_is_bridged_for_three_frames_and_no_longer(measured, dt_s):
 def test_variance_grows_linearly_with_the_time_since_the_measurement(dt_s):
     carrier = bridge()
     carrier.update(MEASURED, dt_s)
-    for frames in range(1, MOST_FRAMES + 1):
+    for frames in range(1, MOST_BRIDGED_FRAMES + 1):
         estimate, _ = carrier.update(ABSTAINED, dt_s)
         elapsed = frames * dt_s
         assert estimate.velocity_std_m_s == pytest.approx(

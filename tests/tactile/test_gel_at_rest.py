@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lsds_plugins.trackers.dotted.association import FEW, associate
+from lsds_plugins.trackers.dotted.association import LACKING_DOTS, associate
 from tactile.following import Bench
 
 
@@ -38,10 +38,10 @@ def test_markers_that_were_led_astray_come_home(count):
 def test_a_few_worn_dots_are_lost_and_do_not_affect_the_others():
     pad = lattice()
     predicted = astray(pad.home_px, 5, pad.pitch_px, 0)
-    found = associate(predicted, pad.home_px[FEW:], pad, predicted)
+    found = associate(predicted, pad.home_px[LACKING_DOTS:], pad, predicted)
     assert not found.ambiguous
-    assert (found.dot[:FEW] == -1).all()
-    assert np.array_equal(found.dot[FEW:], np.arange(pad.count - FEW))
+    assert (found.dot[:LACKING_DOTS] == -1).all()
+    assert np.array_equal(found.dot[LACKING_DOTS:], np.arange(pad.count - LACKING_DOTS))
 
 
 def test_dots_in_their_places_are_no_rest_after_a_leap_by_a_pitch():

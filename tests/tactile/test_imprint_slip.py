@@ -16,7 +16,7 @@ from tactile.scenes import observation
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext
 from lsds.tactile.imprint.motion import RECENT, ImprintMotion
-from lsds.tactile.imprint.uncertainty import WIDEST_M, covariance, distance, drift, step_m
+from lsds.tactile.imprint.uncertainty import PRIOR_STD_M, covariance, distance, drift, step_m
 
 CONTEXT = BuildContext(VirtualClock(), 0)
 #: Information of an imprint that determines every direction well, 1/m^2 and 1.
@@ -103,7 +103,7 @@ def test_a_covariance_is_one_and_less_knowledge_never_makes_it_smaller(known, re
 
 def test_along_an_edge_nothing_is_known_but_that_no_slip_is_huge():
     across, along = np.sqrt(np.diag(covariance(motion(known=(WELL[0], 0.0, WELL[2])))))[:2]
-    assert along == pytest.approx(WIDEST_M, rel=0.01)
+    assert along == pytest.approx(PRIOR_STD_M, rel=0.01)
     assert across < 0.05 * along
 
 

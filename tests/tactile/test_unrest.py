@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lsds.tactile.unrest import PATIENCE, Unrest
+from lsds.tactile.unrest import UNREST_FRAMES, Unrest
 
 
 def image(rng, noise):
@@ -17,7 +17,7 @@ def test_noise_is_refused_after_a_few_frames(noise, refused):
     rng, unrest = np.random.default_rng(1), Unrest()
     seen = [unrest.seen(image(rng, noise)) for _ in range(10)]
     assert seen[-1] == refused
-    assert not any(seen[:PATIENCE])
+    assert not any(seen[:UNREST_FRAMES])
 
 
 def test_a_light_that_flickers_is_refused_and_one_that_leaps_once_is_not():

@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lsds_plugins.controllers.pd import TICK_M, PdController, PdOptions
+from lsds_plugins.controllers.pd import PAPER_TICK_M, PdController, PdOptions
 
 from lsds.clock import VirtualClock
 from lsds.contracts import BuildContext, Detection, GripEstimate, GripTask, SlipEstimate
@@ -33,7 +33,7 @@ def state(slip, speed=0.0, *, dt_s=0.04, held=0.023, measured=None, abstained=Fa
 
 def closed_by(pd, speed, **more):
     """Ticks by which the controller closes on this speed."""
-    return (0.023 - pd.update(state(True, speed, **more), GripTask())) / TICK_M
+    return (0.023 - pd.update(state(True, speed, **more), GripTask())) / PAPER_TICK_M
 
 
 def test_it_closes_by_the_proportional_gain_on_the_first_frame_of_slip():
@@ -110,12 +110,14 @@ def test_it_closes_from_where_the_fingers_are_and_not_again_while_a_command_is_u
     first = pd.update(state(True, 0.02, held=0.023, measured=0.023), GripTask())
     again = pd.update(state(True, 0.02, held=first, measured=0.023), GripTask())
     assert again == pytest.approx(first)
-    assert pd.update(state(True, 0.02, held=first, measured=first), GripTask()) == pytest.approx(first - 6.2 * TICK_M)
+    assert pd.update(state(True, 0.02, held=first, measured=first), GripTask()) == pytest.approx(
+        first - 6.2 * PAPER_TICK_M
+    )
 
 
 def test_it_uses_the_command_if_the_aperture_is_unknown():
     assert controller().update(state(True, 0.01, held=0.02, measured=NAN), GripTask()) == pytest.approx(
-        0.02 - 3.1 * TICK_M
+        0.02 - 3.1 * PAPER_TICK_M
     )
 
 
@@ -183,14 +185,14 @@ def test_abstention_is_not_quiet():
 
 def test_steps_below_the_gripper_s_resolution_add_up():
     """Each frame requests a hundredth of a tick more; the gripper rounds, the controller integrates the requests."""
-    pd, held, asked = controller(release_m_s=TICK_M, release_after_s=0.0), 0.02, []
+    pd, held, asked = controller(release_m_s=PAPER_TICK_M, release_after_s=0.0), 0.02, []
     for _ in range(300):
         wanted = pd.update(state(False, dt_s=0.01, held=held), GripTask())
         if wanted is not None:
             asked.append(wanted)
-            held = round(wanted / TICK_M) * TICK_M
+            held = round(wanted / PAPER_TICK_M) * PAPER_TICK_M
     assert asked == sorted(asked)
-    assert held == pytest.approx(0.02 + 3 * TICK_M, abs=1.01 * TICK_M)
+    assert held == pytest.approx(0.02 + 3 * PAPER_TICK_M, abs=1.01 * PAPER_TICK_M)
 
 
 def test_without_release_nothing_is_ever_opened():
@@ -200,4 +202,4 @@ def test_without_release_nothing_is_ever_opened():
 @pytest.mark.parametrize("aperture", [0.07, 0.085, 0.14])
 def test_a_gripper_of_any_stroke_is_moved_by_the_gains_and_no_more(aperture):
     wanted = controller().update(state(True, 0.001, held=aperture), GripTask())
-    assert wanted == pytest.approx(aperture - 3.10 * 0.1 * TICK_M)
+    assert wanted == pytest.approx(aperture - 3.10 * 0.1 * PAPER_TICK_M)

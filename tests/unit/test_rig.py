@@ -138,7 +138,7 @@ def test_stop_reaches_every_device_and_never_raises(build, clock):
 
 
 def test_a_device_that_hangs_in_stop_keeps_no_other_moving(build, monkeypatch):
-    monkeypatch.setattr("lsds.runtime.rig.STOP_S", 0.1)
+    monkeypatch.setattr("lsds.runtime.rig.CELL_STOP_S", 0.1)
     rig = build(clock="wall")
     rig.connect()
     monkeypatch.setattr(FakeSensor, "stop", lambda self: time.sleep(1.0))

@@ -8,8 +8,11 @@ from typing import NamedTuple
 from lsds.errors import DataError, ProtocolFault
 
 LONGEST_PART = 64 * 1024 * 1024
+"""Maximum length of a body, bytes; chosen above any uncompressed picture."""
 LONGEST_HEADERS = 64 * 1024
-_PATIENCE = 4 * 1024 * 1024
+"""Maximum length of the headers of a part, bytes; chosen."""
+_MOST_SKIPPED = 4 * 1024 * 1024
+"""Maximum number of bytes without a boundary before the stream counts as broken; chosen."""
 
 
 class Part(NamedTuple):
@@ -49,7 +52,7 @@ class PartReader:
                 spare = max(0, len(self._data) - len(self._mark))
                 skipped += spare
                 del self._data[:spare]
-            if skipped > _PATIENCE or len(self._data) > LONGEST_HEADERS + _PATIENCE:
+            if skipped > _MOST_SKIPPED or len(self._data) > LONGEST_HEADERS + _MOST_SKIPPED:
                 raise ProtocolFault(
                     self._device, "no part begins in the stream", remedy="is the address that of an MJPEG stream?"
                 )

@@ -18,7 +18,8 @@ Flip = Literal["none", "horizontal", "vertical", "both"]
 
 _TURNS = {90: cv2.ROTATE_90_CLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_COUNTERCLOCKWISE}
 _FLIPS = {"horizontal": 1, "vertical": 0, "both": -1}
-_FACTORS = (8, 4, 2)
+_DECODING_FACTORS = (8, 4, 2)
+"""Factors by which libjpeg can reduce a picture while it decodes it, largest first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ class Picture:
             return 1  # pixels were counted at full size
         inner_width, inner_height = self._inner(width, height)
         need = (self.width, self.height) if self.turn % 180 == 0 else (self.height, self.width)
-        return next((f for f in _FACTORS if inner_width >= f * need[0] and inner_height >= f * need[1]), 1)
+        return next((f for f in _DECODING_FACTORS if inner_width >= f * need[0] and inner_height >= f * need[1]), 1)
 
     def of(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the tactile picture, a new uint8 RGB array (height, width, 3).

@@ -11,7 +11,8 @@ from lsds.errors import ConnectFailed, DataError, DeviceTimeout, ProtocolFault
 from lsds_drivers.cameras.jpeg import START, decode, end_of
 from lsds_drivers.cameras.source import Reduction, Shot, whole
 
-LONGEST = 64 * 1024 * 1024
+LONGEST_PICTURE = 64 * 1024 * 1024
+"""Maximum length of a picture, bytes; chosen above any JPEG picture."""
 
 
 class PipeSource:
@@ -90,6 +91,6 @@ class PipeSource:
             # Without a writer, reading a pipe returns end of file at once.
             time.sleep(min(0.02, max(0.0, left)))
         self._data += data
-        if len(self._data) > LONGEST:
+        if len(self._data) > LONGEST_PICTURE:
             self._data.clear()
-            raise ProtocolFault(self._device, f"{self._path}: no picture ends in {LONGEST} bytes")
+            raise ProtocolFault(self._device, f"{self._path}: no picture ends in {LONGEST_PICTURE} bytes")

@@ -20,11 +20,18 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
-_RETRY_S, _LONGEST_RETRY_S = 0.1, 2.0
+_RETRY_S = 0.1
+"""First pause before a lost camera is opened again, s; chosen."""
+_LONGEST_RETRY_S = 2.0
+"""Longest such pause, s; each failure doubles the pause up to this; chosen."""
 _RATE_SHARE = 0.1
-_GRACE_S = 0.2
+"""Weight of the newest interval in the mean interval between pictures; chosen."""
+_PUMP_GRACE_S = 0.2
+"""Time beyond a source's limit for which the first picture is awaited, s; chosen."""
 _STALE_FRAMES = 5
+"""Number of mean intervals after which the newest picture is stale; chosen."""
 CLOSE_TIMEOUT_S = 2.0
+"""Time limit for the end of the camera's thread, s; chosen."""
 
 
 class Work(Protocol[T_co]):
@@ -120,7 +127,7 @@ class FramePump(Generic[T]):
         self._due_ns = self._clock.now() + nanoseconds(limit_s)
         self._thread.start()
         # Wait a little longer than the source itself, so that its own error message is reported.
-        self._first.wait(limit_s + _GRACE_S)
+        self._first.wait(limit_s + _PUMP_GRACE_S)
         refused, trouble, came = self._refused, self._unusable or self._trouble, self._first.is_set()
         if came and refused is None:
             return

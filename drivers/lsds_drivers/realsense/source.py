@@ -13,8 +13,11 @@ from lsds_drivers.cameras.source import Shot
 
 RECORDINGS = (".db3", ".bag")
 DEFAULT_SIZE = (640, 480)
-RATE_HZ = 60
+"""Width and height of the colour stream unless configured, px; chosen."""
+COLOUR_RATE_HZ = 60
+"""Rate of the colour stream, Hz; chosen."""
 _NS_PER_MS = 1_000_000
+"""Nanoseconds per millisecond; librealsense counts in milliseconds."""
 
 
 class RealSenseSource:
@@ -51,7 +54,7 @@ class RealSenseSource:
             self._require_device(rs)
             if self._which:
                 config.enable_device(self._which)
-            config.enable_stream(rs.stream.color, *self._size, rs.format.rgb8, RATE_HZ)
+            config.enable_stream(rs.stream.color, *self._size, rs.format.rgb8, COLOUR_RATE_HZ)
         pipeline = rs.pipeline()
         try:
             profile = pipeline.start(config)

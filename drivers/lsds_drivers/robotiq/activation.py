@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from lsds_drivers.robotiq.figures import Figures
     from lsds_drivers.robotiq.pump import Pump
 
-ANSWER_S = 2.0
+STATUS_ANSWER_S = 2.0
 """Time limit for a status after a write, or for a write: allows several lost frames in a row."""
-_SETTLE_NS = 50_000_000
+_FAULT_SETTLE_NS = 50_000_000
 """Time after the rising edge for which the status may still show a fault that the edge has cleared."""
 _CALIBRATION = (128, 0)
 """Speed and force counts during calibration: half the speed, minimum force."""
@@ -37,17 +37,17 @@ class Arming:
 
     def is_active(self) -> bool:
         """Return whether the gripper is active without a fault, from a new status. Raises DeviceTimeout."""
-        status = self._await(lambda _status: True, ANSWER_S, self._clock.now(), "did not report its status")
+        status = self._await(lambda _status: True, STATUS_ANSWER_S, self._clock.now(), "did not report its status")
         return status.activation is Activation.ACTIVE and not blocks(status.fault)
 
     def activate(self, timeout_s: float) -> None:
         """Reset and activate: full close and open. Raises DeviceFault with the gripper's code, DeviceTimeout."""
         written = self._write(Order(0, None))
-        self._await(lambda status: not status.activated, ANSWER_S, written, "was not reset")
+        self._await(lambda status: not status.activated, STATUS_ANSWER_S, written, "was not reset")
         written = self._write(Order(ACTIVATE, None))
 
         def over(status: Status) -> bool:
-            failed = blocks(status.fault) and self._clock.now() - written > _SETTLE_NS
+            failed = blocks(status.fault) and self._clock.now() - written > _FAULT_SETTLE_NS
             return failed or status.activation is Activation.ACTIVE
 
         status = self._await(over, timeout_s, written, f"was not active after {timeout_s:g} s")
@@ -80,7 +80,7 @@ class Arming:
         """Send an order and wait until it is written; return the time of the write (ns)."""
         self._require_wanted()
         self._pump.post(order)
-        sent = self._pump.wait_sent(order, ANSWER_S)
+        sent = self._pump.wait_sent(order, STATUS_ANSWER_S)
         self._require_wanted()
         if not sent:
             raise self._silence("did not acknowledge the request to begin")

@@ -6,7 +6,10 @@ from typing import NamedTuple
 
 from lsds.errors import DeviceFault
 
-NOT_ACTIVATED, RELEASING = 0x07, 0x0B
+NOT_ACTIVATED = 0x07
+"""Code gFLT of a gripper that is not activated (Robotiq manuals, "Control")."""
+RELEASING = 0x0B
+"""Code gFLT of an automatic release under way (Robotiq manuals, "Control")."""
 
 
 class Fault(NamedTuple):

@@ -11,7 +11,7 @@ from lsds.clock import nanoseconds, seconds
 from lsds.contracts import Contact, GripperCommand, GripperSpec, GripperState, Lifecycle
 from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.errors import CommandExpired, DeviceFault, LimitExceeded, StaleData
-from lsds_drivers.robotiq.activation import ANSWER_S, Arming
+from lsds_drivers.robotiq.activation import STATUS_ANSWER_S, Arming
 from lsds_drivers.robotiq.fault_codes import NOT_ACTIVATED, blocks, device_fault
 from lsds_drivers.robotiq.pump import Counts, Order, Pump
 from lsds_drivers.robotiq.registers import (
@@ -29,9 +29,10 @@ if TYPE_CHECKING:
     from lsds_drivers.robotiq.options import GripperOptions
     from lsds_drivers.robotiq.transport import Transport
 
-STOP_S = 0.8
+GRIPPER_STOP_S = 0.8
 """Time limit of `stop` (s); a stop that takes longer is still sent later."""
-CLOSE_S = 2.0
+GRIPPER_CLOSE_S = 2.0
+"""Time limit of `close` for the end of the gripper's thread (s); chosen."""
 ECHO_NS = 50_000_000
 """Time without the echo of an acknowledged request after which the registers count as not refreshed. The manual states
 a refresh rate of 200 Hz ("Control"); ten periods are assumed to cover a URCap's controller, too."""
@@ -96,7 +97,7 @@ class RobotiqGripper:
                 self._calibrated = False
             if self._options.calibrate and not self._calibrated:
                 slowest_s = self._figures.stroke_m / self._figures.speed_m_s[0]
-                self._figures = arming.calibrate(self._figures, slowest_s + ANSWER_S)
+                self._figures = arming.calibrate(self._figures, slowest_s + STATUS_ANSWER_S)
                 self._calibrated = True
 
     def stop(self) -> None:
@@ -105,7 +106,7 @@ class RobotiqGripper:
         If the gripper does not answer in that time, the stop is sent as soon as it answers again.
         """
         if self._guard.state is not Lifecycle.CLOSED:
-            self._pump.halt(STOP_S)
+            self._pump.halt(GRIPPER_STOP_S)
 
     def disarm(self) -> None:
         """Stop the fingers, and accept no more commands."""
@@ -120,7 +121,7 @@ class RobotiqGripper:
             self.stop()
         with self._guard.closing() as first:
             if first:
-                self._pump.end(CLOSE_S)
+                self._pump.end(GRIPPER_CLOSE_S)
 
     def read(self) -> GripperState:
         """Return the newest state. Does no I/O.
@@ -188,7 +189,7 @@ class RobotiqGripper:
         self._guard.require_armed("automatic_release")
         order = Order(ACTIVATE | RELEASE | (RELEASE_OPENING if opening else 0), None)
         self._pump.post(order)
-        if not self._pump.wait_sent(order, ANSWER_S):
+        if not self._pump.wait_sent(order, STATUS_ANSWER_S):
             raise self._stale(self._clock.now()) from self._pump.error
 
     # -- inside -------------------------------------------------------------------------------------------

@@ -18,13 +18,19 @@ from lsds_drivers.robotiq.serial_port import open_serial
 if TYPE_CHECKING:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
-_HOLDING, _INPUT, _WRITE = 3, 4, 16
+_HOLDING = 3
+"""Modbus function code: read holding registers."""
+_INPUT = 4
+"""Modbus function code: read input registers."""
+_WRITE = 16
+"""Modbus function code: write multiple registers."""
 _ASKS = tuple((function, count) for count in range(3, 9) for function in (_INPUT, _HOLDING))
 """Status requests (function, number of registers), which differ in their answers; the first three registers have a
 meaning."""
 _PLAIN = 2
 """Number of requests for three registers; the others follow losses, if the gripper answers them."""
-_LEAST_S = 0.015
+_LEAST_MODBUS_WAIT_S = 0.015
+"""Minimum wait for an answer (s); chosen."""
 QUIET_S = 0.02
 """Silence after which no late answer can arrive (s); a USB adapter may delay an answer by 16 ms."""
 
@@ -46,7 +52,7 @@ class ModbusTransport:
         self._baud = baud
         self._timeout_s = timeout_s
         self._client: ModbusSerialClient | ModbusTcpClient | None = None
-        self._patience = Patience(_LEAST_S, timeout_s)
+        self._patience = Patience(_LEAST_MODBUS_WAIT_S, timeout_s)
         self._heard = self._answered = False
         self._unsettled = False
         self._unanswered: dict[tuple[int, int], float] = {}

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-_TIMES, _MORE_S = 2.0, 0.005
-"""The time limit is the slowest recent answer time multiplied by `_TIMES`, plus `_MORE_S`."""
+_SLOWEST_FACTOR = 2.0
+"""Factor on the slowest recent answer time in the time limit; chosen."""
+_ADDED_WAIT_S = 0.005
+"""Time that is added to it in the time limit (s); chosen."""
 _FORGETS = 0.98
 """Factor by which each faster answer reduces the remembered slowest answer time."""
-_STEADY = 8
+_STEADY_MISSES = 8
 """Number of consecutive missing answers after which the wait grows, because the line may have become slower."""
 
 
@@ -22,8 +24,8 @@ class Patience:
     @property
     def wait_s(self) -> float:
         """Time to wait for the next answer."""
-        wait_s = max(self._least_s, _TIMES * self._slowest_s + _MORE_S)
-        doublings = min(max(0, self._silences - _STEADY + 1), 16)
+        wait_s = max(self._least_s, _SLOWEST_FACTOR * self._slowest_s + _ADDED_WAIT_S)
+        doublings = min(max(0, self._silences - _STEADY_MISSES + 1), 16)
         return min(self._most_s, wait_s * float(2**doublings))
 
     def answered(self, after_s: float) -> None:

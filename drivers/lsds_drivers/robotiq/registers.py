@@ -6,12 +6,18 @@ from enum import IntEnum
 from typing import NamedTuple, Self
 
 COMMAND_REGISTER = 0x03E8
+"""First register of the command block."""
 STATUS_REGISTER = 0x07D0
+"""First register of the status block."""
 
 ACTIVATE = 1 << 0
+"""Bit rACT of the action byte: activate."""
 GO_TO = 1 << 3
+"""Bit rGTO of the action byte: go to the requested position."""
 RELEASE = 1 << 4
+"""Bit rATR of the action byte: automatic release."""
 RELEASE_OPENING = 1 << 5
+"""Bit rARD of the action byte: the automatic release opens the fingers."""
 
 
 class Activation(IntEnum):

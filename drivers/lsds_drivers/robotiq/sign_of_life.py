@@ -11,7 +11,7 @@ from enum import Enum
 
 from lsds_drivers.robotiq.registers import ACTIVATE, GO_TO, Activation, Detection, Motion, Status
 
-SETTLE_NS = 200_000_000
+REST_SETTLE_NS = 200_000_000
 """Time allowed for a gripper to report that it rests again after the test."""
 
 
@@ -100,7 +100,7 @@ class SignOfLife:
         elif self._phase is _Phase.SETTLING:
             rests = status.going and status.detection is not Detection.MOVING
             moved = self._before is not None and abs(status.position - self._before.position) > 1
-            if rests or moved or now_ns - self._since_ns > SETTLE_NS:
+            if rests or moved or now_ns - self._since_ns > REST_SETTLE_NS:
                 self._phase = _Phase.IDLE
                 return status
         before = self._before

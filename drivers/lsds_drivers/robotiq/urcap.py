@@ -25,7 +25,9 @@ _ASK = "".join(f"GET {name}\n" for name in _NAMES).encode()
 _LIMITS = {"ACT": 1, "GTO": 1, "STA": 3, "OBJ": 3}
 _ACK = b"ack"
 _LONGEST_ANSWER = 1024
-_LEAST_S = 0.04
+"""Maximum length of an answer, bytes; chosen."""
+_LEAST_URCAP_WAIT_S = 0.04
+"""Minimum wait for an answer (s); chosen."""
 
 
 class UrcapTransport:
@@ -34,7 +36,7 @@ class UrcapTransport:
     def __init__(self, device: str, host: str, port: int, timeout_s: float, clock: Clock) -> None:
         self._device = device
         self._address = (host, port)
-        self._patience = Patience(_LEAST_S, timeout_s)
+        self._patience = Patience(_LEAST_URCAP_WAIT_S, timeout_s)
         self._clock = clock
         self._socket: socket.socket | None = None
 

@@ -30,10 +30,17 @@ if TYPE_CHECKING:
     from lsds.contracts import BuildContext
 
 DASHBOARD_PORT = 29999
+"""TCP port of the dashboard server (Universal Robots, "Dashboard Server")."""
 DASHBOARD_S = 0.4
+"""Time limit for connecting to the dashboard, and for each of its answers (s); chosen."""
 RECONNECT_S = (0.5, 5.0)
-NORMAL_BIT, PROTECTIVE_BIT = 1, 4
+"""First and longest pause before a lost arm is connected again (s); chosen."""
+NORMAL_BIT = 1
+"""Bit of the RTDE safety status: normal mode."""
+PROTECTIVE_BIT = 4
+"""Bit of the RTDE safety status: protective stop."""
 PLAYING = 2
+"""RTDE runtime state of a program that runs."""
 PROGRAM_SHOWS_NS = 100_000_000
 """Time after arming in which a state may still be an older one."""
 

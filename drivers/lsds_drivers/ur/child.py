@@ -13,9 +13,10 @@ from typing import Any
 
 from lsds.errors import ConnectFailed, ConnectionLost, DeviceTimeout
 from lsds.support.processes import isolated_environment, module_command
-from lsds_drivers.ur.packets import LARGEST, Kind, Reply, State, pack_request, unpack_reply, unpack_state
+from lsds_drivers.ur.packets import LARGEST_PACKET, Kind, Reply, State, pack_request, unpack_reply, unpack_state
 
-END_S = 2.0
+CHILD_END_S = 2.0
+"""Time limit for the end of the child process, and for that of each thread that reads it (s); chosen."""
 
 
 class Child:
@@ -95,13 +96,13 @@ class Child:
         """End the child: first by request, then by force."""
         self.send(bytes([Kind.QUIT]))
         try:
-            self._process.wait(END_S)
+            self._process.wait(CHILD_END_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
         for thread in self._threads:
             if thread is not threading.current_thread():
-                thread.join(END_S)
+                thread.join(CHILD_END_S)
         self._link.close()
         if self._process.stderr is not None:
             self._process.stderr.close()
@@ -111,7 +112,7 @@ class Child:
         failed: Reply | None = None
         while True:
             try:
-                data = self._link.recv(LARGEST)
+                data = self._link.recv(LARGEST_PACKET)
             except OSError:
                 data = b""
             if not data:
@@ -126,7 +127,7 @@ class Child:
 
     def _autopsy(self) -> Reply:
         try:
-            code = self._process.wait(END_S)
+            code = self._process.wait(CHILD_END_S)
         except subprocess.TimeoutExpired:
             return Reply("its process does not respond any more", "reconnect")
         if code < 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-WINDOW = 64
+ARRIVALS_WINDOW = 64
 """Number of arrivals among which the fastest is used: a quarter of a second at 250 Hz.
 
 The window is long enough to contain an undelayed arrival, and short enough to adapt soon after the controller's clock
@@ -20,7 +20,7 @@ class ClockMap:
     """
 
     def __init__(self) -> None:
-        self._offsets: deque[int] = deque(maxlen=WINDOW)
+        self._offsets: deque[int] = deque(maxlen=ARRIVALS_WINDOW)
 
     def to_monotonic(self, controller_s: float, arrived_ns: int) -> int:
         """Return when a sample was taken (ns), never later than it arrived."""

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 
-REST_M_S, REST_RAD_S = 5e-3, 2e-2
-"""Speeds below which a state shows rest, if they are also below half of the fastest speed since the last start of a
-motion or of a stop."""
-LEAST_M_S, LEAST_RAD_S = 1e-3, 5e-3
-"""Speeds below which a state always shows rest: the noise of the controller."""
+REST_M_S = 5e-3
+"""Speed below which a state shows rest, m/s, if it is also below half of the fastest speed since the last start of a
+motion or of a stop; chosen."""
+REST_RAD_S = 2e-2
+"""Angular velocity below which a state shows rest, rad/s, under the same condition; chosen."""
+LEAST_M_S = 1e-3
+"""Speed below which a state always shows rest, m/s: the noise of the controller."""
+LEAST_RAD_S = 5e-3
+"""Angular velocity below which a state always shows rest, rad/s: the noise of the controller."""
 _SLOWS = 0.99
+"""Pace relative to the slowest since the command to stop below which a state shows deceleration; chosen."""
 
 
 class MotionSeen:

@@ -7,7 +7,8 @@ import struct
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-LARGEST = 65536
+LARGEST_PACKET = 65536
+"""Maximum length of a packet, bytes; chosen."""
 
 
 class Kind(IntEnum):

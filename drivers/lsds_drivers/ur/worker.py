@@ -21,7 +21,7 @@ from typing import Any
 from lsds_drivers.ur.clock_map import ClockMap
 from lsds_drivers.ur.motion_seen import MotionSeen
 from lsds_drivers.ur.packets import (
-    LARGEST,
+    LARGEST_PACKET,
     Command,
     Kind,
     Reply,
@@ -32,7 +32,7 @@ from lsds_drivers.ur.packets import (
     unpack_request,
 )
 
-LOOK_S = 0.001
+STATE_LOOK_S = 0.001
 """Sleep between checks for a new state and for a command to renew."""
 
 RESEND_NS = 20_000_000
@@ -42,6 +42,7 @@ STALLED_NS = 2_000_000_000
 """After this time without a new time stamp the child ends, before ur_rtde would crash it."""
 
 SPEED_T_S = 0.002
+"""Argument `t` of `speedL`, after which the function returns (s): one cycle of the controller."""
 
 SETTLES_NS = 300_000_000
 """Time that a stopping arm may show no deceleration, and an arm at rest may show motion."""
@@ -55,8 +56,16 @@ stopped."""
 
 _STILL = [0.0] * 6
 
-RUNNING, STOPPED, PLAYING = 7, 1, 2
-NORMAL_BIT, PROTECTIVE_BIT = 1, 4
+ROBOT_RUNNING = 7
+"""RTDE robot mode of an arm that can move."""
+PROGRAM_STOPPED = 1
+"""RTDE runtime state of a program that has ended."""
+PROGRAM_PLAYING = 2
+"""RTDE runtime state of a program that runs."""
+NORMAL_BIT = 1
+"""Bit of the RTDE safety status: normal mode."""
+PROTECTIVE_BIT = 4
+"""Bit of the RTDE safety status: protective stop."""
 VARIABLES = ["timestamp", "actual_TCP_pose", "actual_TCP_speed", "robot_mode", "safety_status_bits", "runtime_state"]
 
 
@@ -112,10 +121,10 @@ class Worker:
 
     def _listen(self) -> bool:
         """Handle messages of the driver; return False at the end."""
-        wait_s = LOOK_S
+        wait_s = STATE_LOOK_S
         while select.select([self._link], [], [], wait_s)[0]:
             wait_s = 0.0
-            data = self._link.recv(LARGEST)
+            data = self._link.recv(LARGEST_PACKET)
             if not data or data[0] == Kind.QUIT:
                 self._leave()
                 return False
@@ -139,7 +148,7 @@ class Worker:
     def _watch(self) -> None:
         """Pass states on; end the process if none have arrived for long."""
         while True:
-            time.sleep(LOOK_S)
+            time.sleep(STATE_LOOK_S)
             try:
                 self._look()
             except Exception as error:
@@ -177,11 +186,11 @@ class Worker:
 
     def _runtime(self, reported: int) -> int:
         """Return the state of our program; after it has ended, a program of another client may be running."""
-        if reported == PLAYING:
+        if reported == PROGRAM_PLAYING:
             self._played = True
         elif self._played:
             self._ended = True
-        return STOPPED if self._ended else reported
+        return PROGRAM_STOPPED if self._ended else reported
 
     def _drive(self) -> None:
         """Send the present command if it is new or has to be renewed; brake if it has expired.
@@ -248,7 +257,7 @@ class Worker:
     def _seek_reason(self, now: int) -> None:
         """Check that a motion was refused because the controller has ended the program, or stopped the arm."""
         state = self._receive
-        if state.getRuntimeState() != PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT:
+        if state.getRuntimeState() != PROGRAM_PLAYING or not state.getSafetyStatusBits() & NORMAL_BIT:
             self._ended = True
         elif now - self._refused_ns > REFUSES_NS + self._two_states_ns:
             raise Lost("refused a motion or a stop without a reason")
@@ -308,7 +317,7 @@ class Worker:
 
     def _refusal(self) -> Reply | None:
         mode, bits = self._receive.getRobotMode(), self._receive.getSafetyStatusBits()
-        if mode != RUNNING:
+        if mode != ROBOT_RUNNING:
             remedy = "power it on and release the brakes at the pendant, or from its dashboard"
             return Reply(f"is not running (robot mode {mode})", remedy, mode)
         if bits & PROTECTIVE_BIT and self._options["unlock_protective_stop"]:

@@ -25,10 +25,15 @@ if TYPE_CHECKING:
 GRID = (8, 6)
 """Columns and rows of the grid on which the coverage of the picture is measured."""
 LEAST_CORNERS = 6
-LEAST_COVERAGE = 0.5
+"""Minimum number of corners of a view; chosen."""
+LEAST_BOARD_COVERAGE = 0.5
+"""Minimum share of the picture that the views cover together; chosen."""
 MOST_ERROR_PX = 1.5
+"""Maximum reprojection error, px RMS; chosen."""
 MOST_FOCAL_SPREAD = 0.02
+"""Maximum relative uncertainty of the focal length; chosen."""
 LEAST_TILT_RAD = math.radians(20)
+"""Minimum angle between the boards of two views, rad; chosen."""
 _ADVICE = "move the board over the whole picture, near and far, and tilt it by 20 to 40 degrees in both directions"
 
 
@@ -101,9 +106,9 @@ def calibrate(views: Sequence[View], size: tuple[int, int], *, least_views: int 
         raise DataError(f"{len(views)} usable views of the board, at least {least_views} are needed ({_ADVICE})")
     cells = _cells(views, size)
     covered = float((cells > 0).mean())
-    if covered < LEAST_COVERAGE:
+    if covered < LEAST_BOARD_COVERAGE:
         raise DataError(
-            f"the views cover {covered:.0%} of the picture, at least {LEAST_COVERAGE:.0%} are needed ({_ADVICE})"
+            f"the views cover {covered:.0%} of the picture, at least {LEAST_BOARD_COVERAGE:.0%} are needed ({_ADVICE})"
         )
     try:
         error, matrix, distortion, rotations, positions, spread, _, per_view = cv2.calibrateCameraExtended(

@@ -18,13 +18,20 @@ if TYPE_CHECKING:
 
 _ENDS = 0.13
 """Share of a side that is ignored at each end because of the next side's blur."""
-_STEP_PX = 0.5
-_WIDEST_PX = 4.0
+_PROFILE_STEP_PX = 0.5
+"""Distance of the samples across an edge, px; chosen."""
+_WIDEST_EDGE_PX = 4.0
+"""Maximum distance of samples from an edge, px; chosen."""
 _MODULES = 12.0
 """Half a module of the smallest markers, by which neither the pattern inside nor the paper's rim is reached."""
-_FLOOR = 0.1
+_CONTRAST_FLOOR = 0.1
+"""Rise of the light below which a sample is ignored, as a share of the greatest rise of its profile; chosen."""
 _ROUNDS = 2
-_SHORTEST_PX, _LEAST_PLACES = 8, 4
+"""Number of refinements, each from the corners of the last; chosen."""
+_SHORTEST_PX = 8
+"""Minimum length of a side, px; chosen."""
+_LEAST_PLACES = 4
+"""Minimum number of profiles of a side that show the edge; chosen."""
 _PARALLEL = 0.1
 """Sine of the angle between neighbours below which they do not meet."""
 _BEFORE, _AHEAD = np.array([3, 0, 1, 2]), np.array([1, 2, 3, 0])
@@ -56,8 +63,8 @@ def _once(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.f
     outward = -1j * side / lengths
     outward *= np.sign((outward.conj() * (corner - corner.sum() / 4)).real)
     mean = float(lengths.sum()) / 4
-    half = min(_WIDEST_PX, mean / _MODULES)
-    across = np.arange(-half, half + _STEP_PX / 2, _STEP_PX)
+    half = min(_WIDEST_EDGE_PX, mean / _MODULES)
+    across = np.arange(-half, half + _PROFILE_STEP_PX / 2, _PROFILE_STEP_PX)
     shares = np.linspace(_ENDS, 1 - _ENDS, max(8, int(mean * (1 - 2 * _ENDS))))
     feet = corner[:, None] + side[:, None] * shares
     places = (feet[..., None] + outward[:, None, None] * across).reshape(-1, len(across))
@@ -65,8 +72,8 @@ def _once(grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.f
     profiles = cv2.remap(grey, columns, rows, cv2.INTER_LINEAR).astype(np.float32)
     # From ink to paper it gets lighter outward; anything else is another edge.
     rise = np.maximum(profiles[:, 1:] - profiles[:, :-1], 0)
-    rise[rise < _FLOOR * rise.max(axis=1, keepdims=True)] = 0
-    weight, moment = (rise @ np.stack([np.ones(len(across) - 1), across[:-1] + _STEP_PX / 2], axis=1)).T
+    rise[rise < _CONTRAST_FLOOR * rise.max(axis=1, keepdims=True)] = 0
+    weight, moment = (rise @ np.stack([np.ones(len(across) - 1), across[:-1] + _PROFILE_STEP_PX / 2], axis=1)).T
     edge = (moment / np.maximum(weight, 1e-6)).reshape(feet.shape)
     usable = (weight > 0.5 * np.partition(weight, len(weight) // 2)[len(weight) // 2]).reshape(feet.shape)
     taken = np.count_nonzero(usable, axis=1)

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 from lsds.errors import ConfigError, ConfigIssue
 
-LONGEST, LONGEST_DISTRIBUTION = 30, 40
-"""Characters of a name, so that no line of a scaffold is longer than 120."""
+LONGEST_NAME = 30
+"""Maximum number of characters of a name, so that no line of a scaffold is longer than 120."""
+LONGEST_DISTRIBUTION = 40
+"""Maximum number of characters of a distribution's name, for the same reason."""
 _BACKEND = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _OWN = ("lsds", "lsds_tactile", "lsds_plugins", "lsds_research", "lsds_drivers", "lsds_mocks")
 _RESERVED = ("none", "lsds", "mock")
@@ -32,7 +34,7 @@ def names_of(kind: str, name: str, distribution: str = "") -> Names:
     distribution = distribution or f"lsds-{name}"
     package = distribution.replace("-", "_")
     issues = []
-    for what, value, most in (("NAME", name, LONGEST), ("--distribution", distribution, LONGEST_DISTRIBUTION)):
+    for what, value, most in (("NAME", name, LONGEST_NAME), ("--distribution", distribution, LONGEST_DISTRIBUTION)):
         if not _BACKEND.fullmatch(value) or len(value) > most:
             remedy = f"lower case letters, digits and single hyphens, at most {most} characters, such as acme-2f"
             issues.append(ConfigIssue(what, f"'{value}' is not a valid name", remedy))

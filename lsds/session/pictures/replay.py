@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from lsds.session.replay import ReplayResult
 
 SLIP, SPEED, LOAD, APERTURE = "P(slip)", "slip speed, cm/s", "load and limit, N a finger", "aperture, mm"
-LEAST_MM = 0.3
+APERTURE_ROOM_MM = 0.3
 """Room above and below the apertures, mm."""
-SHARE = 0.03
+FREE_SHARE = 0.03
 """Part of the time axis that is left free on either side."""
 
 
@@ -48,12 +48,12 @@ def draw_replay(path: Path, result: ReplayResult) -> None:
     known = [at for at, value in zip(*recorded.of("/grip", "slips"), strict=True) if math.isfinite(value)]
     if known:
         span = max(acting) - known[0]
-        axes[3].set_xlim(known[0] - SHARE * span, max(acting) + SHARE * span)
+        axes[3].set_xlim(known[0] - FREE_SHARE * span, max(acting) + FREE_SHARE * span)
         times, held = recorded.of("/cycle", "held_m", 1e3)
         shown = [value for at, value in zip(times, held, strict=True) if at >= known[0] and math.isfinite(value)]
         shown += [value for series in (recorded, replayed) for value in series.of(CORRECTION, "wanted_m", 1e3)[1]]
         if shown:
-            axes[3].set_ylim(min(shown) - LEAST_MM, max(shown) + LEAST_MM)
+            axes[3].set_ylim(min(shown) - APERTURE_ROOM_MM, max(shown) + APERTURE_ROOM_MM)
     axes[3].set_xlabel("time since the recording began, s")
     changed = ", ".join(result.changed) or "nothing changed"
     figure.suptitle(f"{Path(result.source).name}, {changed}", fontsize=10)

@@ -42,7 +42,7 @@ PNG = (
 )
 """Parameters of PNG: differences of rows without a search for repetitions, which a camera's noise does not have; half
 the time of OpenCV's defaults for a tactile image, and fewer bytes."""
-JPEG_QUALITY = 90
+RECORDED_JPEG_QUALITY = 90
 """Quality of JPEG images, 0 to 100."""
 
 
@@ -130,7 +130,7 @@ class RecordingWriter:
         frame = image.frame
         bgr = cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)
         if self._images == "jpeg":
-            _, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+            _, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, RECORDED_JPEG_QUALITY))
         else:
             _, data = cv2.imencode(".png", bgr, PNG)
         kind = "jpeg" if self._images == "jpeg" else "png"

@@ -19,12 +19,14 @@ if TYPE_CHECKING:
 
 TIMELINE = "rig"
 """Name of the time line: the rig's clock."""
-JPEG_QUALITY = 80
+VIEWED_JPEG_QUALITY = 80
 """Quality of the images in the viewer."""
-STRETCH = 8.0
+DRAWN_STRETCH = 8.0
 """Factor by which displacements are drawn longer than they are."""
-VALID, LOST = (40, 220, 90), (220, 60, 60)
-"""Colours of markers that are followed and of those that are lost."""
+VALID_COLOUR = (40, 220, 90)
+"""Colour of markers that are followed, RGB."""
+LOST_COLOUR = (220, 60, 60)
+"""Colour of markers that are lost, RGB."""
 
 
 class RerunView:
@@ -63,7 +65,7 @@ class RerunView:
         elif isinstance(event, FramesRead):
             self._at(event.now_ns)
             for name, frame in event.frames:
-                image = self._rr.Image(frame.image).compress(jpeg_quality=JPEG_QUALITY)
+                image = self._rr.Image(frame.image).compress(jpeg_quality=VIEWED_JPEG_QUALITY)
                 self._stream.log(f"finger/{name}/image", image)
         elif isinstance(event, TruthKnown):
             self._at(event.now_ns)
@@ -86,12 +88,12 @@ class RerunView:
         tracks, field = finger.tracks, finger.observation.field
         known = np.isfinite(tracks.xy_px).all(axis=1)
         xy, valid = tracks.xy_px[known], tracks.valid[known]
-        colours = np.where(valid[:, None], VALID, LOST).astype(np.uint8)
+        colours = np.where(valid[:, None], VALID_COLOUR, LOST_COLOUR).astype(np.uint8)
         here = f"finger/{finger.finger}/image"
         self._stream.log(f"{here}/markers", self._rr.Points2D(xy, colors=colours, radii=2.0))
         moved = field.displacement_m[known] / field_scale(finger)
         drawn = np.isfinite(moved).all(axis=1)
-        arrows = self._rr.Arrows2D(origins=xy[drawn], vectors=STRETCH * moved[drawn], colors=[255, 210, 60])
+        arrows = self._rr.Arrows2D(origins=xy[drawn], vectors=DRAWN_STRETCH * moved[drawn], colors=[255, 210, 60])
         self._stream.log(f"{here}/field", arrows)
         self._number(f"finger/{finger.finger}/score", finger.detection.score)
 

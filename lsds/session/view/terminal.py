@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from lsds.contracts import Frame
     from lsds.contracts.events import Published
 
-RATE_HZ, PLAIN_HZ = 5, 1
-"""Drawings a second on a terminal, and lines a second elsewhere (a log file, a pipe)."""
-MOST_COLUMNS, ROWS = 60, 16
-"""Size of the image in characters; a character is two pixels high."""
+DRAWN_HZ = 5
+"""Drawings per second on a terminal; chosen."""
+PLAIN_HZ = 1
+"""Lines per second elsewhere (a log file, a pipe); chosen."""
+MOST_COLUMNS = 60
+"""Maximum width of the image, characters; chosen."""
+MOST_ROWS = 16
+"""Maximum height of the image, characters; a character is two pixels high; chosen."""
 BAR = 20
 """Length of the bar of P(slip), characters."""
 
@@ -46,7 +50,7 @@ class TerminalView:
         elif isinstance(event, PosesRead):
             self._warning = event.problem
         elif isinstance(event, Cycle):
-            period_ns = NS_PER_S // (RATE_HZ if self._live else PLAIN_HZ)
+            period_ns = NS_PER_S // (DRAWN_HZ if self._live else PLAIN_HZ)
             now_ns = perf_ns()
             if now_ns - self._drawn_ns >= period_ns:
                 self._drawn_ns = now_ns
@@ -98,7 +102,7 @@ def _blocks(images: list[np.ndarray[tuple[int, ...], np.dtype[np.uint8]]], colum
     if not images or columns < 2 * len(images):
         return []
     each = columns // len(images)
-    small = np.hstack([cv2.resize(image, (each, 2 * ROWS), interpolation=cv2.INTER_AREA) for image in images])
+    small = np.hstack([cv2.resize(image, (each, 2 * MOST_ROWS), interpolation=cv2.INTER_AREA) for image in images])
     lines = []
     for upper, lower in zip(small[::2].tolist(), small[1::2].tolist(), strict=True):
         cells = (

@@ -25,7 +25,7 @@ FASTEST = 0.9
 #: Minimum number of markers from which the gel's motion can be computed.
 LEAST_DOTS = 6
 #: Weight of the affine motion at a node, relative to one marker at the node.
-_EVEN = 0.05
+_AFFINE_WEIGHT = 0.05
 
 
 class CarriedGel:
@@ -54,7 +54,7 @@ class CarriedGel:
         # The deviations and, in the row of ones, the sum of the weights.
         rest = table[[3, 4, 0]]
         deviation = ((near_y * rest[:, None]).reshape(-1, count) @ near_x.T).reshape(3, -1)
-        nodes = deviation[:2] / (deviation[2] + _EVEN)
+        nodes = deviation[:2] / (deviation[2] + _AFFINE_WEIGHT)
         nodes += even @ grid
         self._nodes = nodes.T.astype(np.float32, order="C").reshape(len(node_y), columns, 2)
         #: Minimum motion of the fastest tenth of the markers, px.

@@ -30,9 +30,9 @@ CURVED = 18
 #: Share of the grid's markers that the tracker misses above which they are excluded from the relief. Fewer hide no
 #: slip, and the shipped learners were trained with them: without them, false alarms tighten 10 % of the grips that
 #: hold instead of 2 %.
-MANY = 1 / 8
+MANY_MISSED_SHARE = 1 / 8
 #: Radius of the search for a faint marker about its grid position, in marker radii.
-NEAR = 1.0
+SEARCH_RADII = 1.0
 
 
 class FaintDots:
@@ -85,7 +85,7 @@ def _missing(reference: MarkerReference) -> Floats:
     known = {(int(row), int(column)) for row, column in reference.cell}
     rows, columns = reference.shape
     cells = np.array([(r, c) for r in range(rows) for c in range(columns) if (r, c) not in known], float).reshape(-1, 2)
-    if len(cells) <= MANY * rows * columns or len(known) < LEAST_DOTS:
+    if len(cells) <= MANY_MISSED_SHARE * rows * columns or len(known) < LEAST_DOTS:
         return np.zeros((0, 2))
     curved = len(known) >= CURVED
     grid, *_ = np.linalg.lstsq(_terms(reference.cell.astype(float), curved), reference.xy_px, rcond=None)
@@ -103,7 +103,7 @@ def _terms(cell: Floats, curved: bool) -> Floats:
 def _settled(darker: NDArray[np.float32], place: Floats, radius: float) -> Floats:
     """Return the centre of the dark region about a place."""
     for _ in range(2):
-        near = (1 + NEAR) * radius
+        near = (1 + SEARCH_RADII) * radius
         patch = np.maximum(_patch(darker, place, near), 0)
         total = float(patch.sum())
         if total <= 0:

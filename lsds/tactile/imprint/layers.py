@@ -50,11 +50,12 @@ class Layer:
         """Return the layer at half the resolution; its means exclude the markers."""
         share = cv2.pyrDown(self.weight)
         curvature = cv2.pyrDown(cv2.multiply(self.curvature, self.weight))
-        curvature = cv2.divide(curvature, np.maximum(share, np.float32(_LEAST_SHARE)))
+        curvature = cv2.divide(curvature, np.maximum(share, np.float32(_LEAST_EDGE_SHARE)))
         return Layer(np.asarray(curvature, np.float32), np.asarray(share, np.float32), 2 * self.step, most)
 
 
-_LEAST_SHARE = 0.05
+#: Lower bound of the free share by which the curvature of a coarser layer is divided; chosen.
+_LEAST_EDGE_SHARE = 0.05
 
 
 class Edges:

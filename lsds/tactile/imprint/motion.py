@@ -184,6 +184,7 @@ def sharpness(frame: Frame) -> float:
     return math.hypot(across, down) / math.sqrt(grey.size) / max(cv2.mean(grey)[0], 1.0)
 
 
+#: Lower bound of a sharpness whose logarithm is taken: a uniform image has none; chosen.
 _FLAT = 1e-6
 #: Number of frames whose motions are kept, to be added up.
 RECENT = 4
@@ -207,10 +208,10 @@ REFOCUSED = 0.25
 #: Loss of sharpness against the reference above which only edges of markers and lamps remain, natural logarithm.
 BLURRED = 0.6
 #: Minimum share of the imprint's edges in view for an estimate.
-LEAST_SEEN = 0.1
+LEAST_EDGES_SHARE = 0.1
 #: Maximum RMS curvature that camera noise alone has at the edges that it makes. The faintest of ten thousand frames
 #: recorded in contact has 1.3 times as much.
-FAINT = 0.006
+FAINT_CURVATURE = 0.006
 #: Displacement of markers below which they are at rest, px: noise moves them by as much.
 REST_PX = 0.15
 
@@ -234,7 +235,7 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
     centre = (float(squared @ edges.x) / total, float(squared @ edges.y) / total)
     registration = Registration(first, second, gel, centre, px)
     rest = registration.at_rest()
-    if rest is None or (rest.strength < FAINT and _rests(now.field, metres)):
+    if rest is None or (rest.strength < FAINT_CURVATURE and _rests(now.field, metres)):
         return None
     here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
     radius = math.sqrt(float(squared @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
@@ -248,7 +249,7 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
         yield leapt(first[1], second[1], centre, radius, (here[0] / px, here[1] / px))
 
     found = best_of(registration, rest.seen, starts())
-    if found is None or found.seen < LEAST_SEEN:
+    if found is None or found.seen < LEAST_EDGES_SHARE:
         return None
     width, height = reference.image_size
     per_metre = np.array([1 / unit, 1 / unit, 1.0])

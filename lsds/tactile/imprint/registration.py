@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 #: Noise of the curvature, finest layer first: a pixel with more than three times this is an outlier.
-NOISE = (0.020, 0.015, 0.010)
+CURVATURE_NOISE = (0.020, 0.015, 0.010)
 #: Standard deviations of the prior: slip x, y (relief px), turn (rad), gain.
-PRIOR = (20.0, 20.0, 0.3, 0.5)
+PRIOR_STD = (20.0, 20.0, 0.3, 0.5)
 #: Maximum number of steps per layer.
 MOST_STEPS = 6
 #: Motion of an edge in a step below which the layer has converged, px of the layer.
@@ -37,7 +37,7 @@ SETTLED = 0.02
 #: Maximum motion of an edge in a step, px of the layer: beyond it the gradient is meaningless.
 LONGEST_STEP = 6.0
 #: Slip at which a registration is given up, relief px.
-FURTHEST = 60.0
+FARTHEST_SLIP_PX = 60.0
 #: Turn at which a registration is given up, rad.
 WIDEST_TURN = 1.0
 #: Minimum and maximum gain.
@@ -86,7 +86,7 @@ class Registration:
                 continue
             slip, gain, compared = problem.solve(slip)
             last = problem, gain, compared
-            if not (math.hypot(slip[0], slip[1]) < FURTHEST and abs(slip[2]) < WIDEST_TURN):
+            if not (math.hypot(slip[0], slip[1]) < FARTHEST_SLIP_PX and abs(slip[2]) < WIDEST_TURN):
                 break
         if last is None:
             return None
@@ -98,12 +98,14 @@ class Registration:
             first, second, gel, centre, px = self._given
             enough = len(first[level].edges.x) >= _LEAST_EDGES
             self._problems[level] = (
-                _Problem(first[level], second[level], gel, centre, px, NOISE[level]) if enough else None
+                _Problem(first[level], second[level], gel, centre, px, CURVATURE_NOISE[level]) if enough else None
             )
         return self._problems[level]
 
 
+#: Motion of an imprint at rest: x, y (relief px) and turn (rad).
 _NOTHING = (0.0, 0.0, 0.0)
+#: Minimum number of edge pixels of a layer that takes part; chosen.
 _LEAST_EDGES = 20
 
 
@@ -150,7 +152,7 @@ class _Problem:
         self._rows[2] -= edges.along_x * y
         self._rows[3] = edges.curvature
         self._outlier = np.float32(1 / (3 * noise) ** 2)
-        spread = np.array([PRIOR[0] / step, PRIOR[1] / step, PRIOR[2], PRIOR[3]])
+        spread = np.array([PRIOR_STD[0] / step, PRIOR_STD[1] / step, PRIOR_STD[2], PRIOR_STD[3]])
         self._prior = (2 * noise / spread) ** 2
 
     @cached_property

@@ -26,22 +26,22 @@ if TYPE_CHECKING:
 #: Maximum width of the relief, px: finer detail is noise of camera and codec.
 WIDEST = 240
 #: Width of the blocks whose means, with those of the neighbours, are the light around a pixel; relief px.
-BLOCK = 8
+LIGHT_BLOCK_PX = 8
 #: Minimum light of the surroundings, grey levels. Darker ones get this value, or their noise would look like relief.
-LEAST_LIGHT = 8.0
+LEAST_LIGHT_LEVEL = 8.0
 #: Grey level of the light for which the photometric calibration holds.
 CALIBRATED_LIGHT = 100.0
 #: Standard deviation of the slopes' smoothing, relief px.
 SMOOTH = 1.5
 #: Window of the slopes' smoothing, relief px.
-WINDOW = (7, 7)
+SLOPE_WINDOW_PX = (7, 7)
 #: Level of a colour from which a pixel is saturated and has no slope, grey levels.
 SATURATED = 247
 #: Maximum share of saturated pixels. In an over-exposed image noise decides which pixels are saturated, and their rims
 #: look like edges.
 MOST_SATURATED = 0.25
 #: Width of the border that has no curvature for lack of neighbours, relief px.
-BORDER = 3
+BORDER_PX = 3
 _NONE = np.zeros((0, 2))
 
 
@@ -77,18 +77,18 @@ class ReliefMaker:
         # Processing all three colours at once takes half the time.
         relative = cv2.copyTo(colours, free).astype(np.float32)
         cv2.divide(relative, _light(relative, weight), dst=relative)
-        seen = cv2.GaussianBlur(weight, WINDOW, SMOOTH)
-        np.maximum(seen, np.float32(_LEAST_SEEN), out=seen)
+        seen = cv2.GaussianBlur(weight, SLOPE_WINDOW_PX, SMOOTH)
+        np.maximum(seen, np.float32(_LEAST_FREE_SHARE), out=seen)
         parts = []
         for shares, along in zip(self._slopes, ((1, 0), (0, 1)), strict=True):
             slope = cv2.transform(relative, shares)
             cv2.multiply(slope, weight, dst=slope)
-            slope = cv2.GaussianBlur(slope, WINDOW, SMOOTH)
+            slope = cv2.GaussianBlur(slope, SLOPE_WINDOW_PX, SMOOTH)
             cv2.divide(slope, seen, dst=slope)
             parts.append(cv2.Sobel(slope, cv2.CV_32F, *along, ksize=3, scale=1 / 8))
         curvature = np.asarray(cv2.add(parts[0], parts[1], dst=parts[0]), np.float32)
         weight = _unit(np.asarray(cv2.erode(free, _AROUND), np.uint8))
-        for edge in (weight[:BORDER], weight[-BORDER:], weight[:, :BORDER], weight[:, -BORDER:]):
+        for edge in (weight[:BORDER_PX], weight[-BORDER_PX:], weight[:, :BORDER_PX], weight[:, -BORDER_PX:]):
             edge[:] = 0
         return Relief(curvature, weight, scale)
 
@@ -127,12 +127,12 @@ def _light(shown: NDArray[np.float32], weight: Plane) -> NDArray[np.float32]:
     `shown` (h, w, 3) are the colours; they are zero where `weight` (h, w) is zero.
     """
     height, width = weight.shape
-    size = (max(1, width // BLOCK), max(1, height // BLOCK))
+    size = (max(1, width // LIGHT_BLOCK_PX), max(1, height // LIGHT_BLOCK_PX))
     bright = cv2.blur(cv2.resize(shown, size, interpolation=cv2.INTER_AREA), (3, 3))
     share = cv2.blur(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), (3, 3))
     np.maximum(share, np.float32(_LEAST_FREE), out=share)
     mean = cv2.divide(bright, cv2.merge([share, share, share]), dst=bright)
-    np.maximum(mean, np.float32(LEAST_LIGHT), out=mean)
+    np.maximum(mean, np.float32(LEAST_LIGHT_LEVEL), out=mean)
     return np.asarray(cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
 
 
@@ -140,10 +140,11 @@ def _unit(mask: NDArray[np.uint8]) -> Plane:
     return np.right_shift(mask, 7).astype(np.float32)
 
 
+#: Fractions of a pixel in OpenCV's coordinates with a shift of 4 bits.
 _SIXTEEN = 16
 #: Share of free pixels below which a smoothed slope fades.
-_LEAST_SEEN = 0.02
+_LEAST_FREE_SHARE = 0.02
 #: Share of free pixels below which the light of a block fades.
-_LEAST_FREE = BLOCK / 255
+_LEAST_FREE = LIGHT_BLOCK_PX / 255
 _ROUND = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)), np.uint8)
 _AROUND = np.ones((3, 3), np.uint8)

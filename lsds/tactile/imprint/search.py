@@ -20,10 +20,13 @@ if TYPE_CHECKING:
 TURNS = tuple(math.radians(turn) for turn in range(-40, 41, 8))
 #: Half-width of the template in radii of gyration.
 _RADII = 1.4
-#: Minimum and maximum half-width of the template, px.
-_LEAST, _MOST = 8, 16
+#: Minimum half-width of the template, px; chosen.
+_LEAST_HALF_PX = 8
+#: Maximum half-width of the template, px; chosen to bound the time of a search.
+_MOST_HALF_PX = 16
 #: Energy that is added to each place, as a share of the imprint's: it suppresses chance matches of few pixels.
-_FAINT = 0.3
+_ADDED_ENERGY_SHARE = 0.3
+#: Energy that keeps a division by zero out of an empty template; chosen.
 _TINY = 1e-9
 
 
@@ -36,7 +39,7 @@ def leapt(
     """
     step = first.step
     x, y = centre[0] / step, centre[1] / step
-    half = int(min(max(_RADII * radius / step, _LEAST), _MOST))
+    half = int(min(max(_RADII * radius / step, _LEAST_HALF_PX), _MOST_HALF_PX))
     shown, image = first.curvature * first.weight, second.curvature * second.weight
     size = 2 * half + 1
     # A border of zeros lets the imprint's centre come close to the edge of the image.
@@ -44,7 +47,7 @@ def leapt(
     energy = cv2.sqrBoxFilter(image, cv2.CV_32F, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT)
     whole = cv2.norm(_turned(shown, x, y, 0.0, half, size), cv2.NORM_L2SQR)
     # A few pixels at the edge may match by chance: a place with little energy gets a low match.
-    scale = np.float32(1) / np.sqrt(np.maximum(energy, 0) + np.float32(_FAINT * whole + _TINY))
+    scale = np.float32(1) / np.sqrt(np.maximum(energy, 0) + np.float32(_ADDED_ENERGY_SHARE * whole + _TINY))
     best = (-math.inf, 0.0, 0.0, 0.0)
     for turn in TURNS:
         template = _turned(shown, x, y, turn, half, size)

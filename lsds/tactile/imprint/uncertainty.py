@@ -26,35 +26,37 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 #: Factor on the variance of the reliefs' difference, since errors of neighbouring pixels are correlated.
-TOGETHER = 4.3
+CORRELATION_FACTOR = 4.3
 #: Standard deviation of the gel's motion under the object, as a share of the markers' motion.
 GEL_SHARE = 0.17
 #: Degrees of freedom of the errors' distribution.
 FREEDOM = 4
 #: Minimum noise of the relief, RMS curvature: that of the camera.
 LEAST_NOISE = 0.002
-#: Standard deviations of slip (m) and turn (rad) before the measurement.
-WIDEST_M, WIDEST_RAD = 2.5e-3, 0.3
+#: Standard deviation of the slip before the measurement, m; chosen.
+PRIOR_STD_M = 2.5e-3
+#: Standard deviation of the turn before the measurement, rad; chosen.
+PRIOR_STD_RAD = 0.3
 #: Jump of faint edges in a codec's key frame, m: a pixel.
 KEY_FRAME_M = 6e-5
 #: Standard deviation of faint edges at rest between frames, m: a fifth of a pixel of recorded video.
-LEAST_M = 1.25e-5
+FAINT_STD_M = 1.25e-5
 
 
-def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = LEAST_M) -> Floats:
+def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = FAINT_STD_M) -> Floats:
     """Return the covariance (3, 3) of slip x, y (m) and turn (rad).
 
     The gel's motion is uncertain by `share` of the markers' motion, and by `least_m` at rest.
     """
-    per = 1 / (TOGETHER * max(motion.residual, LEAST_NOISE) ** 2)
+    per = 1 / (CORRELATION_FACTOR * max(motion.residual, LEAST_NOISE) ** 2)
     (xx, xy, xt), (yx, yy, yt), (tx, ty, tt) = (motion.information * per).tolist()
-    xx, yy, tt = xx + WIDEST_M**-2, yy + WIDEST_M**-2, tt + WIDEST_RAD**-2
+    xx, yy, tt = xx + PRIOR_STD_M**-2, yy + PRIOR_STD_M**-2, tt + PRIOR_STD_RAD**-2
     xx, xy, xt, yy, yt, tt = _inverse(xx, (xy + yx) / 2, (xt + tx) / 2, yy, (yt + ty) / 2, tt)
     doubt = least_m**2 + (share * motion.dots_m) ** 2 + motion.redrawn * KEY_FRAME_M**2
     return np.array([[xx + doubt, xy, xt], [xy, yy + doubt, yt], [xt, yt, tt + doubt / motion.radius_m**2]])
 
 
-def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = LEAST_M) -> float:
+def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = FAINT_STD_M) -> float:
     """Return the log-likelihood of the motion if the imprint sticks, up to a constant.
 
     Errors are Student-distributed with `FREEDOM` degrees of freedom: a normal distribution gives too much weight to the
@@ -88,11 +90,11 @@ def drift(recent: Sequence[ImprintMotion], share: float = GEL_SHARE, least_match
     steps = [_step(motion).tolist() for motion in recent]
     common = np.array([median(parts) for parts in zip(*steps, strict=True)]) * len(recent)
     spread = sum((_spread(motion, share) for motion in recent), np.zeros((3, 3)))
-    return _distance(common, spread * _MEDIAN), math.sqrt(float(common @ common))
+    return _distance(common, spread * _MEDIAN_VARIANCE), math.sqrt(float(common @ common))
 
 
 #: Variance of a median relative to that of a mean, for normal errors.
-_MEDIAN = math.pi / 2
+_MEDIAN_VARIANCE = math.pi / 2
 
 
 def _step(motion: ImprintMotion) -> Floats:
@@ -100,7 +102,7 @@ def _step(motion: ImprintMotion) -> Floats:
     return np.array([*motion.slip_m, motion.turn_rad * motion.radius_m])
 
 
-def _spread(motion: ImprintMotion, share: float, least_m: float = LEAST_M) -> Floats:
+def _spread(motion: ImprintMotion, share: float, least_m: float = FAINT_STD_M) -> Floats:
     """Return the covariance of `_step`."""
     spread = covariance(motion, share, least_m)
     spread[2] *= motion.radius_m

@@ -18,9 +18,11 @@ KINDS = (
 )
 """Kinds of faults that `all` means, as far as a mock takes them."""
 SEVERITIES = (1, 2, 3, 4, 5)
+"""Severities of the campaign: the scale of every fault."""
 GRIPPER_CODE = 0x0B
 """Code of the fault that a gripper reports: an error in automatic release."""
 _NEVER_S = 3600.0
+"""Time after which an injected fault would begin by itself (s): later than the end of every trial."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,23 +14,36 @@ from lsds.testing.torture.cases import Case, Possible, code_of
 from lsds.testing.torture.driven import Call, DrivenClient
 
 CLOCK = WallClock()
-CONNECT_S = 20.0
+CLIENT_CONNECT_S = 20.0
 """Time within which a client has to connect on a healthy line (s)."""
-BEFORE_S, FAULT_S, AFTER_S = 0.3, 0.8, 4.0
-"""Duration of the healthy line while the device moves, of the fault, and of the longest wait for right answers (s)."""
+BEFORE_S = 0.3
+"""Duration of the healthy line while the device moves (s); chosen."""
+FAULT_S = 0.8
+"""Duration of the fault (s); chosen."""
+AFTER_S = 4.0
+"""Maximum wait for right answers after the fault (s); chosen."""
 RIGHT = 5
 """Number of right answers in a row after which the client has recovered."""
 PERIOD_S = {"gripper": 0.02, "arm": 0.05, "sensor": 0.0}
 """Pause between two answers (s). A camera sets its own pace."""
-START_M, CLOSED_M, REOPENED_M = 0.040, 0.0, 0.035
-"""Apertures of a gripper's course: from the first towards the second, where an object of 20 mm is in the way, and at
-last to the third on purpose."""
+START_M = 0.040
+"""Aperture at which a gripper's course begins (m)."""
+CLOSED_M = 0.0
+"""Aperture that is commanded next (m); an object of `OBJECT_MM` is in the way."""
+REOPENED_M = 0.035
+"""Aperture to which the course opens the fingers on purpose at the end (m)."""
 OBJECT_MM = 20
-SLOW_M_S, FAST_M_S = 0.02, 0.10
+"""Width of the object between the fingers, mm."""
+SLOW_DRIVE_M_S = 0.02
+"""Speed of closing, slow enough for the fault to happen during it (m/s)."""
+FAST_DRIVE_M_S = 0.10
+"""Speed of opening (m/s)."""
 ARRIVED_M = 1.5e-3
+"""Maximum distance of fingers that have followed a command from its aperture (m); chosen."""
 ARRIVES_S = 4.0
 """Time within which fingers have to follow a command on a healthy line (s)."""
 RISES_M_S = 0.02
+"""Speed at which an arm rises (m/s); chosen."""
 ADJUSTS_S = 2.0
 """Time in which a camera adjusts its exposure (s)."""
 STOPS_S = 0.5
@@ -139,7 +152,7 @@ def run_course(
     """Run the course of the case's kind; `right` decides whether an answer is right. Raises DeviceError for a mock that
     does not answer."""
     trial = _Trial(course, mock, client, hang_s)
-    connected = trial.call("connect", mock.address, limit_s=CONNECT_S)
+    connected = trial.call("connect", mock.address, limit_s=CLIENT_CONNECT_S)
     if connected.error or connected.ending:
         course.broken = f"it does not connect to {mock.address}: {connected.error or connected.ending}"
         return course
@@ -159,12 +172,14 @@ def _first_read(trial: _Trial) -> bool:
 
 def _gripper(trial: _Trial, fault: Possible | None, right: Callable[[Course, Call], bool]) -> None:
     course = trial.course
-    sent = trial.call("move", START_M, FAST_M_S)
+    sent = trial.call("move", START_M, FAST_DRIVE_M_S)
     if sent.error or sent.ending:
         course.broken = f"move() on a healthy line: {sent.error or sent.ending}"
         return
     if not trial.wait(lambda truth: abs(truth.aperture_m - START_M) < ARRIVED_M and not truth.moving, ARRIVES_S):
-        course.broken = f"move({START_M}, {FAST_M_S}) leaves the fingers at {trial.mock.truth.aperture_m * 1e3:.1f} mm"
+        course.broken = (
+            f"move({START_M}, {FAST_DRIVE_M_S}) leaves the fingers at {trial.mock.truth.aperture_m * 1e3:.1f} mm"
+        )
         return
     if not _first_read(trial):
         return
@@ -173,21 +188,21 @@ def _gripper(trial: _Trial, fault: Possible | None, right: Callable[[Course, Cal
     def close_again() -> None:
         trial.poll(FAULT_S / 2)
         if trial.alive:
-            trial.call("move", CLOSED_M, SLOW_M_S)
+            trial.call("move", CLOSED_M, SLOW_DRIVE_M_S)
         trial.poll(FAULT_S / 2)
 
     def judged(call: Call) -> bool:
         course.truths = trial.mock.truths(call.began_ns - NS_PER_S)
         return right(course, call)
 
-    trial.call("move", CLOSED_M, SLOW_M_S)
+    trial.call("move", CLOSED_M, SLOW_DRIVE_M_S)
     trial.poll(BEFORE_S)
     trial.during(fault, close_again)
     trial.recovers(judged)
     course.ends_ns = CLOCK.now()
     if not trial.alive:
         return
-    sent = trial.call("move", REOPENED_M, FAST_M_S)
+    sent = trial.call("move", REOPENED_M, FAST_DRIVE_M_S)
     if not (sent.error or sent.ending):
         course.followed = trial.wait(lambda truth: abs(truth.aperture_m - REOPENED_M) < ARRIVED_M, ARRIVES_S)
 

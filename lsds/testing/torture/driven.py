@@ -16,7 +16,8 @@ from lsds.support.processes import isolated_environment, module_command
 CLOCK = WallClock()
 IMPORT_S = 30.0
 """Time within which the client's module has to be imported (s)."""
-CLOSE_S = 3.0
+CLIENT_CLOSE_S = 3.0
+"""Time limit of `close` of a client (s); chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +122,7 @@ class DrivenClient:
     def close(self) -> None:
         """Close the client and end its process."""
         if self.alive:
-            self.call("close", limit_s=CLOSE_S)
+            self.call("close", limit_s=CLIENT_CLOSE_S)
         self._kill()
 
     def __enter__(self) -> Self:

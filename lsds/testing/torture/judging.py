@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from lsds.clock import NS_PER_S, nanoseconds
-from lsds.testing.mock_handle import OPENED_M, Truth
+from lsds.testing.mock_handle import OPENED_BY_COMMAND_M, Truth
 from lsds.testing.torture.course import RIGHT, STOPS_S, Course
 from lsds.testing.torture.driven import Call
 
-STALE_S = 0.3
+STALE_ANSWER_S = 0.3
 """An answer may describe the device as it was at most so long before the call (s): longer than the longest delay of a
 fault, 0.25 s."""
 BLOCKED_S = 1.0
@@ -38,7 +38,7 @@ class Finding:
 
 
 def is_right(course: Course, call: Call) -> bool:
-    """Return whether an answer is right: it agrees with the device at some time in `STALE_S` before its end."""
+    """Return whether an answer is right: it agrees with the device at some time in `STALE_ANSWER_S` before its end."""
     return not (call.error or call.ending) and _error(course, call) == ""
 
 
@@ -87,7 +87,7 @@ def _wrong(course: Course, call: Call) -> str:
         return ""
     begins, ends = course.fault_ns
     lies = course.case.fault in LIES or (course.case.fault == "corrupt" and course.transport not in CHECKED)
-    if lies and begins <= call.ended_ns <= ends + nanoseconds(STALE_S):
+    if lies and begins <= call.ended_ns <= ends + nanoseconds(STALE_ANSWER_S):
         return ""
     return _error(course, call)
 
@@ -122,8 +122,8 @@ def _image_error(course: Course, call: Call) -> str:
 
 
 def _near(truths: list[Truth], call: Call) -> list[Truth]:
-    """Return the states of the device from `STALE_S` before a call to its end, with the ones next to these."""
-    from_ns = call.began_ns - nanoseconds(STALE_S)
+    """Return the states of the device from `STALE_ANSWER_S` before a call to its end, with the ones next to these."""
+    from_ns = call.began_ns - nanoseconds(STALE_ANSWER_S)
     before = [truth for truth in truths if truth.t_ns < from_ns]
     within = [truth for truth in truths if from_ns <= truth.t_ns <= call.ended_ns]
     after = [truth for truth in truths if truth.t_ns > call.ended_ns]
@@ -147,7 +147,7 @@ def _opened(course: Course) -> str:
     for truth in course.truths:
         if not course.moved_from_ns <= truth.t_ns <= course.ends_ns:
             continue
-        if truth.aperture_m > least + OPENED_M:
+        if truth.aperture_m > least + OPENED_BY_COMMAND_M:
             after_s = (truth.t_ns - course.fault_ns[0]) / NS_PER_S
             apertures = f"{least * 1e3:.1f} to {truth.aperture_m * 1e3:.1f} mm"
             return f"the fingers opened from {apertures}, {after_s:.2f} s after the fault began"

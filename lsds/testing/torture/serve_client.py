@@ -11,8 +11,10 @@ import os
 import sys
 from typing import IO, Any
 
-ROWS, COLUMNS = 24, 32
-"""Size of the grey image that stands for a camera's image."""
+IMAGE_ROWS = 24
+"""Height of the grey image that stands for a camera's image, px."""
+IMAGE_COLUMNS = 32
+"""Width of that image, px."""
 
 
 def main(named: str) -> None:
@@ -60,8 +62,8 @@ def _plain(value: Any) -> Any:
         return float(array)
     if array.ndim != 3:
         raise TypeError(f"an answer must be a number or an image (height, width, 3), not an array {array.shape}")
-    rows = np.linspace(0, len(array), ROWS + 1).astype(int)
-    columns = np.linspace(0, array.shape[1], COLUMNS + 1).astype(int)
+    rows = np.linspace(0, len(array), IMAGE_ROWS + 1).astype(int)
+    columns = np.linspace(0, array.shape[1], IMAGE_COLUMNS + 1).astype(int)
     grey = np.add.reduceat(np.add.reduceat(array.mean(axis=2), rows[:-1], axis=0), columns[:-1], axis=1)
     grey /= np.maximum(np.outer(np.diff(rows), np.diff(columns)), 1)
     return {"size": list(array.shape), "grey": np.round(grey, 1).tolist()}

@@ -20,7 +20,7 @@ from lsds_mocks.mock_process import MockProcess
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext, CellTruth
 
-STALE_S = 0.5
+STALE_TRUTH_S = 0.5
 
 
 def default_socket() -> str:
@@ -122,7 +122,7 @@ class ProcessCell:
         """Return the plant's newest truth. Raises StaleData if it has stopped, ConnectFailed before `connect`."""
         if self._truth is None:
             raise ConnectFailed("cell wire", "is not connected", remedy="connect() first")
-        return self._truth.truth(self._clock.now(), STALE_S)
+        return self._truth.truth(self._clock.now(), STALE_TRUTH_S)
 
     def close(self) -> None:
         """Disconnect, and stop the processes that this cell has started."""

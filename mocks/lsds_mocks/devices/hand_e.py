@@ -10,7 +10,7 @@ from lsds.contracts.lifecycle import LifecycleGuard
 from lsds.contracts.plant import join
 from lsds.errors import LimitExceeded
 from lsds_mocks.devices.command_line import CommandLine, require_unexpired
-from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_M_S, HandEUnits, from_byte, to_byte
+from lsds_mocks.devices.hand_e_units import FORCE_N, SPEED_RANGE_M_S, HandEUnits, from_byte, to_byte
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lsds_mocks.devices.hand_e_options import HandEOptions
 
 NAME = "mock-hand-e"
-CYCLE_NS = 5_000_000
+REGISTER_CYCLE_NS = 5_000_000
 """Registers are refreshed at 200 Hz."""
 ACTIVATION_NS = 1_500_000_000
 
@@ -37,7 +37,7 @@ class MockHandE:
             NAME,
             latency_ms=options.latency_ms,
             jitter_ms=options.latency_jitter_ms,
-            cycle_ns=CYCLE_NS,
+            cycle_ns=REGISTER_CYCLE_NS,
             seed=context.rng_seed("hand-e latency"),
         )
         self._connected_ns = 0
@@ -53,7 +53,7 @@ class MockHandE:
         return GripperSpec(
             self.units.stroke_m,
             self.units.metres_per_tick,
-            SPEED_M_S,
+            SPEED_RANGE_M_S,
             FORCE_N,
             latency_s=self.options.latency_ms * 1e-3,
         )
@@ -94,11 +94,11 @@ class MockHandE:
         self._guard.require_readable()
         now = self._clock.now()
         self.cell.advance(now)
-        refreshed = now - now % CYCLE_NS
+        refreshed = now - now % REGISTER_CYCLE_NS
         moment = self.cell.moment(refreshed)
         return GripperState(
             t_ns=moment.t_ns,
-            seq=max(0, refreshed // CYCLE_NS - self._connected_ns // CYCLE_NS),
+            seq=max(0, refreshed // REGISTER_CYCLE_NS - self._connected_ns // REGISTER_CYCLE_NS),
             aperture_m=self.units.aperture_m(self.units.tick(moment.aperture_m)),
             target_m=self.units.aperture_m(self.units.tick(moment.target_m)),
             moving=moment.moving,
@@ -116,7 +116,7 @@ class MockHandE:
         now = self._clock.now()
         require_unexpired(NAME, now, command.expires_ns)
         aperture = self.units.aperture_m(self.units.tick(command.aperture_m))
-        speed = from_byte(to_byte(command.speed_m_s, SPEED_M_S), SPEED_M_S)
+        speed = from_byte(to_byte(command.speed_m_s, SPEED_RANGE_M_S), SPEED_RANGE_M_S)
         force = from_byte(to_byte(command.force_n, FORCE_N), FORCE_N)
         self._line.send(now, _go(aperture, speed, force), lost=self.options.command_loss)
         return GripperCommand(aperture, speed, force, command.expires_ns)

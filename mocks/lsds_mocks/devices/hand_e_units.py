@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SPEED_M_S = (0.020, 0.150)
+SPEED_RANGE_M_S = (0.020, 0.150)
+"""Slowest and fastest speed of a finger, m/s (Hand-E data sheet)."""
 FORCE_N = (20.0, 185.0)
+"""Smallest and largest grip force, N (Hand-E data sheet)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lsds_mocks.devices.gelsight_options import GelSightOptions
     from lsds_mocks.gel.state import GelState
 
-KEPT = 64
+SNAPSHOTS_KEPT = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +47,7 @@ class Shutter:
         self._seq = 0
         self._available_ns = 0
         self._waiting: deque[Snapshot] = deque()
-        self.kept: deque[Snapshot] = deque(maxlen=KEPT)
+        self.kept: deque[Snapshot] = deque(maxlen=SNAPSHOTS_KEPT)
         self._next_ns = 0
         self._schedule()
 

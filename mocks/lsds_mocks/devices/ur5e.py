@@ -21,11 +21,18 @@ if TYPE_CHECKING:
     from lsds_mocks.devices.ur5e_options import UR5eOptions
 
 NAME = "mock-ur5e"
-CYCLE_NS = 2_000_000
-REACH_M = 0.85
-TCP_X_M, TCP_Y_M = 0.4, 0.0
-TURN_LIMIT_RAD_S, TURN_RAD_S2 = 3.14, 40.0
-"""The wrist's maximum speed and acceleration."""
+CONTROL_CYCLE_NS = 2_000_000
+"""Control cycle of an e-Series arm (ns): 500 Hz."""
+ARM_REACH_M = 0.85
+"""Reach of the arm (Universal Robots, UR5e data sheet)."""
+TCP_X_M = 0.4
+"""Position of the tool along x, m; chosen."""
+TCP_Y_M = 0.0
+"""Position of the tool along y, m; chosen."""
+TURN_LIMIT_RAD_S = 3.14
+"""Maximum speed of the wrist, rad/s."""
+TURN_RAD_S2 = 40.0
+"""Maximum acceleration of the wrist, rad/s^2."""
 
 
 class MockUR5e:
@@ -41,7 +48,7 @@ class MockUR5e:
             NAME,
             latency_ms=options.latency_ms,
             jitter_ms=options.latency_jitter_ms,
-            cycle_ns=CYCLE_NS,
+            cycle_ns=CONTROL_CYCLE_NS,
             seed=context.rng_seed("ur5e latency"),
         )
         self._connected_ns = 0
@@ -57,7 +64,7 @@ class MockUR5e:
     @property
     def spec(self) -> ArmSpec:
         """Speed, acceleration, reach."""
-        return ArmSpec(self.options.speed_limit_m_s, self.options.acceleration_limit_m_s2, REACH_M)
+        return ArmSpec(self.options.speed_limit_m_s, self.options.acceleration_limit_m_s2, ARM_REACH_M)
 
     def connect(self) -> None:
         """Make it readable."""
@@ -91,11 +98,11 @@ class MockUR5e:
         self._guard.require_readable()
         now = self._clock.now()
         self.cell.advance(now)
-        cycle = now - now % CYCLE_NS
+        cycle = now - now % CONTROL_CYCLE_NS
         moment = self.cell.moment(cycle)
         return ArmState(
             t_ns=moment.t_ns,
-            seq=max(0, cycle // CYCLE_NS - self._connected_ns // CYCLE_NS),
+            seq=max(0, cycle // CONTROL_CYCLE_NS - self._connected_ns // CONTROL_CYCLE_NS),
             tcp_pose=Pose((TCP_X_M, TCP_Y_M, moment.arm_z_m), _turned(moment.turn_rad)),
             tcp_twist=Twist((0.0, 0.0, moment.arm_v_m_s), (0.0, moment.turn_rad_s, 0.0)),
             protective_stop=self._protective_stop,

@@ -26,9 +26,9 @@ class Entry:
         return self.name.partition("-")[0]
 
 
-SHARES = (0.05, 0.1, 0.2, 0.5, 1.0)
+FAULT_SHARES = (0.05, 0.1, 0.2, 0.5, 1.0)
 DELAYS_S = (0.02, 0.05, 0.1, 0.2, 0.5)
-FRAMES = (1, 2, 4, 8, 16)
+FRAME_COUNTS = (1, 2, 4, 8, 16)
 
 CATALOGUE = (
     # -- camera: images
@@ -70,17 +70,17 @@ CATALOGUE = (
     Entry(
         "camera-duplicates", "stream:duplicates", "frames show the image before", (0.1, 0.2, 0.4, 0.7, 0.95), "of them"
     ),
-    Entry("camera-swaps", "stream:swaps", "frames change places", SHARES, "of them"),
+    Entry("camera-swaps", "stream:swaps", "frames change places", FAULT_SHARES, "of them"),
     Entry("camera-jitter", "stream:jitter", "time stamps scatter", (0.002, 0.005, 0.01, 0.02, 0.04), "s"),
     Entry("camera-clock", "stream:clock_step", "the camera's clock steps forward", (0.02, 0.1, 0.5, 5.0, 3600.0), "s"),
     Entry(
         "camera-clock-back", "stream:clock_back", "the camera's clock steps back", (0.02, 0.1, 0.5, 5.0, 3600.0), "s"
     ),
-    Entry("camera-garbled", "stream:garbled", "frames cannot be decoded", SHARES, "of them"),
+    Entry("camera-garbled", "stream:garbled", "frames cannot be decoded", FAULT_SHARES, "of them"),
     Entry("camera-gone", "stream:gone", "the camera is disconnected"),
     # -- gripper
-    Entry("gripper-time-out", "gripper:time_out", "answers do not come", SHARES, "of them"),
-    Entry("gripper-crc", "gripper:crc", "answers have a wrong check sum", SHARES, "of them"),
+    Entry("gripper-time-out", "gripper:time_out", "answers do not come", FAULT_SHARES, "of them"),
+    Entry("gripper-crc", "gripper:crc", "answers have a wrong check sum", FAULT_SHARES, "of them"),
     Entry("gripper-refuses", "gripper:refuses", "it answers each command with an exception"),
     Entry("gripper-fault", "gripper:own_fault", "it reports an internal fault and stands still"),
     Entry("gripper-no-power", "gripper:no_power", "it has lost its power: nothing moves, nothing answers"),
@@ -113,18 +113,20 @@ CATALOGUE = (
     Entry("detector-raises", "algorithms:detector_raises", "it raises an exception", malformed=True),
     Entry("detector-none", "algorithms:detector_none", "it returns nothing", malformed=True),
     Entry("detector-nan", "algorithms:detector_nan", "its score is NaN"),
-    Entry("detector-late", "algorithms:detector_late", "its answers are of earlier frames", FRAMES, "frames"),
+    Entry("detector-late", "algorithms:detector_late", "its answers are of earlier frames", FRAME_COUNTS, "frames"),
     Entry("detector-silent", "algorithms:detector_silent", "it never detects a slip"),
-    Entry("detector-alarms", "algorithms:detector_alarms", "it calls frames slip", SHARES, "of them"),
+    Entry("detector-alarms", "algorithms:detector_alarms", "it calls frames slip", FAULT_SHARES, "of them"),
     Entry("estimator-raises", "algorithms:estimator_raises", "it raises an exception", malformed=True),
     Entry("estimator-wrong", "algorithms:estimator_wrong", "it returns a list", malformed=True),
     Entry("estimator-nan", "algorithms:estimator_nan", "its numbers are NaN"),
-    Entry("estimator-late", "algorithms:estimator_late", "its answers are of earlier frames", FRAMES, "frames"),
+    Entry("estimator-late", "algorithms:estimator_late", "its answers are of earlier frames", FRAME_COUNTS, "frames"),
     Entry("estimator-scale", "algorithms:estimator_scale", "its speeds are too great", (1.5, 3, 10, 30, 100), "times"),
     Entry("controller-raises", "algorithms:controller_raises", "it raises an exception", malformed=True),
     Entry("controller-wrong", "algorithms:controller_wrong", "it returns a text", malformed=True),
     Entry("controller-nan", "algorithms:controller_nan", "it commands NaN"),
-    Entry("controller-late", "algorithms:controller_late", "its commands are of earlier frames", FRAMES, "frames"),
+    Entry(
+        "controller-late", "algorithms:controller_late", "its commands are of earlier frames", FRAME_COUNTS, "frames"
+    ),
     # -- observers
     Entry("observer-raises", "observers:raises", "an observer raises an exception"),
     Entry("observer-disk-full", "observers:disk_full", "an observer's disk is full"),

@@ -19,8 +19,8 @@ from lsds_mocks.faults.plan import Around, Plan
 Image = NDArray[np.uint8]
 Change = Callable[[Image, "Shown"], NDArray[Any]]
 FLICKER_HZ = 7.0
-GREY = 128
-TILES = (6, 8)
+GREY_LEVEL = 128
+TILE_GRID = (6, 8)
 """Rows and columns of the tiles into which `stuck_dots` divides the image."""
 
 
@@ -102,7 +102,7 @@ def _loose_gel(image: Image, shown: Shown) -> NDArray[Any]:
 
 def _torn(image: Image, shown: Shown) -> Image:
     changed = image.copy()
-    changed[round((1 - shown.plan.level) * len(image)) :] = GREY
+    changed[round((1 - shown.plan.level) * len(image)) :] = GREY_LEVEL
     return changed
 
 
@@ -129,8 +129,11 @@ def _stuck_dots(image: Image, shown: Shown) -> NDArray[Any]:
     """Keep the last image without the fault in a share of the tiles, always the same."""
     if shown.before is None:
         return image
-    tiles = np.random.default_rng(1).permutation(TILES[0] * TILES[1]) < shown.plan.level * TILES[0] * TILES[1]
-    mask = cv2.resize(tiles.reshape(TILES).astype(np.uint8), image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+    tiles = (
+        np.random.default_rng(1).permutation(TILE_GRID[0] * TILE_GRID[1])
+        < shown.plan.level * TILE_GRID[0] * TILE_GRID[1]
+    )
+    mask = cv2.resize(tiles.reshape(TILE_GRID).astype(np.uint8), image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
     return np.where(mask[:, :, None] > 0, shown.before, image)
 
 

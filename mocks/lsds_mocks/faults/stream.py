@@ -13,7 +13,7 @@ from lsds_mocks.faults.made import fault
 from lsds_mocks.faults.plan import Around, Plan
 
 NAME = "camera"
-KEPT = 64
+FRAMES_KEPT = 64
 
 
 class Stream(Around):
@@ -115,7 +115,7 @@ class _Late(Stream):
 
     def __init__(self, part: Any, plan: Plan) -> None:
         super().__init__(part, plan)
-        self._waiting: deque[tuple[int, Frame]] = deque(maxlen=KEPT)
+        self._waiting: deque[tuple[int, Frame]] = deque(maxlen=FRAMES_KEPT)
 
     def take(self, frame: Frame) -> Frame | None:
         self._waiting.append((self._plan.clock.now() + nanoseconds(self._plan.level), frame))

@@ -17,7 +17,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-LENGTHS_M = (1.0e-3, 2.0e-3, 4.0e-3, 8.0e-3)
+KERNEL_LENGTHS_M = (1.0e-3, 2.0e-3, 4.0e-3, 8.0e-3)
 
 
 def basis(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -26,15 +26,15 @@ def basis(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[n
     x = xy_m[:, 0, None] - points_m[0]
     y = xy_m[:, 1, None] - points_m[1]
     markers, points = x.shape
-    parts = np.zeros((3 * len(LENGTHS_M), 2 * markers, 3 * points))
-    for j, length in enumerate(LENGTHS_M):
+    parts = np.zeros((3 * len(KERNEL_LENGTHS_M), 2 * markers, 3 * points))
+    for j, length in enumerate(KERNEL_LENGTHS_M):
         g = np.exp(-(x * x + y * y) / (2 * length**2))
         parts[j, :markers, :points] = parts[j, markers:, points : 2 * points] = g
-        k = j + len(LENGTHS_M)
+        k = j + len(KERNEL_LENGTHS_M)
         parts[k, :markers, :points] = g * x * x / length**2
         parts[k, markers:, points : 2 * points] = g * y * y / length**2
         parts[k, :markers, points : 2 * points] = parts[k, markers:, :points] = g * x * y / length**2
-        k += len(LENGTHS_M)
+        k += len(KERNEL_LENGTHS_M)
         parts[k, :markers, 2 * points :] = g * x / length
         parts[k, markers:, 2 * points :] = g * y / length
     return parts

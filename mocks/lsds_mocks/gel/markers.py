@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lsds_mocks.gel.kernel import MarkerKernel
 
-REACH_M = 0.8e-3
+BRISTLE_REACH_M = 0.8e-3
 """Distance over which a bristle tip represents the surface around it."""
 QUORUM = 0.1
 """Part of a full patch's weight at which tips and kernel have equal weight."""
@@ -27,7 +27,7 @@ QUORUM = 0.1
 
 def _nearness(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     square = (xy_m[:, 0, None] - points_m[0]) ** 2 + (xy_m[:, 1, None] - points_m[1]) ** 2
-    return np.asarray(np.exp(-square / (2 * REACH_M**2)))
+    return np.asarray(np.exp(-square / (2 * BRISTLE_REACH_M**2)))
 
 
 def _normalised(near: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -68,12 +68,12 @@ class MarkerField:
         """Set the matrices of a contact: the kernel at the markers less its weighted value at the tips."""
         self._share = share
         self._weights = _normalised(self._near, share).astype(np.float32)
-        for start in range(0, len(self._weights), _ROWS):
-            rows = slice(start, start + _ROWS)
+        for start in range(0, len(self._weights), _ROWS_PER_PRODUCT):
+            rows = slice(start, start + _ROWS_PER_PRODUCT)
             np.subtract(self._at_dots[:, :, rows], self._weights[rows] @ self._at_tips, out=self._of_force[:, :, rows])
 
 
-_ROWS = 16
+_ROWS_PER_PRODUCT = 16
 """Markers per product. BLAS computes products of this size without its threads, which on a busy machine delay a
 frame."""
 

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.optics.grain import Grain
 
-SLIDING = 1.0 - 1e-9
+SLIDING_SCALE = 1.0 - 1e-9
 _LEAST_COVERAGE = 0.05
 _FINGERS = 2
 #: A deflection (m) far below any real one: keeps 0 / 0 out of a bristle at rest.
-_TINY_M = 1e-300
+_SMALLEST_DEFLECTION_M = 1e-300
 
 
 def bristle_grid(shape: Shape, material: GelMaterial, indentation_m: float, count: int) -> NDArray[np.float64]:
@@ -74,7 +74,7 @@ class WinklerGel:
         self._shift = np.zeros((2, 1))
         self._force = np.zeros(2)
         self._limit = np.zeros(size)
-        self._floor = np.full(size, _TINY_M)
+        self._floor = np.full(size, _SMALLEST_DEFLECTION_M)
         self._scale = np.ones(size)
         self._kept_scale = np.ones(size)
         self._pressure = np.zeros(size)
@@ -147,7 +147,7 @@ class WinklerGel:
         limit = self._limit
         np.multiply(friction, self._pressure, out=limit)
         limit /= self._k
-        np.maximum(limit, _TINY_M, out=self._floor)
+        np.maximum(limit, _SMALLEST_DEFLECTION_M, out=self._floor)
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Return the reaction: move all tips with the object, draw back those beyond their limit, add up the forces."""
@@ -168,7 +168,7 @@ class WinklerGel:
         torque = 0.0
         if dtheta_rad or fx:
             torque = k * float((self._points[0] * self._try_y - self._points[1] * self._try_x) @ scale)
-        self._tried_stuck = int(np.count_nonzero(np.greater_equal(scale, SLIDING, out=self._holds)))
+        self._tried_stuck = int(np.count_nonzero(np.greater_equal(scale, SLIDING_SCALE, out=self._holds)))
         return Reaction(k * fx, k * fy, torque, k * self._tried_stuck, self._loaded[1])
 
     def commit(self) -> None:
@@ -185,7 +185,7 @@ class WinklerGel:
     @property
     def sliding(self) -> NDArray[np.bool_]:
         """Which bristles slid in the last committed step, those without contact included."""
-        return self._kept_scale < SLIDING
+        return self._kept_scale < SLIDING_SCALE
 
     @property
     def stick_ratio(self) -> float:

@@ -11,7 +11,7 @@ from lsds_mocks.plant.axis import FingerDrive
 if TYPE_CHECKING:
     from lsds.clock import Clock
 
-_STEP_NS = 250_000
+_PLANT_STEP_NS = 250_000
 """Time step. At 150 mm/s the fingers travel 0.04 mm per step, so at 30 N/mm a contact stops within 1 N of its limit."""
 
 
@@ -99,7 +99,7 @@ class LoneFingers:
         """Step up to the present; a gripper at rest skips the steps."""
         now, drive = self._clock.now(), self._drive
         while self._now_ns < now:
-            step = min(_STEP_NS, now - self._now_ns)
+            step = min(_PLANT_STEP_NS, now - self._now_ns)
             if self._awaited:
                 self._put_back()
             self._pushes_out = drive.target_m > drive.aperture_m and self._outward_n() >= drive.limit_n

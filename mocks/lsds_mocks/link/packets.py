@@ -40,7 +40,7 @@ class Want(IntEnum):
     TRUTH = 3
 
 
-LARGEST = 1 << 20
+LARGEST_MESSAGE = 1 << 20
 WANT = struct.Struct("<BB")
 DRIVE = struct.Struct("<B3d")
 FOLLOW = struct.Struct("<Bq2d")

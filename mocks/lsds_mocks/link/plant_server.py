@@ -22,7 +22,7 @@ from lsds_mocks.link.packets import (
     ASK,
     DRIVE,
     FOLLOW,
-    LARGEST,
+    LARGEST_MESSAGE,
     WANT,
     Kind,
     Want,
@@ -47,10 +47,10 @@ NAME = "plant"
 LAG_NS = 8_000_000
 """Delay of the physics behind the present, long enough for messages of the arm's process to arrive."""
 
-LATEST_NS = 200_000_000
+LATEST_STEP_NS = 200_000_000
 LATE_NS = 20_000_000
-KEPT = 512
-NEVER_NS = 2**62
+PLANT_STATES_KEPT = 512
+NO_TIME_NS = 2**62
 
 
 class _Client:
@@ -73,7 +73,7 @@ class _Exposures:
     @property
     def next_exposure_ns(self) -> int:
         """The earliest instant asked for."""
-        return min((t_ns for t_ns, _ in self._asked), default=NEVER_NS)
+        return min((t_ns for t_ns, _ in self._asked), default=NO_TIME_NS)
 
     def ask(self, t_ns: int, client: _Client) -> None:
         """Expose at an instant."""
@@ -99,7 +99,7 @@ class PlantMock:
         self._listener: socket.socket | None = None
         self._clients: dict[int, _Client] = {}
         self._exposures = _Exposures()
-        self._scenes: deque[Scene] = deque(maxlen=KEPT)
+        self._scenes: deque[Scene] = deque(maxlen=PLANT_STATES_KEPT)
         self._scene_asked: list[tuple[int, _Client]] = []
 
     def start(self) -> Mapping[str, str]:
@@ -129,7 +129,7 @@ class PlantMock:
         next_ns = self._clock.now()
         while not stop.is_set():
             self._clock.sleep_until(next_ns)
-            if self._clock.now() - next_ns > LATEST_NS:
+            if self._clock.now() - next_ns > LATEST_STEP_NS:
                 next_ns = self._clock.now()
             next_ns += step_ns
             for descriptor, _ in poll.poll(0):
@@ -199,7 +199,7 @@ class PlantMock:
         client = self._clients[descriptor]
         while True:
             try:
-                packet = client.link.recv(LARGEST)
+                packet = client.link.recv(LARGEST_MESSAGE)
             except BlockingIOError:
                 return
             except OSError:

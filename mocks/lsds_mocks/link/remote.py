@@ -16,7 +16,7 @@ from lsds_mocks.link.packets import (
     ASK,
     DRIVE,
     FOLLOW,
-    LARGEST,
+    LARGEST_MESSAGE,
     WANT,
     Kind,
     Want,
@@ -30,7 +30,7 @@ from lsds_mocks.link.private_socket import same_user
 T = TypeVar("T")
 
 GREETING_S = 2.0
-ANSWER_S = 0.3
+PACKET_ANSWER_S = 0.3
 
 
 class NoPlant(ConnectFailed):
@@ -74,7 +74,7 @@ class PlantSocket:
         try:
             if timeout_s > 0 and not select.select([self._socket], [], [], timeout_s)[0]:
                 return None
-            return self._socket.recv(LARGEST) or None
+            return self._socket.recv(LARGEST_MESSAGE) or None
         except OSError:
             return None
 
@@ -88,7 +88,7 @@ class PlantSocket:
     def ask(self, kind: Kind, t_ns: int, unpack: Callable[[bytes], tuple[int, T]]) -> T | None:
         """Request the state at an instant and wait until the physics has passed it; None without an answer."""
         self.send(ASK.pack(kind, t_ns))
-        while (packet := self.receive(ANSWER_S)) is not None:
+        while (packet := self.receive(PACKET_ANSWER_S)) is not None:
             asked_ns, answer = unpack(packet)
             if asked_ns == t_ns:
                 return answer

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds_mocks.gel.shapes import Box, Cylinder, Sphere
-from lsds_mocks.objects.relief import PITCH_M, Relief, bumps, pores, weave
+from lsds_mocks.objects.relief import MAP_PITCH_M, Relief, bumps, pores, weave
 
 if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
@@ -39,7 +39,7 @@ def build_shape(spec: ObjectSpec, length_m: float, rng: np.random.Generator) -> 
         relief = bumps(rng, size_m=size, depth_m=depth)
     else:
         relief = weave(period_m=size, depth_m=depth)
-    return Relief(shape, relief, PITCH_M)
+    return Relief(shape, relief, MAP_PITCH_M)
 
 
 _ENDLESS_M = 10.0

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-_MOST = 32_000
+_MOST_SAMPLES = 32_000
 """Maximum number of samples along an axis that OpenCV can look up."""
 _HIGHEST_M = 0.05
 
@@ -48,8 +48,8 @@ def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:
         raise DataError(f"{path}: a height map has two axes of at least 2 samples, not shape {heights.shape}")
     if not (np.issubdtype(heights.dtype, np.number) and np.isrealobj(heights) and np.isfinite(heights).all()):
         raise DataError(f"{path}: heights must be finite real numbers")
-    if max(heights.shape) > _MOST:
-        raise DataError(f"{path}: {heights.shape} samples are too many: at most {_MOST} along an axis")
+    if max(heights.shape) > _MOST_SAMPLES:
+        raise DataError(f"{path}: {heights.shape} samples are too many: at most {_MOST_SAMPLES} along an axis")
     if np.ptp(heights) > _HIGHEST_M:
         raise DataError(
             f"{path}: its relief is {np.ptp(heights):g} m high: heights are in metres, at most {_HIGHEST_M:g}"

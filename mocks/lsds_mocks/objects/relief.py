@@ -85,7 +85,7 @@ def bumps(rng: np.random.Generator, *, size_m: float, depth_m: float) -> NDArray
 
 def weave(*, period_m: float, depth_m: float) -> NDArray[np.float32]:
     """Return the map of a cloth cover: two sets of threads, over and under."""
-    samples = max(8, round(TILE_M / PITCH_M))
+    samples = max(8, round(TILE_M / MAP_PITCH_M))
     threads = max(1, round(TILE_M / period_m))
     phase = 2 * np.pi * threads * np.arange(samples) / samples
     up = 0.25 * (2 + np.cos(phase)[None, :] * np.cos(phase / 2)[:, None] + np.cos(phase)[:, None])
@@ -94,15 +94,15 @@ def weave(*, period_m: float, depth_m: float) -> NDArray[np.float32]:
 
 TILE_M = 24e-3
 """Side of a generated map."""
-PITCH_M = 0.12e-3
+MAP_PITCH_M = 0.12e-3
 """Distance between samples of a generated map."""
 
 
 def noise(rng: np.random.Generator, scale_m: float) -> NDArray[np.float64]:
     """Return a smooth periodic random map of unit variance with features of about `scale_m`."""
-    samples = round(TILE_M / PITCH_M)
+    samples = round(TILE_M / MAP_PITCH_M)
     waves = np.fft.rfft2(rng.standard_normal((samples, samples)))
-    k = np.hypot(np.fft.fftfreq(samples)[:, None], np.fft.rfftfreq(samples)[None, :]) / PITCH_M
+    k = np.hypot(np.fft.fftfreq(samples)[:, None], np.fft.rfftfreq(samples)[None, :]) / MAP_PITCH_M
     waves *= np.exp(-0.5 * (k * scale_m * 1.5) ** 2)
     waves[0, 0] = 0
     field = np.fft.irfft2(waves, s=(samples, samples))

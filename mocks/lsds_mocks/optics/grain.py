@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     Pose = tuple[float, float, float]
     Plane = NDArray[np.float32]
 
-SAMPLES = 512
+GRAIN_SAMPLES = 512
 """Samples of the map along each side, a power of two: 31 mm."""
-PITCH_M = 0.06e-3
+GRAIN_PITCH_M = 0.06e-3
 """Distance between samples of the map."""
-STRETCH = 2.0
+GRAIN_STRETCH = 2.0
 """Length of features along the object (y) over their width: most surfaces are drawn, rolled or sawn."""
-EDGE = 0.5
+CONTACT_EDGE_SHARE = 0.5
 """Depth, as part of the greatest depth, above which the gel touches the object: the depth at the edge of a ball's
 contact (Hertz 1882); around a flat face the surface rises at once."""
 SOFT = 0.15
-"""Width of the transition around `EDGE`, as part of the greatest depth."""
+"""Width of the transition around `CONTACT_EDGE_SHARE`, as part of the greatest depth."""
 FULL_M = 0.15e-3
 """Indentation at which the gel follows the relief completely."""
 
@@ -38,11 +38,14 @@ class Grain:
     """Slopes of one surface's relief. `height_um` is the RMS height, `size_mm` the size of its features."""
 
     def __init__(self, height_um: float, size_mm: float, rng: np.random.Generator) -> None:
-        shape = (SAMPLES, SAMPLES)
+        shape = (GRAIN_SAMPLES, GRAIN_SAMPLES)
         waves = np.fft.rfft2(rng.standard_normal(shape))
-        ky, kx = np.fft.fftfreq(SAMPLES, PITCH_M)[:, None], np.fft.rfftfreq(SAMPLES, PITCH_M)[None, :]
+        ky, kx = (
+            np.fft.fftfreq(GRAIN_SAMPLES, GRAIN_PITCH_M)[:, None],
+            np.fft.rfftfreq(GRAIN_SAMPLES, GRAIN_PITCH_M)[None, :],
+        )
         # A feature is half a wave, so the noise fills a band one octave wide around that wave number.
-        k = np.hypot(kx, ky * STRETCH) * 2 * size_mm * 1e-3
+        k = np.hypot(kx, ky * GRAIN_STRETCH) * 2 * size_mm * 1e-3
         waves *= np.exp(-0.5 * (np.log2(np.maximum(k, 1e-9)) / 0.5) ** 2) / np.maximum(k, 0.1)
         waves[0, 0] = 0
         height = np.fft.irfft2(waves, s=shape)
@@ -70,7 +73,9 @@ class Grain:
         deepest = float(depth_m.max())
         if deepest <= 0:
             return False
-        share = (depth_m - np.float32(EDGE * deepest)) * np.float32(1 / (SOFT * deepest)) + np.float32(0.5)
+        share = (depth_m - np.float32(CONTACT_EDGE_SHARE * deepest)) * np.float32(1 / (SOFT * deepest)) + np.float32(
+            0.5
+        )
         np.clip(share, 0, min(deepest / FULL_M, 1.0), out=share)
         share = np.asarray(cv2.resize(share, (len(x_m), len(y_m)), interpolation=cv2.INTER_LINEAR), np.float32)
         _paint(out, self._slopes, *pose, share, mirror * x_m, y_m, *per_slope, mirror)
@@ -80,11 +85,11 @@ class Grain:
 def prepare() -> None:
     """Load the compiled code, so that the first image with a contact does not wait for it."""
     pixel, share, place = np.zeros((1, 1, 3), np.float32), np.ones((1, 1), np.float32), np.zeros(1)
-    flat = np.zeros((SAMPLES, SAMPLES, 2), np.float32)
+    flat = np.zeros((GRAIN_SAMPLES, GRAIN_SAMPLES, 2), np.float32)
     _paint(pixel, flat, 0.0, 0.0, 0.0, share, place, place, pixel, pixel, 1.0)
 
 
-_AHEAD = float(SAMPLES * 1024)
+_AHEAD = float(GRAIN_SAMPLES * 1024)
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
@@ -101,7 +106,7 @@ def _paint(
     per_y: Plane,
     mirror: float,
 ) -> None:
-    cos, sin, last = math.cos(angle) / PITCH_M, math.sin(angle) / PITCH_M, SAMPLES - 1
+    cos, sin, last = math.cos(angle) / GRAIN_PITCH_M, math.sin(angle) / GRAIN_PITCH_M, GRAIN_SAMPLES - 1
     turn_x, turn_y = np.float32(math.cos(angle)), np.float32(math.sin(angle))
     one, flip = np.float32(1.0), np.float32(mirror)
     for r in range(share.shape[0]):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SLOPE_TO_RGB = np.array([[-14.0, -88.0], [84.0, 9.0], [11.0, 62.0]])
 """Grey levels of R, G, B per unit slope of the depth (into the gel, towards the lamps) along x and y (down): one matrix
 for the whole image, measured on one GelSight Mini with R2 0.71-0.92."""
-_PRESSED = 0.75
+_PRESSED_SHARE = 0.75
 """Central part of each side in which balls are pressed for such a measurement."""
 _SIZE_MM = (0.0625 * WIDTH_PX, 0.0625 * HEIGHT_PX)
 _FAR_MM = 200.0
@@ -40,7 +40,7 @@ class Lamps:
 def lamps(directed: NDArray[np.float32]) -> Lamps:
     """Return the lamps that have the measured mean effect on a gel with this directed light (H, W, 3) in levels."""
     rows, columns = directed.shape[:2]
-    beside_x, beside_y = (round(n * (1 - _PRESSED) / 2) for n in (columns, rows))
+    beside_x, beside_y = (round(n * (1 - _PRESSED_SHARE) / 2) for n in (columns, rows))
     pressed = np.s_[beside_y : rows - beside_y, beside_x : columns - beside_x]
     x_mm = _SIZE_MM[0] * ((np.arange(columns) + 0.5) / columns - 0.5)
     y_mm = _SIZE_MM[1] * ((np.arange(rows) + 0.5) / rows - 0.5)

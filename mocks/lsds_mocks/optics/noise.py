@@ -23,7 +23,7 @@ _FINE_BITS = 4
 """Fractional bits of light and noise: sums are in sixteenths of a level."""
 _GAIN_BITS = 17
 """Fractional bits of a gain, the most with which light times ink times a gain of up to 4 fits into 32 bits."""
-_MARGIN = 192
+_MARGIN_PX = 192
 _WINDOWS = 1021
 
 
@@ -31,14 +31,14 @@ class CameraNoise:
     """Adds noise of standard deviation 2.0/1.1/2.0 (R/G/B) and neighbour correlation 0.16, times `level`."""
 
     def __init__(self, level: float, rng: np.random.Generator) -> None:
-        shape = (HEIGHT_PX + _MARGIN, WIDTH_PX + _MARGIN, 3)
+        shape = (HEIGHT_PX + _MARGIN_PX, WIDTH_PX + _MARGIN_PX, 3)
         taps = np.array([NEIGHBOUR_TAP, 1.0, NEIGHBOUR_TAP]) / np.sqrt(1 + 2 * NEIGHBOUR_TAP**2)
         white = rng.standard_normal(shape).astype(np.float32)
         field = cv2.sepFilter2D(white, cv2.CV_32F, taps, taps, borderType=cv2.BORDER_REFLECT)
         # Rounding to whole levels adds a variance of 1/12, which is subtracted here.
         sigma = np.sqrt(np.maximum((level * np.array(SIGMA_RGB)) ** 2 - 1 / 12, 0.0)).astype(np.float32)
         self._field = np.rint(field * sigma * 2**_FINE_BITS).astype(np.int16).reshape(shape[0], -1)
-        self._corners = rng.integers(0, _MARGIN + 1, (_WINDOWS, 2)).tolist()
+        self._corners = rng.integers(0, _MARGIN_PX + 1, (_WINDOWS, 2)).tolist()
 
     def photograph(self, lit: NDArray[np.uint8], cover: NDArray[np.uint8], gain: float, seq: int) -> NDArray[np.uint8]:
         """Return frame `seq` with noise, in whole levels from 0 to 255.

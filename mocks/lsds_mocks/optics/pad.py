@@ -9,7 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-WIDTH_PX, HEIGHT_PX = 320, 240
+WIDTH_PX = 320
+"""Width of the image, px."""
+HEIGHT_PX = 240
+"""Height of the image, px."""
 CENTRE_PX = np.array([(WIDTH_PX - 1) / 2, (HEIGHT_PX - 1) / 2])
 
 PadName = Literal["7x9", "8x10", "5x7"]

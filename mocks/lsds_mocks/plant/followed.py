@@ -6,7 +6,7 @@ from collections import deque
 
 from lsds.clock import NS_PER_S
 
-KEPT = 256
+SAMPLES_KEPT = 256
 SMOOTHED_S = 0.02
 BLIND_NS = 20_000_000
 """Time for which the last known velocity extrapolates the motion."""
@@ -25,7 +25,7 @@ class FollowedAxis:
         self._start_m = position_m
         self._zero_m: float | None = None
         self._t_ns = start_ns
-        self._samples: deque[tuple[int, float, float]] = deque(maxlen=KEPT)
+        self._samples: deque[tuple[int, float, float]] = deque(maxlen=SAMPLES_KEPT)
 
     def add_sample(self, t_ns: int, height_m: float, velocity_m_s: float) -> None:
         """Add one sample of the arm: height and upward velocity at a time."""

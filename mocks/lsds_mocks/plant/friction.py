@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 CREEP_M_S = 1e-4
 """Speed below which the Stribeck term is 1 to four digits, so that friction equals the static value."""
 
-LEAST = 0.3
+LEAST_KINETIC_SHARE = 0.3
 """Sliding friction never falls below this fraction of the kinetic coefficient."""
 
 
@@ -87,4 +87,4 @@ class SurfaceFriction:
         speed_share = 1.0 - math.exp(-((speed_m_s / self._stribeck) ** 2))
         kinetic = self.kinetic * (1.0 + self._amplitude * self._chatter.at(travel_m))
         moving = self.static + (kinetic - self.static) * speed_share
-        return min(max(moving, LEAST * self.kinetic), self.static)
+        return min(max(moving, LEAST_KINETIC_SHARE * self.kinetic), self.static)

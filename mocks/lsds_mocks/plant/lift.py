@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel, Reaction
 
 GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 TOLERANCE_M_S = 1e-11
-_ITERATIONS = 60
+_LIFT_ITERATIONS = 60
 
 
 @dataclass(slots=True)
@@ -92,7 +93,7 @@ def _solve(
     velocity = min(max((free + gain * body.force_n + slope * carrier_m_s) / (1.0 + slope), low), high)
     good_enough = max(TOLERANCE_M_S, gain * limit_n * gel.force_tolerance)
     under = over = False
-    for _ in range(_ITERATIONS):
+    for _ in range(_LIFT_ITERATIONS):
         reaction = gel.trial(0.0, dt_s * (carrier_m_s - velocity))
         excess = velocity - free - gain * reaction.force_y_n
         if abs(excess) < good_enough:

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
     from lsds_mocks.gel.protocol import GelModel, Reaction
 
-_ITERATIONS = 40
+_EQUILIBRIUM_ITERATIONS = 40
 _HALVINGS = 8
-_TOLERANCE = 1e-9
-_STIFFEST_N_M = 1e6
+_EQUILIBRIUM_TOLERANCE = 1e-9
+_LARGEST_STIFFNESS_N_M = 1e6
 """Upper bound on the learned stiffness, above that of any gel; the difference of two close trials may exceed it."""
-_ARM_M = 5e-3
+_STIFFNESS_ARM_M = 5e-3
 """Lever arm of the initial rotational stiffness: the tangential stiffness times this arm squared."""
 
 
@@ -126,8 +126,8 @@ def _solve(
 ) -> NDArray[np.float64]:
     """Return the velocities at the step's point theta, `h` after its beginning."""
     load = np.array([0.0, weight, 0.0])
-    good_enough = max(_TOLERANCE, gel.force_tolerance) * (limit_n + weight) * fingers
-    scale = np.array([1.0, 1.0, _ARM_M])
+    good_enough = max(_EQUILIBRIUM_TOLERANCE, gel.force_tolerance) * (limit_n + weight) * fingers
+    scale = np.array([1.0, 1.0, _STIFFNESS_ARM_M])
     stiffness = motion.stiffness
 
     def excess(guess: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -135,14 +135,14 @@ def _solve(
         moved = h * (jacobian @ guess + carried)
         answer = gel.trial(*moved.tolist())
         if not motion.stiffness.any():
-            motion.stiffness = answer.stiffness_y_n_m * np.diag([1.0, 1.0, _ARM_M**2])
+            motion.stiffness = answer.stiffness_y_n_m * np.diag([1.0, 1.0, _STIFFNESS_ARM_M**2])
         force = np.array([answer.force_x_n, answer.force_y_n, answer.torque_nm])
         return mass * (guess - start) / h - load + fingers * jacobian.T @ force, moved, force
 
     guess = start
     left, moved, force = excess(guess)
     stiffness = motion.stiffness
-    for _ in range(_ITERATIONS):
+    for _ in range(_EQUILIBRIUM_ITERATIONS):
         if np.abs(left / scale).max() <= good_enough:
             break
         tangent = np.diag(mass / h) + fingers * h * jacobian.T @ stiffness @ jacobian
@@ -177,5 +177,5 @@ def _learn(
     miss = f - own @ d
     own = own + (np.outer(miss, d) + np.outer(d, miss)) / size - float(miss @ d) / size**2 * np.outer(d, d)
     values, vectors = np.linalg.eigh(own)
-    own = (vectors * np.clip(values, 0.0, _STIFFEST_N_M)) @ vectors.T
+    own = (vectors * np.clip(values, 0.0, _LARGEST_STIFFNESS_N_M)) @ vectors.T
     return np.asarray(own * np.outer(scale, scale))

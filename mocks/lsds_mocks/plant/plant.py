@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.vibration import Vibration
 
 FINGERS = 2
+"""Number of fingers that carry the object."""
 OPEN_APERTURE_M = 0.05
 STILL_STICKS = 0.1
 """Greatest sticking part of the contact that still counts as gross slip: while a rough or porous surface slides, a cell

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
 
-_ITERATIONS = 80
-_LEAST_M = 1e-13
+_BISECTIONS = 80
+_SQUEEZE_TOLERANCE_M = 1e-13
 
 
 class Squeeze:
@@ -29,7 +29,7 @@ class Squeeze:
         return self.depth_m + normal_n / self._stiffness - closure_m
 
     def _tolerance(self, normal_n: float) -> float:
-        return self._gel.force_tolerance * normal_n / self._stiffness + _LEAST_M
+        return self._gel.force_tolerance * normal_n / self._stiffness + _SQUEEZE_TOLERANCE_M
 
     def close(self, closure_m: float, reach_m: tuple[float, float] | None) -> float:
         """Close by `closure_m` beyond first touch; return the normal force (N).
@@ -43,7 +43,7 @@ class Squeeze:
         low, high, below, above = 0.0, closure_m, -closure_m, 0.0
         depth = self.depth_m if 0 < self.depth_m < closure_m else closure_m / self._slope
         last = 0
-        for _ in range(_ITERATIONS):
+        for _ in range(_BISECTIONS):
             self.depth_m = depth
             self.normal_n = self._gel.press(depth, reach_m)
             excess = self._excess(closure_m, self.normal_n)

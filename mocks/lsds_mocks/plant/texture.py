@@ -15,8 +15,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-LENGTHS_M = (0.3e-3, 1.0e-3, 3.0e-3, 8.0e-3, 20.0e-3)
-SHARES = (0.3, 0.4, 0.5, 0.5, 0.5)
+TEXTURE_LENGTHS_M = (0.3e-3, 1.0e-3, 3.0e-3, 8.0e-3, 20.0e-3)
+TEXTURE_SHARES = (0.3, 0.4, 0.5, 0.5, 0.5)
 """Standard deviation of each scale, relative to the whole after normalising."""
 ROW_M = 0.05e-3
 COLUMN_M = 0.25e-3
@@ -29,9 +29,9 @@ class Texture:
     def __init__(self, length_m: float, amplitude: float, rng: np.random.Generator) -> None:
         rows, columns = max(64, round(length_m / ROW_M)), round(WIDTH_M / COLUMN_M)
         total = np.zeros((rows, columns), np.float32)
-        for scale, share in zip(LENGTHS_M, SHARES, strict=True):
+        for scale, share in zip(TEXTURE_LENGTHS_M, TEXTURE_SHARES, strict=True):
             total += np.float32(share) * _field(rows, columns, scale, rng)
-        total *= np.float32(1 / np.hypot.reduce(SHARES))
+        total *= np.float32(1 / np.hypot.reduce(TEXTURE_SHARES))
         self._map = 1.0 + np.clip(amplitude * total.astype(np.float64), -3 * amplitude, 3 * amplitude)
         self._rows, self._columns = rows, columns
         self._flat = self._map.ravel()

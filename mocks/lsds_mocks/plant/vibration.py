@@ -7,17 +7,17 @@ import math
 import numpy as np
 
 FREQUENCIES_HZ = (7.3, 12.9, 19.1)
-SHARES = (0.5, 0.3, 0.2)
+VIBRATION_SHARES = (0.5, 0.3, 0.2)
 
 
 class Vibration:
     """A sum of three sines with seeded phases; `amplitude_m` is the largest displacement they reach together."""
 
     def __init__(self, amplitude_m: float, rng: np.random.Generator) -> None:
-        phases = rng.uniform(0, 2 * math.pi, len(SHARES)).tolist()
+        phases = rng.uniform(0, 2 * math.pi, len(VIBRATION_SHARES)).tolist()
         self._waves = [
             (amplitude_m * share, 2 * math.pi * hertz, phase, amplitude_m * share * math.sin(phase))
-            for share, hertz, phase in zip(SHARES, FREQUENCIES_HZ, phases, strict=True)
+            for share, hertz, phase in zip(VIBRATION_SHARES, FREQUENCIES_HZ, phases, strict=True)
         ]
         if amplitude_m == 0:
             self._waves = []

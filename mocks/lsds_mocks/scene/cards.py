@@ -12,8 +12,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TEXELS_PER_MM = 6
-WHITE, GREY, INK = 225, 118, 18
-"""Paper, cardboard and toner under the cell's light, in grey levels."""
+PAPER_LEVEL = 225
+"""Grey level of paper under the cell's light."""
+CARDBOARD_LEVEL = 118
+"""Grey level of cardboard under the cell's light."""
+TONER_LEVEL = 18
+"""Grey level of toner under the cell's light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,10 +53,10 @@ def marker_card(
     per_module = round(size_mm * TEXELS_PER_MM / modules)
     side = per_module * modules
     marker = cv2.aruco.generateImageMarker(found, number, side, borderBits=1)
-    texture = np.full((round(height_mm * TEXELS_PER_MM), round(width_mm * TEXELS_PER_MM)), GREY, np.uint8)
+    texture = np.full((round(height_mm * TEXELS_PER_MM), round(width_mm * TEXELS_PER_MM)), CARDBOARD_LEVEL, np.uint8)
     left = (texture.shape[1] - side) // 2
     top = round(marker_at_mm * TEXELS_PER_MM) - side // 2
     quiet = per_module
-    texture[top - quiet : top + side + quiet, left - quiet : left + side + quiet] = WHITE
-    texture[top : top + side, left : left + side] = np.where(marker > 0, WHITE, INK)
+    texture[top - quiet : top + side + quiet, left - quiet : left + side + quiet] = PAPER_LEVEL
+    texture[top : top + side, left : left + side] = np.where(marker > 0, PAPER_LEVEL, TONER_LEVEL)
     return Card(texture, (left + (side - 1) / 2, top + (side - 1) / 2))

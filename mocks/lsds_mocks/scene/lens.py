@@ -17,7 +17,7 @@ DISTORTION = (-0.06, 0.04, 0.0006, -0.0004, 0.0)
 """Distortion (k1 k2 p1 p2 k3): a mild barrel, typical of small cameras."""
 _FOCAL_PER_WIDTH = {(640, 480): 615.0 / 640, (1280, 720): 912.0 / 1280}
 """Focal length over width of a D435i's colour camera at its two usual sizes."""
-_ITERATIONS = 40
+_UNDISTORTION_ITERATIONS = 40
 
 
 def camera_model(width: int, height: int, distortion: tuple[float, ...] = DISTORTION) -> CameraModel:
@@ -79,7 +79,7 @@ def undistorted(
     """
     k1, k2, p1, p2, k3 = distortion.tolist()
     xu, yu = x.copy(), y.copy()
-    for _ in range(_ITERATIONS):
+    for _ in range(_UNDISTORTION_ITERATIONS):
         r2 = xu * xu + yu * yu
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         dx = 2 * p1 * xu * yu + p2 * (r2 + 2 * xu * xu)

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from lsds.calibration.vision.camera import CameraModel
     from lsds_mocks.scene.cards import Card
 
-SAMPLES = 8
-_MARGIN_PX = 3
+#: Samples of a pixel, spread over its area and the exposure; chosen.
+PIXEL_SAMPLES = 8
+#: Margin of the painted window around the corners of a card, px; chosen.
+_OUTLINE_MARGIN_PX = 3
 _ONE_MAP = np.zeros(0, np.float32)
 Seen = Callable[[float], tuple["NDArray[np.float64]", "NDArray[np.float64]"]]
 """Function from a fraction (0..1) of the exposure to camera <- card: rotation (3, 3), position (3,)."""
@@ -50,10 +52,10 @@ class Painter:
         self._camera = camera
         self._rays = Rays(camera)
         # Every column and row of eighths is used once, and samples that are close in space are apart in time.
-        across = np.arange(SAMPLES)
-        order = (across * 7 + 3) % SAMPLES
-        self._offsets = np.stack([(across + 0.5) / SAMPLES - 0.5, (order + 0.5) / SAMPLES - 0.5], axis=1)
-        self._instants = (((across * 5 + 1) % SAMPLES) + 0.5) / SAMPLES
+        across = np.arange(PIXEL_SAMPLES)
+        order = (across * 7 + 3) % PIXEL_SAMPLES
+        self._offsets = np.stack([(across + 0.5) / PIXEL_SAMPLES - 0.5, (order + 0.5) / PIXEL_SAMPLES - 0.5], axis=1)
+        self._instants = (((across * 5 + 1) % PIXEL_SAMPLES) + 0.5) / PIXEL_SAMPLES
 
     def paint(self, image: NDArray[np.float32], card: Card, seen: Seen) -> None:
         """Paint a card over a grey float32 picture (height, width) in place; a card out of view changes nothing."""
@@ -75,8 +77,8 @@ class Painter:
             at = middle + np.float32(du) * across + np.float32(dv) * down + np.float32(instant - 0.5) * onward
             sample = cv2.remap(sheet, at, _ONE_MAP, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
             cv2.accumulate(sample, total)
-        free = np.asarray(1 - total[..., 1] / (255 * SAMPLES), np.float32)
-        return Layer(window, free, np.asarray(total[..., 0] / SAMPLES, np.float32))
+        free = np.asarray(1 - total[..., 1] / (255 * PIXEL_SAMPLES), np.float32)
+        return Layer(window, free, np.asarray(total[..., 0] / PIXEL_SAMPLES, np.float32))
 
     def _texels(
         self, card: Card, window: tuple[slice, slice], rotation: NDArray[np.float64], position: NDArray[np.float64]
@@ -96,8 +98,8 @@ class Painter:
                 return None
             flat, _ = cv2.projectPoints(corners, np.zeros(3), np.zeros(3), self._camera.matrix, self._camera.distortion)
             pixels.append(flat.reshape(-1, 2))
-        low = np.floor(np.concatenate(pixels).min(axis=0)).astype(int) - _MARGIN_PX
-        high = np.ceil(np.concatenate(pixels).max(axis=0)).astype(int) + _MARGIN_PX + 1
+        low = np.floor(np.concatenate(pixels).min(axis=0)).astype(int) - _OUTLINE_MARGIN_PX
+        high = np.ceil(np.concatenate(pixels).max(axis=0)).astype(int) + _OUTLINE_MARGIN_PX + 1
         width, height = self._camera.size
         (left, top), (right, bottom) = np.clip(low, 0, (width, height)), np.clip(high, 0, (width, height))
         if right <= left or bottom <= top:

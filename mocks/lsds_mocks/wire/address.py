@@ -15,7 +15,7 @@ ACCEPT_QUEUE = 512
 ones, and their clients try again after one second (RFC 6298)."""
 
 _SIOCGIFCONF = 0x8912
-_ENTRY = 40
+_IFREQ_BYTES = 40
 """Bytes of a `struct ifreq` on 64-bit Linux."""
 
 
@@ -46,7 +46,7 @@ def require_loopback(mock: str, address: str, option: str = "host") -> None:
 
 def _loopback_aliases() -> set[str]:
     """Return the additional addresses of the loopback interface."""
-    size = 128 * _ENTRY
+    size = 128 * _IFREQ_BYTES
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
             buffer = array("B", bytes(size))
@@ -55,8 +55,8 @@ def _loopback_aliases() -> set[str]:
     except OSError:
         return set()
     found = set()
-    for start in range(0, used, _ENTRY):
-        entry = buffer[start : start + _ENTRY].tobytes()
+    for start in range(0, used, _IFREQ_BYTES):
+        entry = buffer[start : start + _IFREQ_BYTES].tobytes()
         if entry[:16].split(b"\0")[0].split(b":")[0] == b"lo":
             found.add(socket.inet_ntoa(entry[20:24]))
     return found

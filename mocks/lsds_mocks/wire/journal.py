@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_mocks.wire.faults import FaultInjector
 
-MOST_FRAMES = 50_000
+MOST_KEPT_FRAMES = 50_000
 """Number of frames kept: those of 100 s of RTDE inputs at 500 Hz. Older ones are discarded."""
 MOST_STATES = 50_000
 """Number of states kept: those of 100 s of uninterrupted motion at 500 Hz. Older ones are discarded."""
@@ -30,7 +30,7 @@ class Journal:
         self._clock = clock
         self._started = started
         self._lock = threading.Lock()
-        self._frames: deque[tuple[int, int, str, bytes, Meaning]] = deque(maxlen=MOST_FRAMES)
+        self._frames: deque[tuple[int, int, str, bytes, Meaning]] = deque(maxlen=MOST_KEPT_FRAMES)
         self._count = 0
 
     def note(self, face: str, data: bytes, meaning: Meaning) -> None:

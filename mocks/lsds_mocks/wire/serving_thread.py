@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from lsds.errors import DeviceError
 
-ANSWER_S = 2.0
+CALL_ANSWER_S = 2.0
 """Time within which the serving thread has to carry out a call (s); it looks for calls at least every 20 ms."""
 Result = TypeVar("Result")
 
@@ -52,9 +52,9 @@ class ServingThread:
 
         self._calls.put(carry_out)
         try:
-            result, error = results.get(timeout=ANSWER_S)
+            result, error = results.get(timeout=CALL_ANSWER_S)
         except queue.Empty:
-            raise DeviceError(f"mock {self._name}", f"has not served for {ANSWER_S:g} s") from None
+            raise DeviceError(f"mock {self._name}", f"has not served for {CALL_ANSWER_S:g} s") from None
         if error is not None:
             raise error
         return result  # type: ignore[no-any-return]

@@ -17,26 +17,29 @@ from lsds.grip.belief import STEADY_1_S
 from lsds.grip.fragile import Bearing
 from lsds.grip.observer import GRAVITY_M_S2
 from lsds.grip.wanted_slip import WantedSlip
-from lsds.tactile.carried_load import LEAST_N
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N
 
-LIKELY = 0.25
-"""With a greater probability of a slide, the next closing waits until the last one has arrived."""
+AWAITING_PROBABILITY = 0.25
+"""Probability of a slide above which the next closing waits until the last one has arrived; chosen."""
 SURELY = 0.75
-"""With a greater probability, the object has slid; where no load is known, the fingers close on it."""
+"""Probability of a slide above which the object has slid, and the fingers close even if no load is known; chosen."""
 MOST_RISK = 0.35
-"""Greatest accepted risk, however slow a slide would be."""
+"""Maximum accepted risk, however slow a slide would be; chosen."""
 RELEASED = 0.5
-"""With less than this share of the load that slipped, the object may stand on something: no reason to open."""
-LEAST_TICK_M, LEAST_STEP_M = 1e-4, 3e-4
-"""Resolution that is assumed of a gripper that declares a finer one, and least sum of openings that is waited for."""
+"""Share of the load that slipped below which the object may stand on a support, so the fingers do not open; chosen."""
+LEAST_TICK_M = 1e-4
+"""Resolution that is assumed of a gripper that declares a finer one, m; chosen."""
+LEAST_STEP_M = 3e-4
+"""Maximum opening that is added up before the gripper carries it out, m, unless its tick is larger; chosen."""
 ARRIVES = 2.5
-"""A closing that has not arrived after so many times the fingers' answer does not keep the next one waiting."""
+"""Multiple of the fingers' answer time after which a closing that has not arrived no longer delays the next; chosen."""
 LOST_M = 4e-4
-"""Fingers that rest wider than this and two ticks beyond a command did not receive it: it is sent again."""
+"""Distance, m, that fingers must rest wider than a command and two ticks before the command counts as lost and is sent
+again; chosen."""
 GIVES_WAY = 0.9
-"""While probing, the arm rests: a load below this share of the greatest of late has slipped."""
+"""Share of the recent maximum load below which the load has slipped while the arm rests for probing; chosen."""
 LEAST_PROBED_M = 4.5e-4
-"""Probing opens to this squeeze at most: a looser grip is not known to touch."""
+"""Minimum squeeze to which probing opens, m; a looser grip is not known to touch; chosen."""
 
 
 class BeliefOptions(BaseModel):
@@ -98,7 +101,7 @@ class BeliefController:
             return self._closed(grip, wanted, math.inf, held_m, tick_m) if falls else None
         if not math.isfinite(grip.load_n) and grip.slips > SURELY:
             return self._closed(grip, wanted, math.inf, held_m, tick_m)
-        if not grip.load_n > LEAST_N:
+        if not grip.load_n > LEAST_EVIDENCE_N:
             return None
         if grip.slips > SURELY:
             self._slid_n = grip.load_n
@@ -131,7 +134,7 @@ class BeliefController:
         self, grip: GripEstimate, wanted: GripTask, wanted_m: float, held_m: float, tick_m: float
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
-        slides = grip.slips > LIKELY
+        slides = grip.slips > AWAITING_PROBABILITY
         under_way = held_m - grip.squeeze_m > tick_m / 2
         if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES * wanted.answer_s):
             return None
@@ -146,7 +149,7 @@ class BeliefController:
         self._closed_ns = grip.t_ns
         if not self._closed_n:
             self._began_m = held_m
-        self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_N else self._closed_n
+        self._closed_n = max(self._closed_n, grip.load_n) if grip.load_n > LEAST_EVIDENCE_N else self._closed_n
         return max(0.0, grip.touch_m - target_m)
 
     def _opened(self, grip: GripEstimate, wanted: GripTask, held_m: float, tick_m: float, dt_s: float) -> float | None:
@@ -155,9 +158,9 @@ class BeliefController:
         probes = wanted.probes and not self._found
         if probes:
             least_m = LEAST_PROBED_M
-            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < LIKELY
+            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < AWAITING_PROBABILITY
         else:
-            least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_N), 1.0)
+            least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_EVIDENCE_N), 1.0)
             # Without a slip the fingers reopen at most to where they began to close.
             least_m = least_m if self._slid_n else max(least_m, self._began_m)
             sure = grip.load_n > RELEASED * (self._slid_n or self._closed_n or math.inf) and not wanted.probes

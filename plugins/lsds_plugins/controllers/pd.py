@@ -18,7 +18,7 @@ from lsds.contracts import BuildContext, GripEstimate, GripTask
 
 #: A tick in the paper: the Hand-E's stroke of 50 mm over 225 ticks. It is only the unit of the gains; the
 #: range of the fingers is that of the gripper.
-TICK_M = 0.05 / 225
+PAPER_TICK_M = 0.05 / 225
 #: The frame interval of the paper's derivative gain, s.
 NOMINAL_DT_S = 0.04
 
@@ -84,7 +84,7 @@ class PdController:
         # executed, the same correction is commanded again instead of added, so that delay does not accumulate
         # corrections.
         aperture = grip.measured_m if math.isfinite(grip.measured_m) else grip.commanded_m
-        aperture = max(0.0, aperture - TICK_M * ticks)
+        aperture = max(0.0, aperture - PAPER_TICK_M * ticks)
         # A decreasing error, or fingers behind their command, must not open the grip while the object slips.
         return aperture if self._options.literal_sign else min(aperture, grip.commanded_m)
 

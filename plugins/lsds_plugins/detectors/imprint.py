@@ -14,7 +14,7 @@ import math
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import BuildContext, Detection, Observation
-from lsds.tactile.imprint.motion import FAINT
+from lsds.tactile.imprint.motion import FAINT_CURVATURE
 from lsds.tactile.imprint.uncertainty import GEL_SHARE, distance, drift, step_m
 from lsds.tactile.slip_residual import confidence
 
@@ -34,7 +34,7 @@ class ImprintDetectorOptions(BaseModel):
         default=0.5, ge=0, le=1, description="correlation with the last frame's imprint below which it abstains"
     )
     least_strength: float = Field(
-        default=FAINT,
+        default=FAINT_CURVATURE,
         ge=0,
         le=1,
         description="RMS curvature of the imprint below which it abstains: noise has as much",
@@ -67,7 +67,7 @@ class ImprintDetector:
         if motion.match < options.least_match:
             if abs(math.log(max(motion.grown, 1e-9))) > _BEGUN:
                 return abstained
-            return Detection(options.threshold < _LOST, _LOST, options.threshold, _LOST_CONFIDENCE)
+            return Detection(options.threshold < _LOST_SCORE, _LOST_SCORE, options.threshold, _LOST_CONFIDENCE)
         score = max(
             self._score(distance(motion, options.gel_share), step_m(motion)),
             self._score(*drift(recent, options.gel_share, options.least_match)),
@@ -82,6 +82,6 @@ class ImprintDetector:
 #: A contact begins or ends if the imprint's strength changes by more than this, natural logarithm.
 _BEGUN = 0.5
 #: Score of an imprint that is as strong as before and was not found again: constant, so that a threshold separates it.
-_LOST = 10.0
+_LOST_SCORE = 10.0
 #: Confidence in a slip that was too fast to be followed.
 _LOST_CONFIDENCE = 0.5

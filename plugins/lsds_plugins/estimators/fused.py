@@ -62,11 +62,15 @@ class FusedEstimator:
         moved, spread = found
         if model.abstained:
             return estimate_of(moved, spread)
-        std = np.maximum([*model.velocity_std_m_s, model.angular_std_rad_s], LEAST_STD)
+        std = np.maximum([*model.velocity_std_m_s, model.angular_std_rad_s], LEAST_MODEL_STD)
         modelled = np.array([*model.velocity_m_s, model.angular_rad_s])
         if not (np.isfinite(std).all() and np.isfinite(modelled).all()):
             return estimate_of(moved, spread)
-        if model.speed_m_s > MOVES_M_S and np.linalg.norm(modelled[:2] / std[:2]) > SURE and _stays(observation):
+        if (
+            model.speed_m_s > MOVES_M_S
+            and np.linalg.norm(modelled[:2] / std[:2]) > SURE_OF_SLIDE_STDS
+            and _stays(observation)
+        ):
             # An outline hides the translation of the object but turns with it.
             spread[:2, :2] += np.eye(2) * _ANY_M_S**2
         weight = np.linalg.inv(spread)
@@ -81,12 +85,12 @@ def _stays(observation: Observation) -> bool:
     return motion is not None and motion.match - motion.stuck_match < REGAINED
 
 
-SURE = 1.5
+SURE_OF_SLIDE_STDS = 1.5
 """Speed, in standard deviations, above which a trained model is sure of a slide."""
 REGAINED = 0.1
 """An imprint that moves, unless slowly, matches better at its new place by more than this correlation."""
 _ANY_M_S = 1.0
 """Standard deviation of an unknown velocity, m/s."""
-LEAST_STD = (5e-4, 5e-4, 0.01)
+LEAST_MODEL_STD = (5e-4, 5e-4, 0.01)
 """Least standard deviation of a trained model, m/s and rad/s. At rest it states almost none, which would hide a creep
 that the imprint shows."""

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import ABSTAINED, BuildContext, Observation, SlipEstimate
-from lsds.tactile.imprint.uncertainty import GEL_SHARE, LEAST_M, covariance
+from lsds.tactile.imprint.uncertainty import FAINT_STD_M, GEL_SHARE, covariance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,7 +35,10 @@ class ImprintOptions(BaseModel):
         description="share of the dots' motion by which that of the gel under the object is in doubt",
     )
     still_um: float = Field(
-        default=round(LEAST_M * 1e6, 3), gt=0, le=1000, description="how far the imprint trembles where nothing moves"
+        default=round(FAINT_STD_M * 1e6, 3),
+        gt=0,
+        le=1000,
+        description="how far the imprint trembles where nothing moves",
     )
 
 

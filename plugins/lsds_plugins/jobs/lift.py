@@ -9,11 +9,12 @@ from dataclasses import replace
 from lsds.clock import nanoseconds
 from lsds.contracts import BuildContext, Setting, Situation, Twist, Wanted
 from lsds.jobs.grasp import GRASP_STAGES, begin_grasp
-from lsds.jobs.probe import SPEED_M_S, Probe
+from lsds.jobs.probe import PROBE_LIFT_M_S, Probe
 from lsds.jobs.take_up import PROBABLY, TakeUp
 
 MOST_WAIT_S = 3.0
-"""The arm waits for the fingers for so long in total: a controller need not hold the object, but a run has to end."""
+"""Maximum total time that the arm waits for the fingers, s; chosen: a controller need not hold the object, but a run
+must end."""
 Stage = Generator[Wanted, Situation, Situation]
 """A stage yields what it wants, is sent the situation then, and returns the situation that ends it."""
 
@@ -74,7 +75,7 @@ class _Lift:
         now = yield from self._timed(Wanted("settle"), task.settle_s, now)
         if self._by_touch and task.lift_s > 0 and task.lift_speed_m_s > 0:
             if task.probe:
-                now = yield from self._take_up(min(SPEED_M_S, task.lift_speed_m_s), now)
+                now = yield from self._take_up(min(PROBE_LIFT_M_S, task.lift_speed_m_s), now)
                 # The probe opens the fingers only if the object hangs, just above its support.
                 if self._hangs:
                     now = yield from self._probe(now)

@@ -17,9 +17,9 @@ from lsds.errors import ConfigError, ConfigIssue
 from lsds.jobs.grasp import GRASP_STAGES, Grasping, begin_grasp
 
 CLEAR_M = 1e-3
-"""The arm comes to rest at least this far above where it began."""
-PATIENCE = 10.0
-"""Lowering takes at most this many times as long as lifting."""
+"""Minimum height above the start at which the arm comes to rest, m; chosen."""
+LOWERING_FACTOR = 10.0
+"""Maximum duration of lowering as a multiple of that of lifting; chosen."""
 
 
 class ShakeOptions(BaseModel):
@@ -82,7 +82,7 @@ class ShakeJob:
             _Part("still", own.still_s, 0.0),
             _Part("lift", own.lift_s, task.lift_speed_m_s),
             *strokes,
-            _Part("lower", PATIENCE * own.lift_s, -task.lift_speed_m_s),
+            _Part("lower", LOWERING_FACTOR * own.lift_s, -task.lift_speed_m_s),
             _Part("still", own.still_s, 0.0),
         )
         self._grasp: Grasping | None = begin_grasp(firm, setting)
@@ -132,4 +132,4 @@ class ShakeJob:
 
 
 HEARD_S = 0.05
-"""Age of a measured height, and of a command when the arm follows it."""
+"""Age of a measured height, and of a command when the arm follows it, s; chosen."""

@@ -16,9 +16,10 @@ from lsds.contracts import BuildContext, Frame, MarkerReference, MarkerTracks, T
 from lsds.errors import DataError
 from lsds.tactile.views import HALF, viewed
 
+#: Width of the window over which mismatch, flow and texture are averaged, px; chosen.
 _PATCH = 9
 #: Below this OpenCV finds no scale to begin at: its patches of 8 px have to fit the halved image.
-_LEAST_PX = 24
+_LEAST_FLOW_PX = 24
 #: Texture may fade to this share of the least that a reference needs before it counts as gone.
 FADED = 0.5
 
@@ -53,10 +54,10 @@ class DenseFlowTracker:
         """Lay the grid of sample points over the untouched frame. Raises DataError if nothing has texture."""
         options = self._options
         height, width = frame.image.shape[:2]
-        if min(width, height) < _LEAST_PX:
+        if min(width, height) < _LEAST_FLOW_PX:
             raise DataError(
                 f"reference frame {frame.seq}: {width} x {height} pixels are too few for dense flow, which takes "
-                f"{_LEAST_PX} each way (use larger images)"
+                f"{_LEAST_FLOW_PX} each way (use larger images)"
             )
         if 2 * options.margin_px >= min(width, height) - 1:
             raise DataError(

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from lsds_research.search.space import Axis, Scenario
 from lsds_research.studies.grip.random_objects import (
-    FRICTION,
+    FRICTION_RANGE,
     GRAIN_UM,
     KINETIC_SHARE,
+    LIFT_SPEED_RANGE_M_S,
     MASS_KG,
     SHAPES,
-    SPEED_M_S,
     SQUEEZE_MM,
     STIFFNESS_N_MM,
     TEXTURES,
@@ -36,13 +36,13 @@ OBJECTS = (
     Axis(f"{CELL}grain_um", *GRAIN_UM, usual=5.0),
     Axis(f"{CELL}mass_kg", *MASS_KG, usual=0.3),
     Axis(f"{CELL}stiffness_n_mm", *STIFFNESS_N_MM, usual=1000.0),
-    Axis(f"{CELL}static_friction", *FRICTION, usual=0.55),
+    Axis(f"{CELL}static_friction", *FRICTION_RANGE, usual=0.55),
     Axis(SHARE, *KINETIC_SHARE, usual=0.82),
     Axis(f"{CELL}texture_amplitude", 0.0, 0.15, usual=0.08),
     Axis(f"{CELL}chatter_amplitude", 0.1, 0.4, usual=0.25),
     Axis("sensor.mock-gelsight-mini.gel", 1, 1000, usual=1, whole=True),
     Axis("task.first_squeeze_m", SQUEEZE_MM[0] * 1e-3, SQUEEZE_MM[1] * 1e-3, usual=1e-3),
-    Axis("task.lift_speed_m_s", *SPEED_M_S, usual=0.038),
+    Axis("task.lift_speed_m_s", *LIFT_SPEED_RANGE_M_S, usual=0.038),
     Axis("seed", 0, 1000, usual=0, whole=True),
 )
 

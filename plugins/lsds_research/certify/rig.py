@@ -13,7 +13,7 @@ from lsds.errors import LsdsError
 from lsds.registry.host import PluginHost
 
 GRIPPER, SENSOR, ARM = "mock-hand-e", "mock-gelsight-mini", "mock-ur5e"
-TICKS = 225
+GRIPPER_TICKS = 225
 """Position ticks of the simulated gripper between open and closed, by default."""
 _FIRST_TICK = 3
 _DROPPED = ("cell", "pose_source", "faults", "deadlines")
@@ -47,7 +47,7 @@ def _gripper(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool
     found: dict[str, Any] = {}
     spec = _spec(host, "gripper", name, options)
     if spec is not None:
-        ticks = max(1, round(spec.stroke_m / spec.resolution_m)) if spec.resolution_m > 0 else TICKS
+        ticks = max(1, round(spec.stroke_m / spec.resolution_m)) if spec.resolution_m > 0 else GRIPPER_TICKS
         found = {
             "stroke_mm": round(1e3 * spec.stroke_m, 3),
             "open_tick": _FIRST_TICK,

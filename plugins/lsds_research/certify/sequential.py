@@ -21,19 +21,19 @@ from lsds.support.extras import require
 Points = list[NDArray[np.float64]]
 Floats = NDArray[np.float64]
 
-BATCH = 16
+RUNS_PER_BATCH = 16
 """Runs of a batch, whatever the number of processes, so that results do not depend on it."""
 STAGES = (0.25, 0.6, 1.0)
 """Shares of the budget at which the stages end."""
 POOL = 10_000
 """Uniform points that represent the space: the size of a stratum is its share of them, to one percent."""
 STRATA = 6
-LEAST_RUNS = 4
+LEAST_STRATUM_RUNS = 4
 """Least number of runs of a stratum."""
 TREES = 100
-DRAWS = 4000
+POSTERIOR_DRAWS = 4000
 """Draws from the posterior of the probability."""
-PRIOR = 0.5
+JEFFREYS_PRIOR = 0.5
 """Jeffreys' prior of a failure rate: Beta(1/2, 1/2)."""
 
 
@@ -104,7 +104,7 @@ def plain(dimensions: int, used: Callable[[int], float], seed: int) -> Generator
     points: list[Floats] = []
     stage = _Stage(np.ones(1))
     while not points or used(len(points)) < 1:
-        chosen = list(rng.random((BATCH, dimensions)))
+        chosen = list(rng.random((RUNS_PER_BATCH, dimensions)))
         stage.margins += list((yield chosen))
         points += chosen
     stage.strata = [0] * len(points)
@@ -140,12 +140,12 @@ def _allotted(stage: _Stage, rng: np.random.Generator) -> list[int]:
     """Return the strata of the next batch: one run after the other to where it reduces the variance most."""
     runs, failed = stage.counts
     runs = runs.astype(float)
-    rate = (failed + PRIOR) / (runs + 2 * PRIOR)
+    rate = (failed + JEFFREYS_PRIOR) / (runs + 2 * JEFFREYS_PRIOR)
     variance = stage.sizes**2 * rate * (1 - rate)
     usable = np.flatnonzero(stage.sizes > 0)
     own: list[int] = []
-    for _ in range(BATCH):
-        short = usable[runs[usable] < LEAST_RUNS]
+    for _ in range(RUNS_PER_BATCH):
+        short = usable[runs[usable] < LEAST_STRATUM_RUNS]
         if len(short):
             k = int(short[np.argmin(runs[short])])
         else:
@@ -160,7 +160,7 @@ def _estimate(
     stages: Sequence[_Stage], points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
 ) -> Estimate:
     whole = len(points)
-    estimate, drawn = 0.0, np.zeros(DRAWS)
+    estimate, drawn = 0.0, np.zeros(POSTERIOR_DRAWS)
     weights: list[float] = []
     for stage in stages:
         share = len(stage.margins) / whole
@@ -170,7 +170,11 @@ def _estimate(
         sizes = sizes / sizes.sum()
         estimate += share * float(np.sum(sizes[known] * failed[known] / runs[known]))
         for k in np.flatnonzero(known):
-            drawn += share * sizes[k] * rng.beta(failed[k] + PRIOR, runs[k] - failed[k] + PRIOR, DRAWS)
+            drawn += (
+                share
+                * sizes[k]
+                * rng.beta(failed[k] + JEFFREYS_PRIOR, runs[k] - failed[k] + JEFFREYS_PRIOR, POSTERIOR_DRAWS)
+            )
         weights += [share * sizes[k] / runs[k] for k in stage.strata]
     count = int(np.sum(np.array(margins) < 0))
     least, most = (float(end) for end in np.quantile(drawn, (0.025, 0.975)))

@@ -117,9 +117,9 @@ class CertifyStudy:
 
     @property
     def _batch(self) -> int:
-        from lsds_research.certify.sequential import BATCH
+        from lsds_research.certify.sequential import RUNS_PER_BATCH
 
-        return BATCH
+        return RUNS_PER_BATCH
 
     def _progress(self, done: int, asked: int, began_ns: int) -> tuple[int, int]:
         if self._runs:

@@ -17,7 +17,7 @@ from lsds_research.search.space import Axis, Value
 
 PEEL = 0.1
 """Share of the runs in a box that one step takes off."""
-LEAST_RUNS = 12
+LEAST_BOX_RUNS = 12
 """Least number of runs in a box."""
 LEAST_FAILED = 4
 """Least number of failures in a zone."""
@@ -87,14 +87,14 @@ def _box(
     if failed.sum() < LEAST_FAILED:
         return None
     bounds = np.tile([0.0, 1.0], (points.shape[1], 1))
-    while (inside := _within(points, bounds)).sum() > LEAST_RUNS:
+    while (inside := _within(points, bounds)).sum() > LEAST_BOX_RUNS:
         better, best = None, _rate(failed[inside], weights[inside])
         own, bad, heavy = points[inside], failed[inside], weights[inside]
         for key in range(points.shape[1]):
             for side, quantile in ((0, PEEL), (1, 1 - PEEL)):
                 edge = float(np.quantile(own[:, key], quantile))
                 stays = own[:, key] >= edge if side == 0 else own[:, key] <= edge
-                if LEAST_RUNS <= stays.sum() < len(own) and (rate := _rate(bad[stays], heavy[stays])) > best:
+                if LEAST_BOX_RUNS <= stays.sum() < len(own) and (rate := _rate(bad[stays], heavy[stays])) > best:
                     better, best = (key, side, edge), rate
         if better is None:
             break

@@ -1,7 +1,7 @@
 """Recordings of any length as clips of equal length, and statistics of a whole clip.
 
 The length of a recording reveals its label but is not a sign of slip. So no statistic here may depend on it: each
-clip has `FRAMES` frames, in one piece or in pieces spread over the recording, and several placements of a clip are
+clip has `CLIP_FRAMES` frames, in one piece or in pieces spread over the recording, and several placements of a clip are
 averaged by their mean, never by an extreme.
 """
 
@@ -17,7 +17,7 @@ from lsds_research.clips.signals import CLIP_SIGNALS, lag_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-FRAMES = 48
+CLIP_FRAMES = 48
 """Frames of a clip; all recordings except damaged ones have as many."""
 
 CUTS: tuple[tuple[int, int], ...] = ((1, 16), (2, 8), (4, 8))
@@ -34,7 +34,7 @@ FEATURES: tuple[str, ...] = tuple(
 """Names of the features that `clip_features` returns."""
 
 
-def placements(count: int, pieces: int, times: int, frames: int = FRAMES) -> NDArray[np.intp]:
+def placements(count: int, pieces: int, times: int, frames: int = CLIP_FRAMES) -> NDArray[np.intp]:
     """Return (times, frames) of frame numbers: `times` clips of `frames` frames out of `count`, in `pieces`.
 
     The recording is divided into equal parts, one for each piece. If a part is long enough, its piece moves from the
@@ -49,7 +49,7 @@ def placements(count: int, pieces: int, times: int, frames: int = FRAMES) -> NDA
     return rows.reshape(times, pieces * width)
 
 
-def clip_features(signals: NDArray[np.float32], frames: int = FRAMES) -> NDArray[np.float64]:
+def clip_features(signals: NDArray[np.float32], frames: int = CLIP_FRAMES) -> NDArray[np.float64]:
     """Return (F,) of a recording's signals (count, S), in the order of `FEATURES`: quantiles and spread over the
     frames of a clip, averaged over its placements; NaN if a signal is never defined."""
     found = [

@@ -19,7 +19,7 @@ import numpy as np
 from lsds.errors import ModelError
 from lsds.models.artefact import CLIPS as FORMAT
 from lsds.support.files import write_whole
-from lsds_research.clips.features import FEATURES, FRAMES, logged
+from lsds_research.clips.features import CLIP_FRAMES, FEATURES, logged
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,7 +47,7 @@ def save(path: Path, onnx: bytes, middle: Floats, objects: Sequence[str], traine
     """Write a model (.onnx) and its card. Raises DataError if a file cannot be written."""
     card = {
         "format": FORMAT,
-        "frames": FRAMES,
+        "frames": CLIP_FRAMES,
         "features": _features(),
         "objects": sorted(objects),
         "trained_on": trained_on,
@@ -71,7 +71,7 @@ def load(path: Path) -> ClipModel:
         raise ModelError(f"{card_path}: not the card of an '{FORMAT}'")
     if hashlib.sha256(onnx).hexdigest() != card.get("sha256"):
         raise ModelError(f"{path}: not the file that {card_path.name} was written for (damaged, or copied alone?)")
-    if (card.get("features"), card.get("frames")) != (_features(), FRAMES):
+    if (card.get("features"), card.get("frames")) != (_features(), CLIP_FRAMES):
         raise ModelError(f"{path}: was trained on other figures of a clip; fit it again with --save-clip-model")
     middle = np.asarray(card.get("middle", ()), np.float64)
     if middle.shape != (len(FEATURES),):

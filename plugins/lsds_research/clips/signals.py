@@ -37,9 +37,9 @@ the displacements). `bent` is the RMS residual of the best affine motion, `bent_
 `even`, 0 to 1, is 1 if all markers move the same way.
 """
 
-_LEAST = 10
+_LEAST_MARKERS_SEEN = 10
 #: Smaller motion is noise and has no direction (pitches).
-_STILL = 3e-3
+_STILL_PITCHES = 3e-3
 
 
 def lag_of(name: str) -> int:
@@ -77,7 +77,7 @@ def _motions(displacement: Floats, position: Floats, lag: int) -> Floats:
         if fitted is not None:
             norm, (net, bent, div, curl, strain) = fitted
             mean = float(norm.mean())
-            row[:] = net, mean, np.quantile(norm, 0.9), bent, abs(div), abs(curl), strain, net / (mean + _STILL)
+            row[:] = net, mean, np.quantile(norm, 0.9), bent, abs(div), abs(curl), strain, net / (mean + _STILL_PITCHES)
     return found
 
 
@@ -85,7 +85,7 @@ def _fit(field: Floats, position: Floats) -> tuple[Floats, tuple[float, float, f
     """Return the norms of the visible markers' vectors, and net, residual, divergence, curl and strain of their affine
     motion."""
     seen = np.isfinite(field[:, 0])
-    if np.count_nonzero(seen) < _LEAST:
+    if np.count_nonzero(seen) < _LEAST_MARKERS_SEEN:
         return None
     vectors = field[seen]
     motion = fit_affine(position[seen], vectors)

@@ -15,7 +15,7 @@ from lsds.session.truth_log import TruthLog
 from lsds.tactile.gate import RepeatedImage
 from lsds.tactile.reference import brightness
 from lsds_research.collecting.labels import SlipLabels
-from lsds_research.collecting.trials import SLOW_M_S, Job, Trial, trials
+from lsds_research.collecting.trials import SLOW_CLOSING_M_S, Job, Trial, trials
 from lsds_research.datasets import from_rows
 
 if TYPE_CHECKING:
@@ -153,7 +153,12 @@ class TrialJob:
         still = Twist()
         phases = [
             _Phase(1.0, self._grip(thickness, FAST_M_S), still, poses_count=False, grasps=True),
-            _Phase(APPROACH_M / SLOW_M_S + 0.2, self._grip(self._trial.grip_aperture_m, SLOW_M_S), still, grasps=True),
+            _Phase(
+                APPROACH_M / SLOW_CLOSING_M_S + 0.2,
+                self._grip(self._trial.grip_aperture_m, SLOW_CLOSING_M_S),
+                still,
+                grasps=True,
+            ),
         ]
         for move in self._trial.moves:
             grip = None if move.aperture_m is None else self._grip(move.aperture_m, move.closing_m_s)

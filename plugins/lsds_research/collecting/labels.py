@@ -21,9 +21,14 @@ if TYPE_CHECKING:
     from lsds.contracts import CellTruth, Pose, PoseSample
     from lsds.session.truth_log import TruthLog
 
-SLIP_M_S, SLIP_RAD_S = 3e-3, 0.05
-"""Threshold of slip for measured velocities, above the noise of the poses at rest."""
-TRUE_SLIP_M_S, TRUE_SLIP_RAD_S = 1e-3, 0.02
+MEASURED_SLIP_M_S = 3e-3
+"""Threshold of slip for measured velocities, m/s: above the noise of the poses at rest."""
+MEASURED_SLIP_RAD_S = 0.05
+"""Threshold of slip for measured angular velocities, rad/s: above the noise of the poses at rest."""
+TRUE_SLIP_M_S = 1e-3
+"""Threshold of slip for true velocities, m/s; chosen."""
+TRUE_SLIP_RAD_S = 0.02
+"""Threshold of slip for true angular velocities, rad/s; chosen."""
 SMOOTHING_S = 0.03
 """Time constant of the exponential smoothing: that of `lsds_research.collecting.pose_velocity`."""
 SLOP_NS = 40_000_000
@@ -112,7 +117,7 @@ class SlipLabels:
         smooth = self._smoothed(times_ns)
         if not self._measured:
             speed = np.hypot(smooth[:, 0], smooth[:, 1])
-            moves = (speed > SLIP_M_S) | (np.abs(smooth[:, 2]) > SLIP_RAD_S)
+            moves = (speed > MEASURED_SLIP_M_S) | (np.abs(smooth[:, 2]) > MEASURED_SLIP_RAD_S)
             return columns | {
                 "velocity_x": smooth[:, 0],
                 "velocity_y": smooth[:, 1],
@@ -127,11 +132,13 @@ class SlipLabels:
             seen[true[:, 4] <= 0] = 0.0
         else:
             past = np.array([slip.risen_m for slip in slips]) > self._end_m
-            seen[past & (np.hypot(seen[:, 0], seen[:, 1]) > SLIP_M_S)] = math.nan
+            seen[past & (np.hypot(seen[:, 0], seen[:, 1]) > MEASURED_SLIP_M_S)] = math.nan
         speed = np.hypot(seen[:, 0], seen[:, 1])
         # The simulated cell's camera does not show the gripper's rotation.
         turning = smooth[:, 2] if samples else seen[:, 2]
-        slip = np.where(np.isfinite(speed), (speed > SLIP_M_S) | (np.nan_to_num(np.abs(turning)) > SLIP_RAD_S), -1)
+        slip = np.where(
+            np.isfinite(speed), (speed > MEASURED_SLIP_M_S) | (np.nan_to_num(np.abs(turning)) > MEASURED_SLIP_RAD_S), -1
+        )
         return columns | {
             "velocity_x": seen[:, 0],
             "velocity_y": seen[:, 1],

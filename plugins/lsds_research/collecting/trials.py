@@ -28,26 +28,48 @@ Job = Literal["detection", "severity", "pipe", "catch", "loads"]
 STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
 """Objects of the study's tables."""
 
-TICK_M = 50e-3 / 230
+HAND_E_TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
 RATES_RAD_S = (0.3, 0.6, 1.0, 1.5, 2.2)
-STATIC_GRASPS, TRAJECTORIES, GRASP_TICKS, REPEATS = 5, 10, 10, 5
+STATIC_GRASPS = 5
+"""Number of static grasps of an object."""
+TRAJECTORIES = 10
+"""Number of trajectories for each of them."""
+GRASP_TICKS = 10
+"""Number of ticks by which a grasp tightens, one after the other."""
+REPEATS = 5
+"""Number of repetitions at each speed."""
 PAUSE_S = 5.0
 QUICK_OBJECTS = 6
 """Number of training objects in a quick campaign."""
-DRAGS, LIFTS, STROKES = 12, 12, 6
-"""Number of slip recordings of either kind, and of strokes in one: a third of all frames slip, as in the study."""
-FIRM, LOOSE = (1.7, 4.0), (0.45, 0.95)
-"""Ratio of force to the force that carries the object: for held objects, and for slipping objects."""
+DRAGS = 12
+"""Number of slip recordings by dragging: with the lifts, a third of all frames slip, as in the study."""
+LIFTS = 12
+"""Number of slip recordings by lifting."""
+STROKES = 6
+"""Number of strokes in a slip recording."""
+FIRM = (1.7, 4.0)
+"""Range of the force on held objects, relative to the force that carries the object."""
+LOOSE = (0.45, 0.95)
+"""Range of the force on slipping objects, relative to the force that carries the object."""
 DRAG_N = (1.0, 9.0)
-CATCHES, CLOSED_TO = 12, (0.8, 5.0)
-"""Number of catch recordings, and ratios of the catching force to the force that carries the object."""
-LOADS, STROKES_SHAKEN = 9, 10
-"""Number of recordings of changing load, and of strokes up and down in each."""
-SHAKE_HZ, SHAKE_M_S, SHAKE_M_S2 = (0.7, 3.5), (0.03, 0.1), (0.3, 2.0)
-"""Ranges of strokes per second, their speed, and the arm's acceleration. A sharp turn loads the gel within a frame."""
+CATCHES = 12
+"""Number of catch recordings."""
+CLOSED_TO = (0.8, 5.0)
+"""Range of the catching force, relative to the force that carries the object."""
+LOADS = 9
+"""Number of recordings of changing load."""
+STROKES_SHAKEN = 10
+"""Number of strokes up and down in a recording of changing load."""
+SHAKE_HZ = (0.7, 3.5)
+"""Range of strokes per second."""
+SHAKE_M_S = (0.03, 0.1)
+"""Range of the speed of these strokes, m/s."""
+SHAKE_M_S2 = (0.3, 2.0)
+"""Range of the arm's acceleration in them, m/s^2. A sharp turn loads the gel within a frame."""
 G_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 HELD = (1.8, 4.0)
 """Ratio of force to the force that carries the shaken object, including poured mass and pushes."""
 CATCH_LIFT_M_S = (0.012, 0.06)
@@ -57,9 +79,9 @@ CHATTER = (0.25, 0.6)
 The upper end comes closest to the trembling of markers in the study's released sample while slipping (median 11 px/s,
 95 % below 53).
 """
-SLOW_M_S = 0.03
+SLOW_CLOSING_M_S = 0.03
 """Speed at which the fingers close on an object (m/s)."""
-REST_S = 0.6
+TRIAL_REST_S = 0.6
 PAST_END_M = 14e-3
 """Travel of the grip after its middle has reached the object's end; the pad is then off the object (m)."""
 SLIDE_M = 45e-3
@@ -75,7 +97,7 @@ class Move:
     velocity_m_s: float = 0.0
     turn_rad_s: float = 0.0
     aperture_m: float | None = None
-    closing_m_s: float = SLOW_M_S
+    closing_m_s: float = SLOW_CLOSING_M_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +155,8 @@ def _detection(name: str, seed: int, quick: bool) -> list[Trial]:
     rng, start = _start(name, "grasp", 0, seed)
     first = plan.aperture_m(max(0.3, 0.5 * plan.needed_n))
     ticks = range(1, (3 if quick else GRASP_TICKS) + 1)
-    pauses = tuple(Move(1.0 if quick else PAUSE_S, aperture_m=max(0.0, first - tick * TICK_M)) for tick in ticks)
-    found.append(Trial(**start, clamped=False, grip_aperture_m=first, moves=(Move(REST_S), *pauses)))
+    pauses = tuple(Move(1.0 if quick else PAUSE_S, aperture_m=max(0.0, first - tick * HAND_E_TICK_M)) for tick in ticks)
+    found.append(Trial(**start, clamped=False, grip_aperture_m=first, moves=(Move(TRIAL_REST_S), *pauses)))
     found += [_dragged(name, k, seed) for k in range(1 if quick else DRAGS)]
     found += [_lifted_loosely(name, k, seed) for k in range(1 if quick else LIFTS)]
     return found
@@ -245,7 +267,11 @@ def _slide(name: str, protocol: str, speed: float, repeat: int, seed: int) -> Tr
     plan = PLANS[name]
     force = _log_uniform(rng, DRAG_N)
     way = min(SLIDE_M, 0.6e-3 * plan.length_mm)
-    moves = (Move(rng.uniform(0.5, 1.5) * REST_S), Move((way + PAST_END_M) / speed, speed), Move(1.2 * REST_S))
+    moves = (
+        Move(rng.uniform(0.5, 1.5) * TRIAL_REST_S),
+        Move((way + PAST_END_M) / speed, speed),
+        Move(1.2 * TRIAL_REST_S),
+    )
     start["simulated"]["cell.simulated.grip_height_mm"] = plan.length_mm - way * 1e3
     return Trial(**start, clamped=True, grip_aperture_m=plan.aperture_m(force), moves=moves, end_m=way)
 

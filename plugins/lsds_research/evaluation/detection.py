@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
 
 FOLDS = 5
+"""Number of folds of the cross-validation."""
 THRESHOLD = 0.5
 Row = dict[str, Any]
 

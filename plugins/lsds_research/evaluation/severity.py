@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.models.intervals import RATE, SPEED, Factors, conformal
+from lsds.models.intervals import RATE_COLUMN, SPEED_COLUMN, Factors, conformal
 from lsds_research.evaluation.controls import contact_constant, in_contact, shuffled
 from lsds_research.evaluation.fitting import Model, Task, fit, out_of_fold, task
 from lsds_research.metrics import MOVING_M_S, bootstrap, coverage, regression
@@ -56,11 +56,11 @@ def scored(own: Task, predicted: NDArray[Any], factors: Factors = UNSCALED) -> R
     """Return MAE (with interval), RMSE and R2, the same for moving frames, the angular error, and the coverage of 90 %
     intervals over all frames and over frames with motion or rotation."""
     true = true_speed(own)
-    speed = predicted[:, SPEED].astype(float)
+    speed = predicted[:, SPEED_COLUMN].astype(float)
     off = np.abs(speed - true)
     interval = bootstrap(own.column("recording"), lambda rows: float(off[rows].mean()))
     widths = factors.half_widths(predicted)
-    half, moving = widths[:, SPEED], true > MOVING_M_S
+    half, moving = widths[:, SPEED_COLUMN], true > MOVING_M_S
     return {
         **regression(true, speed),
         "mae_low": interval.low,
@@ -68,7 +68,7 @@ def scored(own: Task, predicted: NDArray[Any], factors: Factors = UNSCALED) -> R
         "coverage": coverage(true, speed - half, speed + half),
         "moving_coverage": coverage(true[moving], (speed - half)[moving], (speed + half)[moving]),
         "interval_width": float(2 * half.mean()),
-        **_angular(own, predicted, widths[:, RATE]),
+        **_angular(own, predicted, widths[:, RATE_COLUMN]),
         "frames": len(true),
         "answered": own.answered,
     }
@@ -83,7 +83,7 @@ def by_object(name: str, own: Task, predicted: NDArray[Any], factors: Factors) -
 
 
 def _angular(own: Task, predicted: NDArray[Any], half: NDArray[np.float64]) -> Row:
-    true, rate = own.y[:, RATE].astype(float), predicted[:, RATE].astype(float)
+    true, rate = own.y[:, RATE_COLUMN].astype(float), predicted[:, RATE_COLUMN].astype(float)
     turning = np.abs(true) > MOVING_RAD_S
     relative = float(np.abs(rate - true)[turning].sum() / np.abs(true)[turning].sum()) if turning.any() else None
     return {

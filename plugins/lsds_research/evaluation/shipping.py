@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
 
 FOLDS = 5
+"""Number of folds of the cross-validation."""
 _LIBRARIES = ("numpy", "onnx", "onnxruntime", "scikit-learn", "torch")
 
 

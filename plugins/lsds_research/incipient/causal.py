@@ -10,10 +10,10 @@ import numpy as np
 
 from lsds_research.incipient.folds import Scored, fold_count, permuted, scored
 from lsds_research.incipient.online import (
-    COUNTS,
     PARTS,
     RULES,
-    WINDOW,
+    SCORED_FRAMES,
+    WINDOW_FRAMES,
     after_counts,
     after_parts,
     aucs,
@@ -61,7 +61,7 @@ class Causal:
     def notes(self) -> list[str]:
         """Return notes on the scores of the windows."""
         mean = self.counts["mean"]
-        after = ", ".join(f"{value:.3f} after {count}" for value, count in zip(mean, COUNTS, strict=True))
+        after = ", ".join(f"{value:.3f} after {count}" for value, count in zip(mean, SCORED_FRAMES, strict=True))
         leaks = self.leaks
         return [
             f"online, mean of all windows so far: AUC {after} frames; by share of the recording seen: "
@@ -74,10 +74,10 @@ class Causal:
     def details(self) -> dict[str, Any]:
         """Return the curves for the JSON."""
         return {
-            "window_frames": WINDOW,
+            "window_frames": WINDOW_FRAMES,
             "shares_seen": PARTS,
             "auc_by_share_seen": self.parts,
-            "frames_seen": COUNTS,
+            "frames_seen": SCORED_FRAMES,
             "auc_by_frames_seen": self.counts,
             "window_auc": self.leaks,
         }
@@ -91,7 +91,7 @@ def causal(videos: Videos, trees: int, jobs: int, seed: int, tick: Callable[[], 
     courses = {name: running(windows, probability, rule) for name, rule in RULES.items()}
     rows = [
         (
-            _window_row(f"online: one window of {WINDOW} frames", windows.recording, windows.slip, probability),
+            _window_row(f"online: one window of {WINDOW_FRAMES} frames", windows.recording, windows.slip, probability),
             "unseen objects",
         )
     ]

@@ -27,7 +27,7 @@ Predict = Callable[["Floats"], "Floats"]
 Fit = Callable[["Floats", "NDArray[np.intp]", int], Predict]
 """Fits on x (n, F) and labels (n,) 0 or 1 with a seed; the result gives probabilities of slip (n,)."""
 
-FOLDS = 10
+CLIP_FOLDS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Scored:
 
 def fold_count(objects: NDArray[Any]) -> int:
     """Return the number of folds for these objects: at least one object per fold, at most ten folds."""
-    return min(FOLDS, len(np.unique(objects)))
+    return min(CLIP_FOLDS, len(np.unique(objects)))
 
 
 def require_both(slip: NDArray[np.intp], objects: NDArray[Any]) -> None:

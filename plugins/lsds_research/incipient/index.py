@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 INDEX = "index.csv"
 PROTOCOL = "real"
 _NEEDED = ("video", "recording", "object", "camera", "slip")
-_SHOWN = 5
+_SHOWN_PROBLEMS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +76,8 @@ def read_index(folder: Path) -> list[Video]:
     videos = [_video(folder, number, row, problems) for number, row in enumerate(rows, start=2)]
     _consistent(videos, problems)
     if problems:
-        more = f"; and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
-        raise DataError(f"{path}: {'; '.join(problems[:_SHOWN])}{more}")
+        more = f"; and {len(problems) - _SHOWN_PROBLEMS} more" if len(problems) > _SHOWN_PROBLEMS else ""
+        raise DataError(f"{path}: {'; '.join(problems[:_SHOWN_PROBLEMS])}{more}")
     if not videos:
         raise DataError(f"{path}: names no videos")
     return videos

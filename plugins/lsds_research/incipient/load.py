@@ -17,7 +17,7 @@ from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.datasets import Dataset
 from lsds_research.incipient.index import Video, joined, read_index
 from lsds_research.incipient.look import LOOKS
-from lsds_research.incipient.video import VERSION, try_columns
+from lsds_research.incipient.video import COLUMNS_VERSION, try_columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -96,7 +96,7 @@ def size_of(path: Path) -> int:
 
 def _key(videos: Sequence[Video]) -> str:
     """Return a name that changes with the index, any video's size or time, and what is computed."""
-    content: list[Any] = [VERSION, SIGNALS, CLIP_SIGNALS]
+    content: list[Any] = [COLUMNS_VERSION, SIGNALS, CLIP_SIGNALS]
     for video in videos:
         try:
             found = video.path.stat()

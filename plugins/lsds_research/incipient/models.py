@@ -36,7 +36,7 @@ The first is the result, and the only one shown for a shipped model; the others 
 """
 
 CLIP_MODEL = "clips"
-_BLOCK = 8192
+_ROWS_AT_ONCE = 8192
 
 
 def applied(named: str, slower: float, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:
@@ -89,8 +89,8 @@ def frame_scores(model: Artefact, videos: Videos, slower: float) -> Floats:
     named = {name: data[name] / _rate(name, slower) for name in model.card.signals}
     x, rows = windows(Dataset({**data.columns, **named}), model.card.signals, model.card.length)
     found = np.full(len(data), np.nan)
-    for at in range(0, len(x), _BLOCK):
-        found[rows[at : at + _BLOCK]] = model.run(x[at : at + _BLOCK]).reshape(-1)
+    for at in range(0, len(x), _ROWS_AT_ONCE):
+        found[rows[at : at + _ROWS_AT_ONCE]] = model.run(x[at : at + _ROWS_AT_ONCE]).reshape(-1)
     return found
 
 

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-WINDOW = 12
+WINDOW_FRAMES = 12
 PER_VIDEO = 24
 """Number of training windows of a video, evenly spaced."""
 
 PARTS = tuple(round(0.1 * k, 1) for k in range(1, 11))
 """Shares of a recording after which decisions are scored."""
 
-COUNTS = (12, 24, 48)
+SCORED_FRAMES = (12, 24, 48)
 """Numbers of frames after which decisions are scored."""
 
 RULES: dict[str, Callable[[Floats], Floats]] = {
@@ -71,8 +71,8 @@ def online_windows(videos: Videos) -> Windows:
 
 def _windows(signals: Floats) -> Floats:
     seen = np.nan_to_num(signals)  # The first frame has no change.
-    padded = np.concatenate([np.repeat(seen[:1], WINDOW - 1, axis=0), seen])
-    view = np.lib.stride_tricks.sliding_window_view(padded, WINDOW, axis=0)
+    padded = np.concatenate([np.repeat(seen[:1], WINDOW_FRAMES - 1, axis=0), seen])
+    view = np.lib.stride_tricks.sliding_window_view(padded, WINDOW_FRAMES, axis=0)
     return np.concatenate([seen, view.mean(axis=-1), view.max(axis=-1)], axis=1)
 
 
@@ -113,7 +113,7 @@ def after_parts(course: list[Floats], parts: tuple[float, ...] = PARTS) -> Float
     return np.array([[c[max(0, round(part * len(c)) - 1)] for part in parts] for c in course])
 
 
-def after_counts(course: list[Floats], counts: tuple[int, ...] = COUNTS) -> Floats:
+def after_counts(course: list[Floats], counts: tuple[int, ...] = SCORED_FRAMES) -> Floats:
     """Return (videos, counts) the results after each count of frames, or at the end of a shorter video."""
     return np.array([[c[min(count, len(c)) - 1] for count in counts] for c in course])
 

@@ -13,7 +13,7 @@ import numpy as np
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds_research.clips import model as clips_model
-from lsds_research.clips.features import CUTS, FRAMES
+from lsds_research.clips.features import CLIP_FRAMES, CUTS
 from lsds_research.incipient.causal import Causal, Curve, causal, fewer
 from lsds_research.incipient.folds import (
     Fit,
@@ -57,7 +57,7 @@ _COLUMNS = (
 )
 _BY_OBJECT, _ALL = "unseen objects", "all here"
 _CLIPS = sum(times for _, times in CUTS)
-FEW = 12
+FEW_FRAMES = 12
 _READING = 400
 """Steps of progress for reading, of a thousand in total."""
 
@@ -95,7 +95,7 @@ class IncipientStudy:
         if not table.rows:
             require_both(videos.slip, videos.object)
         details = {
-            "clip_frames": FRAMES,
+            "clip_frames": CLIP_FRAMES,
             "folds": fold_count(videos.object),
             "repeats": options.repeats,
             "seed": self._seed,
@@ -145,8 +145,8 @@ class IncipientStudy:
 
         true = [videos.slip] * len(seeds)
         whole = out_of_fold(forest, videos.clip, true, steps)
-        table.add(f"whole recording: mean of {_CLIPS} clips of {FRAMES} frames", whole, videos=True)
-        table.add(f"one clip of {FRAMES} frames at a random place", out_of_fold(small, videos.window, true, steps))
+        table.add(f"whole recording: mean of {_CLIPS} clips of {CLIP_FRAMES} frames", whole, videos=True)
+        table.add(f"one clip of {CLIP_FRAMES} frames at a random place", out_of_fold(small, videos.window, true, steps))
         table.add(
             "one number: two-frame maximum of v_net", out_of_fold(threshold_rule, videos.v_net[:, None], true, _no)
         )
@@ -239,12 +239,12 @@ def _notes(data: Dataset, videos: Videos) -> list[str]:
     listed = data.card["videos"]
     doubtful = {video["recording"] for video in listed.values() if video["conflict"]}
     notes = [
-        f"every clip has {FRAMES} frames, whatever the recording's length; folds are by object; intervals are over "
-        "recordings drawn with replacement"
+        f"every clip has {CLIP_FRAMES} frames, whatever the recording's length; folds are by object; intervals are "
+        "over recordings drawn with replacement"
     ]
     if doubtful:
         notes.append(f"left out, label in doubt: {', '.join(sorted(doubtful))}")
-    short = sorted({str(r) for r in videos.recording[videos.frames < FRAMES]})
+    short = sorted({str(r) for r in videos.recording[videos.frames < CLIP_FRAMES]})
     if short:
         notes.append(f"shorter than a clip, frames repeated: {', '.join(short)}")
     if "not_kept" in data.card:
@@ -252,7 +252,7 @@ def _notes(data: Dataset, videos: Videos) -> list[str]:
     if data.card["failures"]:
         notes.append(f"{len(data.card['failures'])} of {len(listed)} videos could not be used, see stderr")
     objects = len(np.unique(videos.object))
-    if objects <= FEW:
+    if objects <= FEW_FRAMES:
         notes.append(
             f"{objects} objects are few to train on: a model fitted on others (shipped, or --train) is more reliable"
         )

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lsds.errors import DataError
-from lsds_research.clips.features import FRAMES, clip_features, mean_of, placements, quantiles
+from lsds_research.clips.features import CLIP_FRAMES, clip_features, mean_of, placements, quantiles
 from lsds_research.clips.signals import CLIP_SIGNALS
 from lsds_research.incipient.index import physical
 from lsds_research.incipient.look import LOOKS
-from lsds_research.recording_engine import WHOLE_PAD
+from lsds_research.recording_engine import WHOLE_PAD_VISIBLE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-_WINDOW = 0x3D
+_WINDOW_SEED = 0x3D
 NUISANCES = ("markers", "brightness", "kept")
 _PLACES = 16
 
@@ -31,7 +31,7 @@ MOVED_M = 6.25e-6
 """Motion of a tenth of a pixel; the codec's key frames shift all markers by 0.06 to 0.08 px."""
 
 MOVING_SHARE = 0.75
-_LEAST_MOVING = 3
+_LEAST_MOVING_MARKERS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,14 +104,14 @@ def videos_of(data: Dataset) -> Videos:
         np.nan_to_num(looks[starts[1:] - 1]),
         np.column_stack([counts, sizes, [_experiment(name) for name in recordings]]),
         np.array([clip_features(_window(signals[s], number)) for number, s in enumerate(spans)]),
-        nuisance[:, NUISANCES.index("markers")] >= WHOLE_PAD,
+        nuisance[:, NUISANCES.index("markers")] >= WHOLE_PAD_VISIBLE,
     )
 
 
 def _window(signals: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
     """Return one clip at a random place."""
-    begin = int(np.random.default_rng([_WINDOW, seed]).integers(0, max(len(signals) - FRAMES, 0) + 1))
-    return signals[begin : begin + FRAMES]
+    begin = int(np.random.default_rng([_WINDOW_SEED, seed]).integers(0, max(len(signals) - CLIP_FRAMES, 0) + 1))
+    return signals[begin : begin + CLIP_FRAMES]
 
 
 def _experiment(recording: str) -> float:
@@ -131,7 +131,7 @@ def pooled(values: Floats, share: float, least: float = np.nan) -> float:
     not grow with the recording's length; `least` without a defined frame."""
     if not len(values):
         return least
-    clips = values[placements(len(values), 1, _PLACES, FRAMES)][:, :, None]
+    clips = values[placements(len(values), 1, _PLACES, CLIP_FRAMES)][:, :, None]
     found = float(mean_of(quantiles(clips, [share]))[0, 0])
     return found if np.isfinite(found) else least
 
@@ -149,7 +149,7 @@ def while_moving(values: Floats, moved: NDArray[np.bool_], share: float, least: 
     would seem faster. A quantile does not grow with the number of frames.
     """
     kept = values[moved & np.isfinite(values)]
-    return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING else least
+    return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING_MARKERS else least
 
 
 def _mean(values: Floats) -> Floats:

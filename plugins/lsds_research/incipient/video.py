@@ -19,10 +19,10 @@ from lsds_research.recording_engine import recording_engine
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-VERSION = 3
+COLUMNS_VERSION = 3
 """Version of the columns; a change of it invalidates older caches."""
 
-_LEAST_FRAMES = 12
+_LEAST_VIDEO_FRAMES = 12
 _PIXELS = slice(None, None, 4)
 
 
@@ -52,8 +52,10 @@ def columns_of(video: Video) -> dict[str, NDArray[Any]]:
             rows.append(signals_of(observation, float(image[_PIXELS, _PIXELS].mean())))
             moved.append(observation.field.displacement_m)
             position, last = observation.field.position_m, image
-    if len(rows) < _LEAST_FRAMES or position is None or last is None:
-        raise DataError(f"{video.path}: {len(rows)} usable frames after the first, at least {_LEAST_FRAMES} are needed")
+    if len(rows) < _LEAST_VIDEO_FRAMES or position is None or last is None:
+        raise DataError(
+            f"{video.path}: {len(rows)} usable frames after the first, at least {_LEAST_VIDEO_FRAMES} are needed"
+        )
     labels = {"slip": np.full(len(rows), -1 if video.conflict else video.slip)}
     columns = from_rows(video.name, video.object, PROTOCOL, t_s, np.array(rows), labels)
     pitch_m = float(np.mean(reference.pitch_px)) * engine.perception.metres_per_px

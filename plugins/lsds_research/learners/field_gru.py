@@ -32,18 +32,21 @@ if TYPE_CHECKING:
 
     from lsds.contracts.learning import Examples
 
-FLOOR = 0.02
+WIDTH_FLOOR = 0.02
 """Minimum width of the distribution, in units of the RMS of the moving targets."""
 MOVING = (1e-3, 1e-3, 1e-2, 1e-3)
 """Targets smaller than these (m/s, rad/s) are ignored in the choice of the unit."""
-SLIDING, TURNING = 0.04, 0.05
-"""Thresholds of motion, in units of speed and of angular velocity."""
-NUMBERS, SHARES = 10, [8, 8, 9, 8]
-"""The outputs of a net: four values, four widths, two moving shares; and the share used by each value (rotation has its
-own)."""
+SLIDING_THRESHOLD = 0.04
+"""Threshold of sliding, in units of speed."""
+TURNING_THRESHOLD = 0.05
+"""Threshold of turning, in units of angular velocity."""
+NUMBERS = 10
+"""Number of outputs of a net: four values, four widths, two moving shares."""
+SHARE_OF_VALUE = [8, 8, 9, 8]
+"""Output that holds the moving share of each value: rotation has its own."""
 _WHOLE = 40.0
 """Logit of values without a moving share; its sigmoid is one in float32."""
-FRAMES = 4
+FRAMES_PER_BLOCK = 4
 """Number of frames in a block."""
 TURNED = 0.5
 """Share of the examples that are rotated and mirrored, drawn again in each epoch."""
@@ -141,7 +144,7 @@ def _recurrent(length: int, width: int, options: FieldGruOptions) -> Any:
 def _in_blocks(length: int, width: int, options: FieldGruOptions) -> Any:
     from torch import nn
 
-    size = math.gcd(length, FRAMES)
+    size = math.gcd(length, FRAMES_PER_BLOCK)
     count, units = length // size, options.block
 
     class InBlocks(nn.Module):
@@ -166,8 +169,8 @@ def _answer(raw: torch.Tensor) -> torch.Tensor:
     import torch
 
     softplus = torch.nn.functional.softplus
-    value = torch.cat([raw[:, :3], softplus(raw[:, 3:4])], dim=1) * torch.sigmoid(raw[:, SHARES])
-    return torch.cat([value, FLOOR + softplus(raw[:, 4:8])], dim=1)
+    value = torch.cat([raw[:, :3], softplus(raw[:, 3:4])], dim=1) * torch.sigmoid(raw[:, SHARE_OF_VALUE])
+    return torch.cat([value, WIDTH_FLOOR + softplus(raw[:, 4:8])], dim=1)
 
 
 def _loss(output: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) -> torch.Tensor:
@@ -175,8 +178,8 @@ def _loss(output: torch.Tensor, wanted: torch.Tensor, options: FieldGruOptions) 
 
     off, width = (output[:, :4] - wanted).abs(), output[:, 4:]
     each = off / width + width.log() + options.square * off**2
-    weight = (1 + (options.moving_weight - 1) * (wanted[:, 3:] > SLIDING)).expand(-1, 4)
-    turns = 1 + (options.turning_weight - 1) * (wanted[:, 2:3].abs() > TURNING)
+    weight = (1 + (options.moving_weight - 1) * (wanted[:, 3:] > SLIDING_THRESHOLD)).expand(-1, 4)
+    turns = 1 + (options.turning_weight - 1) * (wanted[:, 2:3].abs() > TURNING_THRESHOLD)
     weight = torch.cat([weight[:, :2], weight[:, 2:3] * turns, weight[:, 3:]], dim=1)
     return (each * weight).mean() / weight.mean()
 
@@ -209,7 +212,7 @@ class FittedGru:
         value = graph.add("Mul", value, graph.add("Sigmoid", share))
         value = graph.add("Reshape", value, graph.constant(np.array([len(self._nets), -1, 8])))
         total = graph.add("ReduceSum", value, graph.constant(np.array([0])), keepdims=0)
-        least = np.repeat(np.array([0, FLOOR], np.float32), 4)
+        least = np.repeat(np.array([0, WIDTH_FLOOR], np.float32), 4)
         return graph.finish(graph.dense(total, np.diag(self._unit) / len(self._nets), least * self._unit), (8,))
 
     def _raw(self, graph: Graph, net: Any, shaped: str) -> str:
@@ -225,5 +228,5 @@ class FittedGru:
             inner = graph.add("Reshape", inner, graph.constant(np.array([-1, last])))
         inner = write_sequential(graph, net.head[:-1], inner)
         weight, bias = array(net.head[-1].weight), array(net.head[-1].bias)
-        weight = np.concatenate([weight[:8], weight[SHARES], np.zeros_like(weight[:4])])
-        return graph.dense(inner, weight.T, np.concatenate([bias[:8], bias[SHARES], np.full(4, _WHOLE)]))
+        weight = np.concatenate([weight[:8], weight[SHARE_OF_VALUE], np.zeros_like(weight[:4])])
+        return graph.dense(inner, weight.T, np.concatenate([bias[:8], bias[SHARE_OF_VALUE], np.full(4, _WHOLE)]))

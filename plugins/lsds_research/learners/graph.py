@@ -10,8 +10,12 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-OPSET, ML_OPSET, IR = 18, 5, 10
-"""Versions of opset and format that onnxruntime 1.20 and later run."""
+OPSET = 18
+"""Version of the ONNX opset; onnxruntime 1.20 and later run it."""
+ML_OPSET = 5
+"""Version of the opset `ai.onnx.ml`; onnxruntime 1.20 and later run it."""
+IR = 10
+"""Version of the ONNX format; onnxruntime 1.20 and later read it."""
 
 
 class Graph:

@@ -23,8 +23,8 @@ _PAD = GelMaterial()
 _SIZES = (1.0, 10.0)
 """Allowed width and height in thicknesses. A smaller pad is a post; for a larger one the matrices become too large."""
 _RATIO = (0.05, 0.4999)
-_APART = 1e-3
-_STEPS = 1000
+_RATIO_DISTANCE = 1e-3
+_PROGRESS_STEPS = 1000
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -81,12 +81,12 @@ def make_pad(
     pad = GelMaterial(thickness_m=thickness_mm * 1e-3, width_m=width_mm * 1e-3, height_m=height_mm * 1e-3)
     done = 0.0
     label = f"{len(ratios)} Poisson ratio" + ("s" if len(ratios) > 1 else "")
-    with click.progressbar(length=_STEPS, label=label, file=sys.stderr) as bar:
+    with click.progressbar(length=_PROGRESS_STEPS, label=label, file=sys.stderr) as bar:
 
         def progress(part: float) -> None:
             nonlocal done
             done += part
-            bar.update(round(done * _STEPS) - bar.pos)
+            bar.update(round(done * _PROGRESS_STEPS) - bar.pos)
 
         content = make(hat_grid(pad), sorted(ratios), COARSE if coarse else FINE, progress)
     try:
@@ -112,8 +112,8 @@ def _require_sensible(width_mm: float, height_mm: float, thickness_mm: float, ra
         if not _RATIO[0] <= ratio <= _RATIO[1]:
             raise click.UsageError(f"--poisson {ratio:g}: a ratio is between {_RATIO[0]:g} and {_RATIO[1]:g}")
     for one, next_one in pairwise(sorted(ratios)):
-        if next_one - one < _APART:
-            raise click.UsageError(f"--poisson {one:g} and {next_one:g}: ratios are at least {_APART:g} apart")
+        if next_one - one < _RATIO_DISTANCE:
+            raise click.UsageError(f"--poisson {one:g} and {next_one:g}: ratios are at least {_RATIO_DISTANCE:g} apart")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

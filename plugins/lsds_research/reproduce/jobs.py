@@ -39,11 +39,10 @@ SHUFFLED_MOST = {"field-gru": 3_000}
 """Maximum number of training windows of controls with shuffled labels."""
 QUICK_MOST = {"gradient-boosting": 2_000, "lstm": 1_500, "field-gru": 2_000}
 """Maximum number of training windows in a quick run, which has few data."""
-GROUPS, FEW_GROUPS = 5, 3
-"""Number of groups of objects: our own estimators leave out one group instead of one object.
-
-`FEW_GROUPS` applies to a quick run and to shuffled labels.
-"""
+GROUPS = 5
+"""Number of groups of objects: our own estimators leave out one group instead of one object."""
+FEW_GROUPS = 3
+"""Number of groups in a quick run and for shuffled labels."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ _COLUMNS = (
     ("most", "at most (95 %)", ".2g"),
 )
 _WAYS = {"drop": ("holds", "slips little", "ends"), "slip": ("slips little", "holds", "ends")}
-_AT_ONCE = 16
+_RUNS_AT_ONCE = 16
 
 
 class RiskStudy:
@@ -88,7 +88,7 @@ class RiskStudy:
 def _counting(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[float], Probability]:
     """Yield uniform points in batches; return the probability by counting."""
     rng, failed = np.random.default_rng(seed), 0
-    for begin in range(0, runs, _AT_ONCE):
-        margins = yield list(rng.random((min(_AT_ONCE, runs - begin), dimensions)))
+    for begin in range(0, runs, _RUNS_AT_ONCE):
+        margins = yield list(rng.random((min(_RUNS_AT_ONCE, runs - begin), dimensions)))
         failed += sum(margin < 0 for margin in margins)
     return counted(failed, runs)

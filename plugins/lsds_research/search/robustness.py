@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 HANGS_S = 120.0
 """A run with more computing time than this counts as a hang (s)."""
-STOPPED = 0.1
+STOPPED_MARGIN = 0.1
 """Margin of a run that an expected error stopped."""
 _TASK = TaskOptions()
 
@@ -46,7 +46,7 @@ def run_scenario(asked: tuple[Scenario, Limits, tuple[str, ...]]) -> dict[str, A
         session = run(None, [*override_texts(scenario), *limits.overrides(), *settings])
         session.require_uninterrupted()
     except LsdsError as error:
-        return {"margins": {"named": STOPPED}, "outcome": "not run", "fault": str(error), "simulated_s": 0.0}
+        return {"margins": {"named": STOPPED_MARGIN}, "outcome": "not run", "fault": str(error), "simulated_s": 0.0}
     except Exception as error:
         return {"margins": {"named": -1.0}, "outcome": "not run", "fault": f"{type(error).__name__}: {error}"}
     margins = margins_of(session)
@@ -77,7 +77,7 @@ def margins_of(session: Session) -> dict[str, float]:
     """
     verdict, fault = session.verdict, session.fault
     if fault is not None:
-        return {"named": -1.0 if _is_unnamed(fault) else STOPPED}
+        return {"named": -1.0 if _is_unnamed(fault) else STOPPED_MARGIN}
     margins = {"holds": 1.0 if verdict.in_grip else -1.0}
     if verdict.slip_margin is not None:
         margins["slips little"] = max(-1.0, verdict.slip_margin)

@@ -19,7 +19,7 @@ SIGMA = 0.15
 POPULATION = 8
 GENERATIONS = 6
 """Number of generations without a worse scenario that ends a descent."""
-APART = 0.35
+START_DISTANCE = 0.35
 """Minimum distance between the starts of descents, as a mean per dimension."""
 
 
@@ -50,7 +50,7 @@ def _next_start(known: Sequence[tuple[float, NDArray[np.float64]]], begun: Point
     """Return the worst point that is far from every start of a descent."""
     ranked = sorted(known, key=lambda item: item[0])
     for _, point in ranked:
-        if all(float(np.mean(np.abs(point - other))) > APART / 2 for other in begun):
+        if all(float(np.mean(np.abs(point - other))) > START_DISTANCE / 2 for other in begun):
             return point
     return ranked[len(begun) % len(ranked)][1]
 

@@ -19,15 +19,15 @@ from lsds.support.extras import require
 
 Points = list[NDArray[np.float64]]
 
-SHARE = 0.1
+LEVEL_SHARE = 0.1
 """Share of the scenarios of a level from which the next level starts."""
 MOST_SHARE = 0.5
 """Maximum share of a level at its limit; with a larger share the margins show no direction of descent."""
 MOST_LEVELS = 6
 """Maximum number of levels; a rarer failure has a probability below one in a million."""
-STEP = 0.6
+STEP_SHARE = 0.6
 """New share of a random step, of 1. A greater share is rejected more often, a smaller one moves less."""
-SURE = 1.645
+BOUND_STDS = 1.645
 """Number of standard deviations of a one-sided 95 % bound."""
 
 
@@ -66,7 +66,7 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
     from scipy.special import ndtr
 
     rng = np.random.default_rng(seed)
-    chains = max(2, round(SHARE * runs))
+    chains = max(2, round(LEVEL_SHARE * runs))
     steps = max(2, runs // chains)
     places = rng.standard_normal((chains * steps, dimensions))
     margins = np.array((yield [ndtr(place) for place in places]), float)
@@ -86,7 +86,7 @@ def split(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[f
         now, margin = places[chosen], margins[chosen]
         walked, seen = [now], [margin]
         for _ in range(steps - 1):
-            moved = math.sqrt(1 - STEP**2) * now + STEP * rng.standard_normal(now.shape)
+            moved = math.sqrt(1 - STEP_SHARE**2) * now + STEP_SHARE * rng.standard_normal(now.shape)
             found = np.array((yield [ndtr(place) for place in moved]), float)
             taken = found <= limit
             now, margin = np.where(taken[:, None], moved, now), np.where(taken, found, margin)
@@ -117,9 +117,9 @@ def _probability(
     independent = len(np.unique(ancestors))
     if not count:
         # Count each chain as one independent scenario.
-        spread = math.exp(SURE * math.sqrt(math.log1p(variance)))
+        spread = math.exp(BOUND_STDS * math.sqrt(math.log1p(variance)))
         return Probability(0.0, 0.0, min(1.0, before * spread * counted(0, independent).most), tuple(levels), 0, runs)
     share = count / runs
-    spread = math.exp(SURE * math.sqrt(math.log1p(variance + _variance(failed, ancestors))))
+    spread = math.exp(BOUND_STDS * math.sqrt(math.log1p(variance + _variance(failed, ancestors))))
     estimate = before * share
     return Probability(estimate, estimate / spread, min(1.0, estimate * spread), tuple(levels), count, runs)

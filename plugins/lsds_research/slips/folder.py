@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _DATA = Path(__file__).parent / "data"
 SHIPPED, SECOND = _DATA / "incipient_slip.csv", _DATA / "incipient_slip_second.csv"
-EVERY = 2
+STILL_FRAMES_PER_USED = 2
 """Training uses one still frame in this many, because still frames are many and similar."""
 
 
@@ -118,7 +118,7 @@ def as_dataset(recordings: Sequence[LabelledRecording]) -> Dataset:
         slip = np.full(outputs.count, -1, np.int8)
         slip[frames.slip] = 1
         slip[frames.moving] = 0
-        slip[np.flatnonzero(frames.still)[::EVERY]] = 0
+        slip[np.flatnonzero(frames.still)[::STILL_FRAMES_PER_USED]] = 0
         t_s = (np.arange(outputs.count) / 25.0).tolist()
         parts.append(from_rows(outputs.name, own.object, PROTOCOL, t_s, outputs.signals, {"slip": slip}))
     card = {"figures_are": "measured", "job": PROTOCOL, "labels": "by eye", "clock": "nominal"}

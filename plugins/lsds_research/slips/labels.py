@@ -32,7 +32,7 @@ NAME = "slip_labels.csv"
 """Name of the label file in a folder of recordings."""
 COLUMNS = ("video", "first", "last", "state", "tx_px", "ty_px", "turn_deg", "confidence", "labeller", "note")
 _NEEDED = COLUMNS[:4]
-_SHOWN = 5
+_SHOWN_PROBLEMS = 5
 
 
 class State(IntEnum):
@@ -94,8 +94,8 @@ def read_labels(path: Path) -> Labels:
     except csv.Error as error:
         raise DataError(f"{path}: line {reader.line_num}: {error}") from error
     if problems:
-        more = f"; and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
-        raise DataError(f"{path}: {'; '.join(problems[:_SHOWN])}{more}")
+        more = f"; and {len(problems) - _SHOWN_PROBLEMS} more" if len(problems) > _SHOWN_PROBLEMS else ""
+        raise DataError(f"{path}: {'; '.join(problems[:_SHOWN_PROBLEMS])}{more}")
     return labels
 
 

@@ -20,7 +20,7 @@ from lsds.models.signals import SIGNALS, signals_of
 from lsds.registry import PluginHost
 from lsds.tactile.reference import brightness
 from lsds.tactile.working_image import WIDTH_PX
-from lsds_research.recording_engine import WHOLE_PAD, recording_engine
+from lsds_research.recording_engine import WHOLE_PAD_VISIBLE, recording_engine
 from lsds_research.slips.labels import VIDEO_ENDINGS, name_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Outputs:
     @property
     def setup(self) -> str:
         """Setup of the recording, by the number of visible markers."""
-        return "whole pad" if self.markers >= WHOLE_PAD else "zoomed pad"
+        return "whole pad" if self.markers >= WHOLE_PAD_VISIBLE else "zoomed pad"
 
 
 def find_recording(folder: Path, name: str) -> Path | None:

@@ -15,23 +15,42 @@ if TYPE_CHECKING:
 
     Image = NDArray[np.uint8]
 
-TILE = (200, 150)
+TILE_PX = (200, 150)
 """Size of a tile of a strip, px."""
-STRIP, IN_A_ROW = 24, 8
-"""Number of frames of a strip, and of frames in a row."""
+STRIP = 24
+"""Number of frames of a strip."""
+IN_A_ROW = 8
+"""Number of frames in a row of a strip."""
 DOTS_ENLARGED = 5
 """Magnification of the lines that show the motion of markers since the last frame."""
 CONTRAST = 2500.0
 """Grey levels per unit of curvature."""
 GRID_PX = 40
 """Distance of the lines across a relief, px of the image."""
-_WIDTH, _BAND, _TRACE_PX = 1300, 5, 150
-_ANGLES, _RADIUS = 120, 40
-_WHITE, _YELLOW, _RED, _BLACK = (255, 255, 255), (255, 255, 0), (255, 0, 0), (0, 0, 0)
+_PICTURE_WIDTH_PX = 1300
+"""Width of a picture, px."""
+_BAND_PX = 5
+"""Half-width of the band of a relief that is averaged, px."""
+_TRACE_PX = 150
+"""Height of the traces below a strip, px."""
+_ANGLES = 120
+"""Number of angles at which the relief around the contact is sampled."""
+_RADIUS = 40
+"""Radius up to which it is sampled, px."""
+_WHITE_RGB = (255, 255, 255)
+"""White, RGB."""
+_YELLOW_RGB = (255, 255, 0)
+"""Yellow, RGB."""
+_RED_RGB = (255, 0, 0)
+"""Red, RGB."""
+_BLACK_RGB = (0, 0, 0)
+"""Black, RGB."""
 _TRACES = ((0, 0, 255), (0, 160, 0), (255, 0, 0))
 
 
-def strip(seen: RecordingView, first: int, last: int, *, size: tuple[int, int] = TILE, across: int = IN_A_ROW) -> Image:
+def strip(
+    seen: RecordingView, first: int, last: int, *, size: tuple[int, int] = TILE_PX, across: int = IN_A_ROW
+) -> Image:
     """Return a picture (h, w, 3) of frames `first` to `last`: images above, reliefs fixed to the gel below.
 
     The relief is shifted by the gel's motion since `first`, so that an object that sticks stays on the lines.
@@ -54,7 +73,7 @@ def _image_tile(seen: RecordingView, number: int, size: tuple[int, int]) -> Imag
     for start, step in zip(position * scale, moved * scale * DOTS_ENLARGED, strict=True):
         if np.hypot(*step) > 1.0:
             begin, end = np.rint(start).astype(int), np.rint(start + step).astype(int)
-            cv2.line(tile, begin.tolist(), end.tolist(), _WHITE, 1, cv2.LINE_AA)
+            cv2.line(tile, begin.tolist(), end.tolist(), _WHITE_RGB, 1, cv2.LINE_AA)
     _write(tile, str(number), (3, 13))
     return tile
 
@@ -67,7 +86,7 @@ def _relief_tile(seen: RecordingView, relief: NDArray[np.float32], step: GelStep
     for at in np.arange(GRID_PX, seen.images.shape[1], GRID_PX) * scale:
         tile[int(at)] = tile[int(at)] * 0.75 + 15
     text = "gel ?" if math.isnan(step.x) else f"gel {step.x:.1f} {step.y:.1f} {math.degrees(step.turn):.1f}d"
-    _write(tile, text, (3, size[1] - 4), _YELLOW)
+    _write(tile, text, (3, size[1] - 4), _YELLOW_RGB)
     return tile
 
 
@@ -79,7 +98,7 @@ def kymograph(seen: RecordingView) -> Image:
     blue, y green and turn red, and in black the strength of the relief.
     """
     count = len(seen)
-    wide = max(2, min(8, _WIDTH // count))
+    wide = max(2, min(8, _PICTURE_WIDTH_PX // count))
     # The first frames often show an earlier contact.
     place = seen.centre(min(10, count // 4), count - 1)
     reliefs, steps = seen.gel_fixed(0, count - 1, place)
@@ -89,16 +108,16 @@ def kymograph(seen: RecordingView) -> Image:
     columns = []
     for relief in reliefs:
         around = cv2.warpPolar(relief, (_RADIUS, _ANGLES), place, _RADIUS, polar)
-        along_x = relief[max(0, y - _BAND) : y + _BAND + 1].mean(axis=0)
-        along_y = relief[:, max(0, x - _BAND) : x + _BAND + 1].mean(axis=1)
+        along_x = relief[max(0, y - _BAND_PX) : y + _BAND_PX + 1].mean(axis=0)
+        along_y = relief[:, max(0, x - _BAND_PX) : x + _BAND_PX + 1].mean(axis=1)
         columns.append(np.concatenate([along_x, gap, along_y, gap, around[:, _RADIUS // 5 :].mean(axis=1)]))
     bands = cv2.resize(_grey(np.array(columns).T), None, fx=wide, fy=2, interpolation=cv2.INTER_NEAREST)
     picture = np.vstack([np.asarray(bands, np.uint8), _traces(seen, steps, wide)])
     for number in range(0, count, 10):
         at = number * wide
-        cv2.line(picture, (at, 0), (at, 14 if number % 50 == 0 else 6), _YELLOW, 1)
+        cv2.line(picture, (at, 0), (at, 14 if number % 50 == 0 else 6), _YELLOW_RGB, 1)
         if number % 50 == 0:
-            _write(picture, str(number), (at + 2, 12), _YELLOW)
+            _write(picture, str(number), (at + 2, 12), _YELLOW_RGB)
     return picture
 
 
@@ -109,12 +128,12 @@ def _traces(seen: RecordingView, steps: list[GelStep], wide: int) -> Image:
     scaled = np.nan_to_num(np.array(steps)) * (8.0, 8.0, 8 * 40.0)
     strength = np.abs(seen.relief).mean(axis=(1, 2)) * 9000
     lines = [(0.4 * _TRACE_PX - scaled[:, axis], colour) for axis, colour in enumerate(_TRACES)]
-    for height, colour in [*lines, (_TRACE_PX - strength, _BLACK)]:
+    for height, colour in [*lines, (_TRACE_PX - strength, _BLACK_RGB)]:
         points = np.column_stack([middle, np.clip(height, 0, _TRACE_PX - 1)]).astype(np.int32)
         cv2.polylines(picture, [points[:, None]], False, colour, 1)
     for number in range(1, count):
         if math.isnan(steps[number].x):
-            cv2.line(picture, (number * wide, 0), (number * wide, 8), _RED, 2)
+            cv2.line(picture, (number * wide, 0), (number * wide, 8), _RED_RGB, 2)
     return picture
 
 
@@ -123,5 +142,5 @@ def _grey(relief: NDArray[np.float32]) -> Image:
     return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), np.uint8)
 
 
-def _write(picture: Image, text: str, at: tuple[int, int], colour: tuple[int, int, int] = _WHITE) -> None:
+def _write(picture: Image, text: str, at: tuple[int, int], colour: tuple[int, int, int] = _WHITE_RGB) -> None:
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)

@@ -29,11 +29,14 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Plane = NDArray[np.float32]
 
-MOVING_PX = 0.35
+SHOWN_MOTION_PX = 0.35
 """A frame is shown if the fastest tenth of the markers has moved by more than this (px)."""
 CHANGED = 2.0
 """A frame is also shown if its change of relief exceeds the median by this factor."""
-_BESIDE, _APART = 3, 6
+_FRAMES_BESIDE = 3
+"""Number of frames that are shown before and after a range."""
+_FRAMES_APART = 6
+"""Maximum distance of two frames in one range, frames."""
 _ARM_PX = 24.0
 
 
@@ -137,11 +140,11 @@ class RecordingView:
         """Return the ranges of frames (first, last) with motion, and a margin of frames."""
         change = np.zeros(len(self))
         change[1:] = np.abs(np.diff(self.relief, axis=0)).mean(axis=(1, 2))
-        worth = (self.moved_px > MOVING_PX) | (change > CHANGED * np.median(change[1:]))
+        worth = (self.moved_px > SHOWN_MOTION_PX) | (change > CHANGED * np.median(change[1:]))
         ranges: list[list[int]] = []
         for number in np.flatnonzero(worth).tolist():
-            if ranges and number - ranges[-1][1] <= _APART:
+            if ranges and number - ranges[-1][1] <= _FRAMES_APART:
                 ranges[-1][1] = number
             else:
                 ranges.append([number, number])
-        return [(max(0, first - _BESIDE), min(len(self) - 1, last + _BESIDE)) for first, last in ranges]
+        return [(max(0, first - _FRAMES_BESIDE), min(len(self) - 1, last + _FRAMES_BESIDE)) for first, last in ranges]

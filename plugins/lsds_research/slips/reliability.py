@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-BINS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.75, 0.85, 0.95, 1.0)
+SCORE_BIN_EDGES = (0.0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.75, 0.85, 0.95, 1.0)
 """Edges of the bins of the score."""
 NEAREST = 1e-4
 """Minimum distance of scores from 0 and 1, where log-odds are infinite."""
@@ -41,8 +41,8 @@ def reliability(recordings: Sequence[LabelledRecording], scores: Sequence[Floats
     shuffled = np.random.default_rng(seed).permutation(slips)
     prior = float(slips.mean())
     curve = []
-    for low, high in pairwise(BINS):
-        inside = (score >= low) & ((score < high) | (high == BINS[-1]))
+    for low, high in pairwise(SCORE_BIN_EDGES):
+        inside = (score >= low) & ((score < high) | (high == SCORE_BIN_EDGES[-1]))
         if inside.any():
             share = round(float(slips[inside].mean()), 4)
             curve.append({"from": low, "to": high, "frames": int(inside.sum()), "slip_share": share})

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lsds.calibration.watched import FIRST_FRAMES, MOVING_PX
+from lsds.calibration.watched import FIRST_FRAMES, MOVING_FRAME_PX
 from lsds_research.slips.labels import Interval, State, states
 
 if TYPE_CHECKING:
@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 
 LEAST_CONFIDENCE = 0.5
 """Minimum confidence of a scored label."""
-MARGIN = 1
+MARGIN_FRAMES = 1
 """Number of frames next to a slip or a touch in which an alarm is not false: the uncertainty of an onset."""
-EARLY, LATE = 1, 2
-"""An interval is noticed if slip is reported from `EARLY` frames before its first frame to `LATE` frames after it."""
+EARLY = 1
+"""Number of frames before an interval in which a reported slip still notices it."""
+LATE = 2
+"""Number of frames after the first frame of an interval in which a reported slip still notices it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,9 +58,9 @@ def scored_frames(intervals: Sequence[Interval], moved_px: Floats) -> Frames:
     state, confidence = states(intervals, count)
     known = (confidence >= LEAST_CONFIDENCE) & (np.arange(count) >= FIRST_FRAMES)
     eventful = np.isin(state, (State.SLIP, State.TOUCH, State.UNSURE))
-    near = np.convolve(eventful, np.ones(2 * MARGIN + 1))[MARGIN : MARGIN + count] > 0
+    near = np.convolve(eventful, np.ones(2 * MARGIN_FRAMES + 1))[MARGIN_FRAMES : MARGIN_FRAMES + count] > 0
     quiet = known & np.isin(state, (State.FREE, State.STICK)) & ~near
-    moving = moved_px > MOVING_PX
+    moving = moved_px > MOVING_FRAME_PX
     return Frames(known & (state == State.SLIP), quiet & moving, quiet & ~moving)
 
 

@@ -76,7 +76,7 @@ _TRAVELS = (
 ALL = "both"
 CALIBRATED = ("fused", "imprint")
 """Detectors for which `lsds calibrate slip` is tried; by default nothing was fitted on the objects that are scored."""
-_DRAWS = 300
+_BOOTSTRAP_DRAWS = 300
 Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 """Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
 
@@ -262,7 +262,9 @@ def _intervals(parts: Sequence[Counts], objects: Sequence[str], seed: int) -> di
     names = sorted(set(objects))
     by_object = [sum((own for own, at in zip(parts, objects, strict=True) if at == name), Counts()) for name in names]
     rng = np.random.default_rng(seed)
-    drawn = [sum((by_object[k] for k in rng.integers(0, len(names), len(names))), Counts()) for _ in range(_DRAWS)]
+    drawn = [
+        sum((by_object[k] for k in rng.integers(0, len(names), len(names))), Counts()) for _ in range(_BOOTSTRAP_DRAWS)
+    ]
     found = {}
     for figure in ("recall", "noticed_share", "per_100_moving"):
         values = [value for counts in drawn if math.isfinite(value := getattr(counts, figure))]

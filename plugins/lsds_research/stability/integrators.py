@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,17 +167,23 @@ SCHEMES: dict[str, Scheme] = {
 IN_PRODUCT = ("return map, backward Euler", "return map, midpoint")
 
 
-HELD_N, LOST_N = 6.0, 0.8
-"""Normal force of a grip, and of one that is almost lost (N)."""
-LOST_S, REGAINED_S, END_S = 0.6, 0.76, 1.4
-"""Times at which the grip is lost and regained, and end of the simulation (s)."""
+HELD_N = 6.0
+"""Normal force of a grip (N)."""
+LOST_N = 0.8
+"""Normal force of a grip that is almost lost (N)."""
+GRIP_LOST_S = 0.6
+"""Time at which the grip is lost (s)."""
+GRIP_REGAINED_S = 0.76
+"""Time at which the grip is regained (s)."""
+SIMULATED_S = 1.4
+"""End of the simulation (s)."""
 
 
 def drop(scheme: Scheme, setting: Setting, dt_s: float) -> float:
     """Return the way (m) that the object drops while the grip is lost and regained; infinity if the scheme diverges."""
     at = Motion(z_m=setting.mass_kg * GRAVITY_M_S2 / setting.stiffness_n_m)
-    for k in range(round(END_S / dt_s)):
-        at = scheme(setting, at, dt_s, LOST_N if LOST_S <= (k + 0.5) * dt_s < REGAINED_S else HELD_N)
+    for k in range(round(SIMULATED_S / dt_s)):
+        at = scheme(setting, at, dt_s, LOST_N if GRIP_LOST_S <= (k + 0.5) * dt_s < GRIP_REGAINED_S else HELD_N)
         if not math.isfinite(at.y_m) or abs(at.y_m) > 1e3:
             return math.inf
     return at.y_m

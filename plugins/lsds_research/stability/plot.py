@@ -15,7 +15,7 @@ from lsds_research.stability.grid import StabilityMap
 if TYPE_CHECKING:
     from lsds.contracts.study import Value
 
-COLUMNS = 4
+PANEL_COLUMNS = 4
 SAFE, NAIVE = "#1a6b34", "#8a2b0f"
 
 
@@ -23,7 +23,7 @@ def plot_map(path: Path, of: StabilityMap, rows: Sequence[dict[str, Value]]) -> 
     """Write the map as PNG. Crosses stand where a point fails; a naive method's name is brown."""
     methods = list(dict.fromkeys(str(row["method"]) for row in rows))
     xs, ys = (sorted({float(row[axis] or 0) for row in rows}) for axis in ("x", "y"))
-    across = min(COLUMNS, len(methods))
+    across = min(PANEL_COLUMNS, len(methods))
     down = math.ceil(len(methods) / across)
     figure = new_figure(2.0 + 2.6 * across, 1.1 + 2.4 * down)
     panels = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)

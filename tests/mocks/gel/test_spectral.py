@@ -269,8 +269,8 @@ def compare(dense, patch, rng):
 
 
 def test_the_solver_follows_the_number_of_cells(monkeypatch):
-    monkeypatch.setattr(choice, "MANY", 40)
-    monkeypatch.setattr(choice, "FEW", 20)
+    monkeypatch.setattr(choice, "MANY_CELLS", 40)
+    monkeypatch.setattr(choice, "FEW_CELLS", 20)
     op = answer()
     patch = AnyPatch(op)
     patch.add(rectangle(op.grid, 5, 5, 4, 10))
@@ -287,8 +287,8 @@ def test_the_solver_follows_the_number_of_cells(monkeypatch):
 
 @pytest.mark.parametrize("solver", ["blocks", "fft"])
 def test_a_solver_that_is_asked_for_stays(solver, monkeypatch):
-    monkeypatch.setattr(choice, "MANY", 40)
-    monkeypatch.setattr(choice, "FEW", 20)
+    monkeypatch.setattr(choice, "MANY_CELLS", 40)
+    monkeypatch.setattr(choice, "FEW_CELLS", 20)
     patch = AnyPatch(answer(), solver)
     patch.add(np.arange(60, dtype=np.int32))
     assert patch.solver == solver
@@ -297,8 +297,8 @@ def test_a_solver_that_is_asked_for_stays(solver, monkeypatch):
 
 
 def test_a_gel_that_changes_solver_on_the_way_feels_the_same(monkeypatch):
-    monkeypatch.setattr(choice, "MANY", 60)
-    monkeypatch.setattr(choice, "FEW", 40)
+    monkeypatch.setattr(choice, "MANY_CELLS", 60)
+    monkeypatch.setattr(choice, "FEW_CELLS", 40)
     found, used = {}, set()
     for solver in ("auto", "blocks"):
         gel = FieldGel(Sphere(12e-3), solver=solver, tolerance=2e-3)
@@ -316,7 +316,7 @@ def test_a_gel_that_changes_solver_on_the_way_feels_the_same(monkeypatch):
 
 
 def test_many_blocks_are_gathered_a_portion_at_a_time(monkeypatch):
-    monkeypatch.setattr(choice, "AT_ONCE", 400)
+    monkeypatch.setattr(choice, "ENTRIES_AT_ONCE", 400)
     op = answer()
     patch, whole = AnyPatch(op), Patch(op)
     cells = rectangle(op.grid, 5, 5, 6, 8)

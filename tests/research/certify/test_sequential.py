@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lsds_research.certify.sequential import BATCH, Estimate, plain, sequential
+from lsds_research.certify.sequential import RUNS_PER_BATCH, Estimate, plain, sequential
 
 pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
 DIMENSIONS = 12
@@ -66,7 +66,7 @@ def test_runs_go_where_failures_are():
     margin, _ = planted(2, 0.05)
     estimate, points = answered(sequential(DIMENSIONS, budget(320), 3), margin)
     failed = np.array([margin(point) < 0 for point in points])
-    assert failed[-BATCH * 8 :].mean() > 2 * 0.05
+    assert failed[-RUNS_PER_BATCH * 8 :].mean() > 2 * 0.05
     assert estimate.auc > 0.8
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lsds_research.clips.features import CUTS, FEATURES, FRAMES, clip_features, placements, quantiles
+from lsds_research.clips.features import CLIP_FRAMES, CUTS, FEATURES, clip_features, placements, quantiles
 from lsds_research.clips.signals import CLIP_SIGNALS, LAGS, clip_signals, lag_of
 from lsds_research.incipient.table import two_frame, videos_of, while_moving
 from research.labelled import dataset
@@ -64,11 +64,11 @@ def test_lost_markers_are_left_out_and_too_few_say_nothing():
 @pytest.mark.parametrize(("pieces", "times"), CUTS)
 def test_every_clip_has_as_many_frames_and_all_are_the_recording_s(count, pieces, times):
     rows = placements(count, pieces, times)
-    assert rows.shape == (times, FRAMES)
+    assert rows.shape == (times, CLIP_FRAMES)
     assert rows.min() >= 0
     assert rows.max() < count
-    if count >= FRAMES:
-        assert all(len(np.unique(clip)) == FRAMES for clip in rows)
+    if count >= CLIP_FRAMES:
+        assert all(len(np.unique(clip)) == CLIP_FRAMES for clip in rows)
         piece = rows.reshape(times, pieces, -1)
         assert (np.diff(piece, axis=2) == 1).all()
 
@@ -99,7 +99,7 @@ def test_the_length_of_a_recording_leaves_no_trace():
 
 def test_what_a_piece_s_first_frames_say_of_earlier_ones_is_not_the_clip_s():
     rng = np.random.default_rng(0)
-    signals = rng.random((FRAMES, len(CLIP_SIGNALS))).astype(np.float32)
+    signals = rng.random((CLIP_FRAMES, len(CLIP_SIGNALS))).astype(np.float32)
     other = signals.copy()
     for index, name in enumerate(CLIP_SIGNALS):
         other[: lag_of(name), index] = 1e6

@@ -19,7 +19,7 @@ from lsds_research.incipient.folds import (
 from lsds_research.incipient.online import (
     PER_VIDEO,
     RULES,
-    WINDOW,
+    WINDOW_FRAMES,
     after_counts,
     after_parts,
     aucs,
@@ -152,7 +152,7 @@ def test_windows_know_nothing_of_the_future(videos):
     assert (windows.x[~early] != other.x[~early]).any()
     width = windows.x.shape[1] // 3
     own = np.nan_to_num(windows.x[:, :width])
-    np.testing.assert_allclose(windows.x[50, width : 2 * width], own[51 - WINDOW : 51].mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(windows.x[50, width : 2 * width], own[51 - WINDOW_FRAMES : 51].mean(axis=0), rtol=1e-9)
 
 
 def test_running_decisions_rest_on_what_was_seen(videos):

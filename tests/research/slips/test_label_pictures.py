@@ -8,7 +8,7 @@ import math
 import cv2
 import numpy as np
 import pytest
-from lsds_research.slips.pictures import IN_A_ROW, TILE, kymograph, strip
+from lsds_research.slips.pictures import IN_A_ROW, TILE_PX, kymograph, strip
 from lsds_research.slips.recording_view import RecordingView
 from research.slips.slid import COUNT, FIRST, LAST, SLIDE, STICK, TRAVEL_PX
 from tactile.imprinted import Motion, bumps, painted
@@ -98,14 +98,14 @@ def test_the_centre_is_where_the_imprint_is(seen):
 def test_a_strip_has_a_tile_for_every_frame_image_above_relief(seen):
     own = seen[SLIDE]
     picture = strip(own, 5, 14)
-    assert picture.shape == (2 * 2 * TILE[1], IN_A_ROW * TILE[0], 3)
+    assert picture.shape == (2 * 2 * TILE_PX[1], IN_A_ROW * TILE_PX[0], 3)
     assert picture.dtype == np.uint8
     # Ten frames: the second row has two, and black.
-    below = picture[2 * TILE[1] :]
-    assert not below[:, 2 * TILE[0] :].any()
-    assert below[:, : 2 * TILE[0]].any()
-    image = cv2.resize(own.images[5], TILE, interpolation=cv2.INTER_AREA)
-    tile = picture[: TILE[1], : TILE[0]]
+    below = picture[2 * TILE_PX[1] :]
+    assert not below[:, 2 * TILE_PX[0] :].any()
+    assert below[:, : 2 * TILE_PX[0]].any()
+    image = cv2.resize(own.images[5], TILE_PX, interpolation=cv2.INTER_AREA)
+    tile = picture[: TILE_PX[1], : TILE_PX[0]]
     assert (tile == image).all(axis=-1).mean() > 0.95, "all but the number and the lines of the dots"
     small = strip(own, 5, 6, size=(100, 75), across=2)
     assert small.shape == (150, 200, 3)

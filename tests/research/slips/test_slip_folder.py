@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from lsds_research.make_models import training_part
-from lsds_research.slips.folder import EVERY, LabelledRecording, as_dataset, labels_of, read_folder
+from lsds_research.slips.folder import STILL_FRAMES_PER_USED, LabelledRecording, as_dataset, labels_of, read_folder
 from lsds_research.slips.labels import NAME, Interval, State, write_labels
 from lsds_research.slips.outputs import Outputs, find_recording, watch
 from lsds_research.slips.refit import refitted, zero_shot
@@ -169,7 +169,7 @@ def test_a_dataset_has_all_that_slips_and_moves_and_some_that_is_still(outputs):
     slide, stick = data.where(data["recording"] == SLIDE), data.where(data["recording"] == STICK)
     assert np.flatnonzero(slide["slip"] == 1).tolist() == list(range(FIRST, LAST + 1))
     still = [*range(LAST + 2, COUNT)]
-    assert np.flatnonzero(slide["slip"] == 0).tolist() == still[::EVERY]
+    assert np.flatnonzero(slide["slip"] == 0).tolist() == still[::STILL_FRAMES_PER_USED]
     assert np.flatnonzero(stick["slip"] == 1).size == 0
     assert {*range(FIRST, COUNT)} <= {*np.flatnonzero(stick["slip"] == 0).tolist()}
     assert (data["slip"][data["frame"] < FIRST_FRAMES] == -1).all()

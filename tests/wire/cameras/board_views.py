@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from lsds_mocks.scene.cards import INK, TEXELS_PER_MM, WHITE, Card
+from lsds_mocks.scene.cards import PAPER_LEVEL, TEXELS_PER_MM, TONER_LEVEL, Card
 from lsds_mocks.scene.lens import camera_model
 from lsds_mocks.scene.painter import Painter
 from lsds_mocks.scene.stage import finished
@@ -22,7 +22,7 @@ def board_card(columns, rows, square_mm, marker_mm, *, dictionary):
     margin = per_square // 2
     size = (columns * per_square + 2 * margin, rows * per_square + 2 * margin)
     drawn = board.generateImage(size, marginSize=margin, borderBits=1)
-    texture = np.where(drawn > 127, WHITE, INK).astype(np.uint8)
+    texture = np.where(drawn > 127, PAPER_LEVEL, TONER_LEVEL).astype(np.uint8)
     return Card(texture, (margin - 0.5, margin - 0.5), per_square / (square_mm * 1e-3))
 
 

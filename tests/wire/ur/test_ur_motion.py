@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lsds_mocks.wire.ur.controller import STEP_S, Controller
+from lsds_mocks.wire.ur.controller import CYCLE_S, Controller
 from lsds_mocks.wire.ur.environment import Environment
 from lsds_mocks.wire.ur.functions import Library, waiting
 from lsds_mocks.wire.ur.kinematics import MODELS, Kinematics
@@ -40,7 +40,7 @@ class Arm:
 
 
 def speeds(track):
-    return np.diff(track, axis=0) / STEP_S
+    return np.diff(track, axis=0) / CYCLE_S
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -124,8 +124,8 @@ def test_movej_ends_exactly_and_keeps_its_speed_and_acceleration():
     assert track[-1] == pytest.approx(target, abs=1e-12)
     v = speeds(track)
     assert np.abs(v).max() <= 0.8 * (1 + 1e-9)
-    assert np.abs(np.diff(v, axis=0) / STEP_S).max() <= 2.0 * 1.01
-    assert len(track) * STEP_S == pytest.approx(0.5 / 0.8 + 0.4 + 0.03, abs=0.02)
+    assert np.abs(np.diff(v, axis=0) / CYCLE_S).max() <= 2.0 * 1.01
+    assert len(track) * CYCLE_S == pytest.approx(0.5 / 0.8 + 0.4 + 0.03, abs=0.02)
 
 
 def test_movel_goes_straight_and_turns_nothing():
@@ -139,14 +139,14 @@ def test_movel_goes_straight_and_turns_nothing():
     assert np.abs(off).max() < 1e-9
     assert np.abs(poses[:, 3:] - start[3:]).max() < 1e-9
     assert poses[-1, :3] - start[:3] == pytest.approx([0, -0.05, 0.1], abs=1e-12)
-    assert np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1).max() / STEP_S <= 0.2 * (1 + 1e-6)
+    assert np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1).max() / CYCLE_S <= 0.2 * (1 + 1e-6)
 
 
 def test_a_move_in_a_given_time_takes_it():
     arm = Arm()
     q = list(arm.controller.arm.q)
     track = arm.run(f"movej({[q[0] + 0.3, *q[1:]]}, t=2.0)")
-    assert len(track) * STEP_S == pytest.approx(2.03, abs=0.02)
+    assert len(track) * CYCLE_S == pytest.approx(2.03, abs=0.02)
 
 
 def test_what_a_joint_cannot_do_in_the_time_takes_longer():
@@ -169,7 +169,7 @@ def test_a_blend_never_stops_at_the_corner_and_ends_exactly():
     start = arm.controller.tcp_pose
     track = arm.run(body)
     poses = np.array([arm.controller.kinematics.flange(q) for q in track])
-    v = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1) / STEP_S
+    v = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1) / CYCLE_S
     under_way = v[60:-80]
     assert under_way.min() > 0.02
     assert poses[-1, :3] == pytest.approx([start[0] + 0.1, start[1] - 0.1, start[2]], abs=1e-9)
@@ -194,10 +194,10 @@ def test_speedl_goes_at_its_speed_and_brakes_when_the_script_drops_it():
     arm = Arm()
     track = arm.run("speedl([0, 0, 0.05, 0, 0, 0], a=0.5, t=0.5)")
     z = np.array([arm.controller.kinematics.flange(q)[2] for q in track])
-    v = np.diff(z) / STEP_S
+    v = np.diff(z) / CYCLE_S
     assert v[150:200] == pytest.approx(0.05, abs=1e-4)
     assert not arm.controller.arm.moving
-    assert np.abs(np.diff(v) / STEP_S).max() < 10
+    assert np.abs(np.diff(v) / CYCLE_S).max() < 10
 
 
 @pytest.mark.parametrize("slider", [1.0, 0.25])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from typing import NamedTuple
 
-VERSION = 5
+METADATA_VERSION = 5
 """Version of the format: later ones add fields that readers of this one do not need."""
 
 
@@ -33,7 +33,7 @@ def bag_metadata(file: BagFile) -> str:
     """Return the metadata of a bag of one file as YAML."""
     duration_ns, messages = file.last_ns - file.first_ns, sum(topic.messages for topic in file.topics)
     lines = [
-        f"version: {VERSION}",
+        f"version: {METADATA_VERSION}",
         "storage_identifier: mcap",
         "duration:",
         f"  nanoseconds: {duration_ns}",

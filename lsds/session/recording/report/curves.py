@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 MOST_POINTS = 12_000
 """Most points of a curve in a page. A longer curve keeps the smallest and the largest value of each section."""
-DIGITS = 5
+CURVE_DIGITS = 5
 """Significant digits of a value in a page."""
 
 
@@ -50,4 +50,4 @@ class Curve:
 
 def numbers(values: list[float]) -> list[float | None]:
     """Return numbers for a page: short, and None for an unknown one."""
-    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in values]
+    return [float(f"{value:.{CURVE_DIGITS}g}") if math.isfinite(value) else None for value in values]

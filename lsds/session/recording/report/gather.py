@@ -31,8 +31,10 @@ from lsds.session.recording.report.images import ThinnedImages
 if TYPE_CHECKING:
     from lsds.session.recording.header import RecordingHeader
 
-MM, CM = 1e3, 1e2
-"""Units of the page in a metre: millimetres for apertures, centimetres for slip."""
+MM = 1e3
+"""Millimetres per metre: the unit of apertures in the page."""
+CM = 1e2
+"""Centimetres per metre: the unit of slip in the page."""
 
 
 class Stage(NamedTuple):

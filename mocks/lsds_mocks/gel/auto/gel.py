@@ -22,7 +22,7 @@ from lsds_mocks.gel.auto.bound import NARROW, OverTheWay, across, is_sharp, shar
 from lsds_mocks.gel.auto.follower import Follower
 from lsds_mocks.gel.auto.path import Friction, Path
 from lsds_mocks.gel.auto.report import Choice, FidelityReport
-from lsds_mocks.gel.field.gel import TOLERANCE, FieldGel
+from lsds_mocks.gel.field.gel import TRACTION_TOLERANCE, FieldGel
 from lsds_mocks.gel.material import GelMaterial
 
 if TYPE_CHECKING:
@@ -51,17 +51,17 @@ _LOWER = 0.5
 """Estimated error, as part of the tolerance, below which a coarser grid may take over and audits become rarer."""
 _NO_WORSE = 1.2
 """Audits also become rarer if the estimate is below this many times the worst one of the grid so far."""
-_PATIENCE = 3
+_LOW_AUDITS = 3
 """Consecutive audits below `_LOWER` before a coarser grid takes over."""
 _UNRESOLVED = 0.1
 """Least estimated error, as part of the markers' motion, for a contact too narrow for its cells to resolve."""
 _PEAK = 1.5
 """Factor by which the error may temporarily exceed its RMS over the travel."""
-_NEAR_M = 0.1e-3
+_AUDIT_DISTANCE_M = 0.1e-3
 """Least distance between audits."""
 _FAR_M = 0.8e-3
 """Greatest distance between audits, reached while they find small errors."""
-_PRESSED = 0.15
+_PRESSED_CHANGE = 0.15
 """Relative change of the indentation that triggers an audit."""
 _SOON_M = 0.02e-3
 """Distance after which an audit follows a change of the indentation."""
@@ -94,7 +94,7 @@ class AutoGel:
         tolerance_m: float = DEFAULT_TOLERANCE_M,
         follows: bool = True,
         first: FieldGel | None = None,
-        settled: float = TOLERANCE,
+        settled: float = TRACTION_TOLERANCE,
     ) -> None:
         self.shape = shape
         self.material = material or GelMaterial()
@@ -120,7 +120,7 @@ class AutoGel:
         self._path, self._other = Path(start=self._main.place), None
         self._audit: Audit | None = None
         self._gone_m = self._to_next_m = self._looked_at_m = self._worst = 0.0
-        self._wait_m = _NEAR_M
+        self._wait_m = _AUDIT_DISTANCE_M
         self._calm = 0
         self._motion, self._error = OverTheWay(), OverTheWay()
         self._share: float | None = None
@@ -169,9 +169,9 @@ class AutoGel:
         self._gone_m += self._path.gone_m - before
         self._to_next_m -= self._path.gone_m - before
         if turned:
-            self._wait_m, self._worst = _NEAR_M, 0.0
-            self._to_next_m = min(self._to_next_m, _NEAR_M)
-        if abs(self._indentation - self._looked_at_m) > _PRESSED * self._indentation:
+            self._wait_m, self._worst = _AUDIT_DISTANCE_M, 0.0
+            self._to_next_m = min(self._to_next_m, _AUDIT_DISTANCE_M)
+        if abs(self._indentation - self._looked_at_m) > _PRESSED_CHANGE * self._indentation:
             self._looked_at_m = self._indentation
             self._to_next_m = min(self._to_next_m, _SOON_M)
             if self._audit is None:
@@ -198,7 +198,7 @@ class AutoGel:
             # Markers move no faster than the object.
             spare = self.tolerance_m / max(bound, 1e-6) - motion
             if spare > 0:
-                self._to_next_m = max(spare, _NEAR_M)
+                self._to_next_m = max(spare, _AUDIT_DISTANCE_M)
                 return
         if self._other is None:
             self._other = Follower(self._new(self._partner()))
@@ -257,7 +257,7 @@ class AutoGel:
         self._share = max(self._share or 0.0, self._estimate / max(motion, 1e-9))
         small = self._estimate < max(_LOWER * self.tolerance_m, _NO_WORSE * self._worst)
         self._worst = max(self._worst, self._estimate)
-        self._wait_m = min(2 * self._wait_m, _FAR_M) if small and self._gone_m > 0 else _NEAR_M
+        self._wait_m = min(2 * self._wait_m, _FAR_M) if small and self._gone_m > 0 else _AUDIT_DISTANCE_M
         # The error in pressing does not predict the error in shear.
         self._to_next_m = self._wait_m if self._gone_m > 0 else _SOON_M
         # The tolerance applies to the RMS over the whole travel, to which earlier grids may have contributed.
@@ -269,7 +269,7 @@ class AutoGel:
             self._go_finer(finer)
         elif not finer and _COARSER * difference < _LOWER * self.tolerance_m:
             self._calm += 1
-            if self._calm >= _PATIENCE:
+            if self._calm >= _LOW_AUDITS:
                 self._swap("the coarser grid suffices")
         else:
             self._calm = 0
@@ -323,7 +323,13 @@ class AutoGel:
         if other.gel.operator.kernel != "pad":
             self._other = None
         self._views[self._main.grid.fine] = self._main
-        self._calm, self._wait_m, self._to_next_m, self._worst, self._share = 0, _NEAR_M, _NEAR_M, 0.0, None
+        self._calm, self._wait_m, self._to_next_m, self._worst, self._share = (
+            0,
+            _AUDIT_DISTANCE_M,
+            _AUDIT_DISTANCE_M,
+            0.0,
+            None,
+        )
         self._choices.append(Choice(self._gone_m, self._main.grid.pitch_m, self._estimate, why))
 
     def report(self) -> FidelityReport:

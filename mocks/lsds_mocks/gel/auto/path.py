@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from lsds_mocks.gel.field.increment import ARM_M
+from lsds_mocks.gel.field.increment import TURN_ARM_M
 from lsds_mocks.gel.placement import ORIGIN, Placement
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ MEMORY_M = 2e-3
 """Length of the path that is kept: friction depends no longer on motion farther back, since the surface has slid."""
 MOST_LEGS = 100
 """Maximum number of legs."""
-_REACH_M = 0.2e-3
+_LEG_REACH_M = 0.2e-3
 """A leg ends when an end of the object has moved this far over the pad: a part of a cell."""
 _STRAIGHT = math.cos(math.radians(20))
 _WIGGLE_M = 2e-6
@@ -60,13 +60,13 @@ class Leg(NamedTuple):
     @property
     def length_m(self) -> float:
         """Length (m), with rotation counted at the lever arm of increments."""
-        return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
+        return math.sqrt(self.dx_m**2 + self.dy_m**2 + (TURN_ARM_M * self.dtheta_rad) ** 2)
 
     def leads_on(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
         """Return whether a step continues in its direction."""
         own = self.length_m
-        step = math.sqrt(dx_m**2 + dy_m**2 + (ARM_M * dtheta_rad) ** 2)
-        along = self.dx_m * dx_m + self.dy_m * dy_m + ARM_M**2 * self.dtheta_rad * dtheta_rad
+        step = math.sqrt(dx_m**2 + dy_m**2 + (TURN_ARM_M * dtheta_rad) ** 2)
+        along = self.dx_m * dx_m + self.dy_m * dy_m + TURN_ARM_M**2 * self.dtheta_rad * dtheta_rad
         return along >= _STRAIGHT * own * step
 
 
@@ -111,7 +111,7 @@ class Path:
         """Append a step; return whether it turned a corner."""
         turned = False
         if self.open is not None and not self.open.leads_on(*step):
-            self.off_course_m += math.sqrt(step[0] ** 2 + step[1] ** 2 + (ARM_M * step[2]) ** 2)
+            self.off_course_m += math.sqrt(step[0] ** 2 + step[1] ** 2 + (TURN_ARM_M * step[2]) ** 2)
             turned = self.off_course_m > _WIGGLE_M and self.open.length_m > _WIGGLE_M
             if turned:
                 self.close()
@@ -125,7 +125,7 @@ class Path:
         self.open = Leg(x, y, turn, indentation_m, reach_m, friction)
         length = self.open.length_m
         self.gone_m += max(length - before.length_m, 0.0) if length > _WIGGLE_M else 0.0
-        pressed = abs(indentation_m - self.pressed_m) >= PRESS_M or _ends_apart(self.reach_m, reach_m) >= _REACH_M
+        pressed = abs(indentation_m - self.pressed_m) >= PRESS_M or _ends_apart(self.reach_m, reach_m) >= _LEG_REACH_M
         if length >= LEG_M or pressed:
             self.close()
         return turned

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.field.operator import Operator
 
 
-_LEAST = 0.3
+_LEAST_COMPLIANCE = 0.3
 """Least compliance that is inverted, as part of the shortest wave's; a truncated table may dip below zero."""
 
 
@@ -87,7 +87,7 @@ def _inverse(symbol: NDArray[np.float64]) -> NDArray[np.float64]:
     xx, xy, yy, zz, xz, yz = symbol
     matrix = np.stack([xx, -xy, xz, -xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)
     value, vector = np.linalg.eigh(matrix)
-    value = np.maximum(value, _LEAST * abs(value[-1, -1, 0]))
+    value = np.maximum(value, _LEAST_COMPLIANCE * abs(value[-1, -1, 0]))
     back = np.einsum("...ik,...k,...jk->ij...", vector, 1 / value, vector)
     return np.stack([back[0, 0], -back[0, 1], back[1, 1], back[2, 2], back[0, 2], back[1, 2]])
 

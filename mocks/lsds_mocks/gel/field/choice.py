@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SWEEPS = 200
 _PORTION = 1.5e7
 """Multiplications of one portion of background work: 1 ms."""
-_ENTRY = 300.0
+_ENTRY_COST = 300.0
 """Cost, in multiplications, of gathering one entry of a contact's compliance (nine numbers)."""
 _LOOKUP = 2e4
 """Cost, in multiplications, of looking up the object's surface over one cell."""
@@ -64,18 +64,18 @@ class Effort:
 
     def work(self, patch: AnyPatch) -> float:
         """Return the work so far in multiplications: solving, gathering, and looking surfaces up."""
-        return self._solving + _ENTRY * patch.gathered + _LOOKUP * self.looked_up
+        return self._solving + _ENTRY_COST * patch.gathered + _LOOKUP * self.looked_up
 
 
 Solver = Literal["auto", "blocks", "fft"]
 
-MANY = 600
+MANY_CELLS = 600
 """Number of cells above which descent is faster (measured by `tests/mocks/gel/bench_spectral.py`)."""
-FEW = 400
-"""Number of cells below which blocks replace descent again; less than `MANY`, because making blocks is expensive."""
+FEW_CELLS = 400
+"""Number of cells below which blocks replace descent again; less than `MANY_CELLS`, because blocks are expensive."""
 _MOST_OF = 0.75
 """Part of a pad's cells above which descent is faster, too, because its rectangle then contains few other cells."""
-AT_ONCE = 25_000
+ENTRIES_AT_ONCE = 25_000
 """Entries of the compliance gathered at a time, nine numbers each: less than a millisecond."""
 
 
@@ -92,7 +92,7 @@ class AnyPatch:
         """Whether missing blocks are gathered; a few solutions do not justify the cost."""
         self.gathered = 0
         """Entries of the compliance that have been gathered so far."""
-        self._many = min(MANY, int(_MOST_OF * operator.grid.size))
+        self._many = min(MANY_CELLS, int(_MOST_OF * operator.grid.size))
 
     @property
     def cells(self) -> NDArray[np.int32]:
@@ -113,7 +113,11 @@ class AnyPatch:
         """Add cells that are not included yet."""
         count = self.size + len(cells)
         entries = count**2 - self.size**2
-        if self._solver == "auto" and isinstance(self._patch, Patch) and (count > self._many or entries > AT_ONCE):
+        if (
+            self._solver == "auto"
+            and isinstance(self._patch, Patch)
+            and (count > self._many or entries > ENTRIES_AT_ONCE)
+        ):
             self._growing, self._patch = self._patch, SpectralPatch(self._operator)
             self._patch.add(np.concatenate([self._growing.cells, cells]))
             self._grow()
@@ -126,7 +130,7 @@ class AnyPatch:
         if self._growing is not None:
             self._growing.keep(which[: self._growing.size])
         self._patch.keep(which)
-        if self._solver == "auto" and self.solver == "fft" and self._growing is None and self.size < FEW:
+        if self._solver == "auto" and self.solver == "fft" and self._growing is None and self.size < FEW_CELLS:
             self._growing = Patch(self._operator)
             self._grow()
 
@@ -140,7 +144,7 @@ class AnyPatch:
             return
         known = blocks.size
         blocks.reserve(self.size)
-        portion = max(1, int(math.sqrt(known**2 + AT_ONCE)) - known)
+        portion = max(1, int(math.sqrt(known**2 + ENTRIES_AT_ONCE)) - known)
         blocks.add(self._patch.cells[known : known + portion])
         self.gathered += blocks.size**2 - known**2
         if blocks.size == self.size:

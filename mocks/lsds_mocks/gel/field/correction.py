@@ -230,7 +230,7 @@ def hats_of(
     node[3], weight[3] = first + columns + 2, y * x
 
 
-_WIDTH = 4
+_HATS_PER_AXIS = 4
 """Hats per axis from which a point is interpolated."""
 
 
@@ -251,12 +251,12 @@ def _along(place: NDArray[np.float64], intervals: int) -> tuple[NDArray[np.int64
     With Lagrange's cubics L_k on four neighbouring hats, f = sum (L_k + L_k'' / 12) c_k. The fit itself is accurate as
     a mean over a cell, but up to 2 % off at a point for loads at a wall.
     """
-    first = np.clip(np.floor(place).astype(np.int64) - 1, 0, intervals + 1 - _WIDTH)
+    first = np.clip(np.floor(place).astype(np.int64) - 1, 0, intervals + 1 - _HATS_PER_AXIS)
     at = np.clip(place, 0, intervals) - first
-    weight = np.empty((len(place), _WIDTH))
-    for own in range(_WIDTH):
-        polynomial = np.poly(np.delete(np.arange(_WIDTH), own))
+    weight = np.empty((len(place), _HATS_PER_AXIS))
+    for own in range(_HATS_PER_AXIS):
+        polynomial = np.poly(np.delete(np.arange(_HATS_PER_AXIS), own))
         scale = np.polyval(polynomial, own)
         bend = np.polyder(polynomial, 2)
         weight[:, own] = (np.polyval(polynomial, at) + np.polyval(bend, at) / 12) / scale
-    return first[:, None] + np.arange(_WIDTH), weight
+    return first[:, None] + np.arange(_HATS_PER_AXIS), weight

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.field.operator import Operator
 
 
-_TILE = 16
+_TILE_ROWS = 16
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
@@ -103,10 +103,10 @@ def mirror(compliance: NDArray[np.float32], known: int, count: int) -> None:
 
     It works tile by tile, so that each cache line is fetched once.
     """
-    for i0 in range(known, count, _TILE):
-        i1 = min(i0 + _TILE, count)
-        for j0 in range(0, i1, _TILE):
-            j1 = min(j0 + _TILE, i1)
+    for i0 in range(known, count, _TILE_ROWS):
+        i1 = min(i0 + _TILE_ROWS, count)
+        for j0 in range(0, i1, _TILE_ROWS):
+            j1 = min(j0 + _TILE_ROWS, i1)
             for a in range(3):
                 for b in range(3):
                     for j in range(j0, j1):
@@ -214,7 +214,7 @@ def relax(
     return -1
 
 
-_STEP = 64
+_GROWTH_ROWS = 64
 
 
 class Patch:
@@ -226,8 +226,8 @@ class Patch:
         self.cells = np.zeros(0, np.int32)
         self._rows = np.zeros(0, np.int32)
         self._columns = np.zeros(0, np.int32)
-        self._compliance = np.zeros((_STEP, 3, 3, _STEP), np.float32)
-        self._diagonal = np.zeros((_STEP, 4), np.float32)
+        self._compliance = np.zeros((_GROWTH_ROWS, 3, 3, _GROWTH_ROWS), np.float32)
+        self._diagonal = np.zeros((_GROWTH_ROWS, 4), np.float32)
 
     @property
     def size(self) -> int:
@@ -238,7 +238,7 @@ class Patch:
         """Enlarge the arrays to hold at least `count` cells; keep their content."""
         if count <= len(self._diagonal):
             return
-        n, room = self.size, -(-count * 5 // 4 // _STEP) * _STEP
+        n, room = self.size, -(-count * 5 // 4 // _GROWTH_ROWS) * _GROWTH_ROWS
         compliance = np.zeros((room, 3, 3, room), np.float32)
         diagonal = np.zeros((room, 4), np.float32)
         if n:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.placement import Placement
     from lsds_mocks.gel.shapes import Shape
 
-_SAMPLES = 8
+_SURFACE_SAMPLES = 8
 """Samples of the object's surface per hat interval: 0.12 mm apart."""
 
 
@@ -35,7 +35,7 @@ class Footprint:
     def __init__(self, shape: Shape, grid: CellGrid) -> None:
         self.shape = shape
         self._grid = grid
-        steps = max(1, _SAMPLES // grid.fine)
+        steps = max(1, _SURFACE_SAMPLES // grid.fine)
         self._offset = np.arange(steps + 1) / steps - 0.5
         ends = np.ones(steps + 1)
         ends[[0, -1]] = 0.5

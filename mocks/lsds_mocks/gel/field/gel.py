@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.optics.grain import Grain
 
-TOLERANCE = 0.02
+TRACTION_TOLERANCE = 0.02
 """Greatest residual change of a traction in an accepted solution, as part of the greatest pressure."""
-_BESIDE = 1.15
+_ACTIVE_GAP = 1.15
 """Gap, in indentations, below which a cell is active; above 1 because the surface bulges around the contact."""
 _DEAD = 1.5
 """A patch drops the cells that no longer touch when it holds this many times the cells it needs."""
@@ -41,7 +41,7 @@ _LOOK_AGAIN_M = 20e-6
 """The same within one search for balance."""
 _REFRESH = 64
 """Increments after which displacements, accumulated in single precision, are recomputed."""
-_FORCE = 0.05
+_FORCE_ERROR_SHARE = 0.05
 """Error of the total force, as part of the tolerance on single tractions."""
 _CLOSE = 0.3
 """Tolerance at the end of an increment, as part of the tolerance; its steps may each have left small changes undone."""
@@ -65,7 +65,7 @@ class FieldGel:
         *,
         fine: int = 2,
         kernel: Kernel = "pad",
-        tolerance: float = TOLERANCE,
+        tolerance: float = TRACTION_TOLERANCE,
         follows: bool = True,
         solver: Solver = "auto",
     ) -> None:
@@ -142,7 +142,7 @@ class FieldGel:
     @property
     def force_tolerance(self) -> float:
         """Error of forces that the solver leaves, as part of the normal force."""
-        return _FORCE * self.tolerance
+        return _FORCE_ERROR_SHARE * self.tolerance
 
     @property
     def cells(self) -> NDArray[np.int32]:
@@ -181,7 +181,7 @@ class FieldGel:
         if moved:
             self._looked_from = place
         self._looked_at = (self._indentation, self._reach)
-        near = self._footprint.near(self._looked_from or place, _BESIDE * self._indentation)
+        near = self._footprint.near(self._looked_from or place, _ACTIVE_GAP * self._indentation)
         patch = self._patch
         known_cells = np.zeros(self.grid.size, np.bool_)
         known_cells[patch.cells] = True

@@ -22,7 +22,7 @@ LONG_M = 0.04e-3
 """Motion, or change of the indentation, at which an increment ends."""
 BACK_M = 1e-6
 """Motion back from the farthest point at which an increment ends."""
-ARM_M = 2e-3
+TURN_ARM_M = 2e-3
 """Lever arm that converts rotation to motion."""
 _TURN = math.cos(math.radians(30))
 
@@ -39,13 +39,13 @@ class Increment(NamedTuple):
     def and_then(self, dx_m: float, dy_m: float, dtheta_rad: float) -> Increment:
         """Return the increment with one more step."""
         x, y, turn = self.dx_m + dx_m, self.dy_m + dy_m, self.dtheta_rad + dtheta_rad
-        length = math.sqrt(x * x + y * y + (ARM_M * turn) ** 2)
+        length = math.sqrt(x * x + y * y + (TURN_ARM_M * turn) ** 2)
         return Increment(x, y, turn, self.pressed_m, max(self.farthest_m, length))
 
     @property
     def length_m(self) -> float:
         """Distance (m) from its beginning."""
-        return math.sqrt(self.dx_m**2 + self.dy_m**2 + (ARM_M * self.dtheta_rad) ** 2)
+        return math.sqrt(self.dx_m**2 + self.dy_m**2 + (TURN_ARM_M * self.dtheta_rad) ** 2)
 
     def is_over(self, pressed_m: float) -> bool:
         """Return whether the increment ends here after a change of the indentation by `pressed_m`."""
@@ -54,17 +54,17 @@ class Increment(NamedTuple):
 
     def turns_with(self, dx_m: float, dy_m: float, dtheta_rad: float) -> bool:
         """Return whether a step turns so sharply that the increment has to end before it."""
-        size = math.sqrt(dx_m * dx_m + dy_m * dy_m + (ARM_M * dtheta_rad) ** 2)
+        size = math.sqrt(dx_m * dx_m + dy_m * dy_m + (TURN_ARM_M * dtheta_rad) ** 2)
         length = self.length_m
         if size < BACK_M or length < BACK_M:
             return False
-        along = dx_m * self.dx_m + dy_m * self.dy_m + ARM_M * ARM_M * dtheta_rad * self.dtheta_rad
+        along = dx_m * self.dx_m + dy_m * self.dy_m + TURN_ARM_M * TURN_ARM_M * dtheta_rad * self.dtheta_rad
         return along < _TURN * size * length
 
     def share_of(self, last: Increment) -> float:
         """Return the part of the last increment that this one repeats, 0 to 1."""
-        own = (self.dx_m, self.dy_m, ARM_M * self.dtheta_rad, self.pressed_m)
-        other = (last.dx_m, last.dy_m, ARM_M * last.dtheta_rad, last.pressed_m)
+        own = (self.dx_m, self.dy_m, TURN_ARM_M * self.dtheta_rad, self.pressed_m)
+        other = (last.dx_m, last.dy_m, TURN_ARM_M * last.dtheta_rad, last.pressed_m)
         size = sum(o * o for o in other)
         along = sum(a * b for a, b in zip(own, other, strict=True))
         return min(max(along / size, 0.0), 1.0) if size > 0 else 0.0

@@ -140,7 +140,7 @@ def _back(symbol: NDArray[np.complex128]) -> NDArray[np.float32]:
     return np.ascontiguousarray(np.fft.irfft2(symbol, s=(symbol.shape[-2], columns)), np.float32)
 
 
-_GAUSS = 6
+_OPERATOR_POINTS = 6
 
 
 def rectangle(
@@ -178,7 +178,7 @@ def rectangle(
 def halfspace_tables(grid: CellGrid) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return `cells` and `points` of an `Operator` for a half-space, periodic in twice the pad's size."""
     dx, dy, poisson = grid.dx_m, grid.dy_m, grid.material.poisson
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
+    nodes, weights = np.polynomial.legendre.leggauss(_OPERATOR_POINTS)
     x, y = (_wrapped(2 * n) * d for n, d in ((grid.columns, dx), (grid.rows, dy)))
     cells = np.zeros((3, 3, len(y), len(x)))
     for node_y, weight_y in zip(nodes, weights, strict=True):

@@ -33,7 +33,7 @@ _ROOMY = 2.0
 _STRICT = 0.5
 """Greatest residual change of a cell, as part of the tolerance. It is stricter than for sweeps, which leave scattered
 noise, because descent leaves smooth errors that add up."""
-_EVEN = 5.0
+_EVEN_FACTOR = 5.0
 """Factor by which the average residual, as force and as torque, must be smaller than that of a single cell."""
 _INNER = 0.9
 """Residual to which the problem with fixed limits is solved, as part of the tolerance."""
@@ -46,7 +46,12 @@ _NEGLIGIBLE = 1e-6
 _LONGER = 1.1
 """Length of a trial step over the best length of the last one; a step that is too long is cut, but a short one is not
 extended."""
-_LENGTH, _LENGTHS, _PACES = 0.5, (0.1, 2.0), (0.3, 2.0)
+_FIRST_LENGTH = 0.5
+"""Length of the first trial step; chosen."""
+_LENGTH_RANGE = (0.1, 2.0)
+"""Smallest and largest length of a trial step; chosen."""
+_PACE_RANGE = (0.3, 2.0)
+"""Smallest and largest factor from one trial step to the next; chosen."""
 _LOOPS = 6
 """Loops after which limits that have not settled make only a part of their change, as under high friction where shear
 changes the pressure that carries it."""
@@ -151,7 +156,7 @@ class SpectralPatch:
     def _descend(self, box: Box, tolerance: float, sweeps: int) -> int:
         """Solve for `_y` and `_r`."""
         # Solutions share nothing but traction and displacement, so repeating one gives the same result.
-        self._length = _LENGTH
+        self._length = _FIRST_LENGTH
         done = loops = 0
         ready = tolerance
         while True:
@@ -177,13 +182,13 @@ class SpectralPatch:
             self._answer_to(box, self._step, self._answer)
             r += self._answer
         self._greatest = greatest
-        off = misfit(y, r, self._friction, True, self._kt, self._kz, self._arm, _EVEN, self._work)
+        off = misfit(y, r, self._friction, True, self._kt, self._kz, self._arm, _EVEN_FACTOR, self._work)
         return off / greatest if greatest > 0.0 else math.inf if off > 0.0 else 0.0
 
     def _hold(self, box: Box, tolerance: float, most: int) -> int:
         """Descend with fixed limits; return the number of iterations, at least 1."""
         y, r, d, limit, kt, kz = self._y, self._r, self._d, self._limit, self._kt, self._kz
-        goal = _FORCING * misfit(y, r, limit, False, kt, kz, self._arm, _EVEN, self._work)
+        goal = _FORCING * misfit(y, r, limit, False, kt, kz, self._arm, _EVEN_FACTOR, self._work)
         product, done = 0.0, 0
         while True:
             product = self._conjugate(box, product)
@@ -195,10 +200,10 @@ class SpectralPatch:
             self._answer_to(box, self._step, self._answer)
             best, self._greatest = advance(y, r, self._step, self._answer, slope)
             if not uphill:
-                pace = min(max(_LONGER * best, _PACES[0]), _PACES[1])
-                self._length = min(max(pace * self._length, _LENGTHS[0]), _LENGTHS[1])
+                pace = min(max(_LONGER * best, _PACE_RANGE[0]), _PACE_RANGE[1])
+                self._length = min(max(pace * self._length, _LENGTH_RANGE[0]), _LENGTH_RANGE[1])
             done += 1
-            off = misfit(y, r, limit, False, kt, kz, self._arm, _EVEN, self._work)
+            off = misfit(y, r, limit, False, kt, kz, self._arm, _EVEN_FACTOR, self._work)
             if done == most or off <= max(goal, _INNER * tolerance * self._greatest):
                 return done
 

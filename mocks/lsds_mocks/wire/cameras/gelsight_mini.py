@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.cameras.options import GelSightMiniOptions
 
 NAME = "gelsight-mini"
-BORDER = 0.15
+CROPPED_SHARE = 0.15
 """Fraction of the sensor's picture that the vendor's software crops on each side."""
 
 
@@ -74,7 +74,7 @@ def enlarged(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint
     if size == (WIDTH_PX, HEIGHT_PX):
         return image
     width, height = size
-    left, top = int(width * BORDER), int(height * BORDER)
+    left, top = int(width * CROPPED_SHARE), int(height * CROPPED_SHARE)
     inner = cv2.resize(image, (width - 2 * left, height - 2 * top), interpolation=cv2.INTER_LINEAR)
     return np.asarray(cv2.copyMakeBorder(inner, top, top, left, left, cv2.BORDER_REPLICATE), np.uint8)
 

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 DEPTH_M = 0.45
 """Constant depth in the depth stream, which a recording must have but no code here uses."""
 _DEPTH_UNIT_M = 0.001
-_COLOUR_ID, _DEPTH_ID = 1, 2
+"""Depth of one count, m: the default of librealsense."""
+_COLOUR_ID = 1
+"""Unique number of the colour stream; chosen."""
+_DEPTH_ID = 2
+"""Unique number of the depth stream; chosen."""
 
 
 def record(

@@ -22,8 +22,15 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.plant import Plant
 
 ROUND_S = 5.0
-GRASP_S, LIFT_S, RELEASE_S = 0.8, 1.8, 4.2
-_STEP_NS = 2_000_000
+"""Duration of a round of the script, s; chosen."""
+GRASP_S = 0.8
+"""Time in a round at which the fingers close, s; chosen."""
+LIFT_S = 1.8
+"""Time in a round at which the arm lifts, s; chosen."""
+RELEASE_S = 4.2
+"""Time in a round at which the fingers release the object, s; chosen."""
+_SCRIPT_STEP_NS = 2_000_000
+"""Time step of the scene (ns); chosen."""
 _Moving = tuple[GelState, float, float]
 """State of the moving parts: gel, height of the arm (m), height of the object (m)."""
 
@@ -80,9 +87,9 @@ class ScriptedCell:
             self._begin(number)
         while self._cell.t_ns < t_ns:
             self._before = self._after
-            self._cell.advance(self._cell.t_ns + _STEP_NS)
+            self._cell.advance(self._cell.t_ns + _SCRIPT_STEP_NS)
             self._after = self._moving()
-        late = (self._cell.t_ns - t_ns) / _STEP_NS
+        late = (self._cell.t_ns - t_ns) / _SCRIPT_STEP_NS
         return 1.0 - late if late <= 1.0 else None
 
     def _begin(self, number: int) -> None:
@@ -90,7 +97,7 @@ class ScriptedCell:
         origin = self._start_ns + number * round(ROUND_S * NS_PER_S)
         context = BuildContext(self._clock, self._seed)
         plant = build_plant(CellOptions(), context.rng_seed(f"scripted plant {number}"))
-        self._cell = SimulatedCell(plant, step_ns=_STEP_NS, start_ns=origin)
+        self._cell = SimulatedCell(plant, step_ns=_SCRIPT_STEP_NS, start_ns=origin)
 
         def grip(plant: Plant) -> None:
             plant.fingers.target_m, plant.fingers.speed_m_s = self._aperture_m, 0.05

@@ -35,7 +35,12 @@ CAMERA_FAULTS: dict[FaultKind, tuple[str, ...]] = dict.fromkeys(
 
 _TORN_SHARE = 0.5
 _END_OF_IMAGE = b"\xff\xd9"
-_WAIT_NS, _PATIENCE_NS, _RETRY_NS = 20_000_000, 15_000_000, 1_000_000
+_WAIT_NS = 20_000_000
+"""Longest sleep before the camera looks at its state again (ns); chosen."""
+_PATIENCE_NS = 15_000_000
+"""Maximum wait for an image that is not ready (ns); chosen."""
+_FRAME_RETRY_NS = 1_000_000
+"""Pause between two attempts to get it (ns); chosen."""
 
 
 class View(Protocol):
@@ -160,7 +165,7 @@ class CameraMock:
         image = self._view.picture(t_ns, seq, self._since_start)
         # Events of this instant may not have arrived from another process yet.
         while image is None and (now := self._clock.now()) - t_ns < _PATIENCE_NS:
-            self._clock.sleep_until(now + _RETRY_NS)
+            self._clock.sleep_until(now + _FRAME_RETRY_NS)
             image = self._view.picture(t_ns, seq, self._since_start)
         if image is None:
             return None

@@ -13,7 +13,7 @@ from pathlib import Path
 from lsds.errors import ConnectFailed
 from lsds_mocks.wire.mjpeg.newest import Newest, Picture
 
-_POLL_S = 0.1
+_PIPE_POLL_S = 0.1
 _PIPE_BYTES = 64 * 1024
 
 
@@ -54,7 +54,7 @@ class JpegPipe:
         self._closed = True
         self._newest.close()
         if self._thread is not None:
-            self._thread.join(_POLL_S * 10)
+            self._thread.join(_PIPE_POLL_S * 10)
         if self._made:
             self._path.unlink(missing_ok=True)
             self._made = False
@@ -66,7 +66,7 @@ class JpegPipe:
             except OSError as error:
                 if error.errno not in (errno.ENXIO, errno.EINTR):
                     return
-                select.select([], [], [], _POLL_S)  # no reader yet
+                select.select([], [], [], _PIPE_POLL_S)  # no reader yet
                 continue
             self.watched = True
             try:
@@ -81,13 +81,13 @@ class JpegPipe:
     def _feed(self, pipe: int) -> None:
         number = self._newest.number
         while not self._closed:
-            found = self._newest.after(number, _POLL_S)
+            found = self._newest.after(number, _PIPE_POLL_S)
             if found is None:
                 continue
             number, picture = found
             left = memoryview(picture.jpeg)
             # Finish a picture that has begun, or the reader would lose synchronisation.
             while left and not self._closed:
-                _, writable, _ = select.select([], [pipe], [], _POLL_S)
+                _, writable, _ = select.select([], [pipe], [], _PIPE_POLL_S)
                 if writable:
                     left = left[os.write(pipe, left) :]

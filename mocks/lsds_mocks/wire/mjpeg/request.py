@@ -11,7 +11,9 @@ from lsds.clock import WallClock, nanoseconds, seconds
 Wish = Literal["stream", "snapshot", "nothing", "bad-request", "bad-method", "not-found"]
 
 LONGEST_REQUEST = 8192
+"""Maximum length of a request, bytes; chosen."""
 REQUEST_TIMEOUT_S = 2.0
+"""Time limit for a complete request (s); chosen."""
 
 _WISHES: dict[str, Wish] = {
     "/": "stream",

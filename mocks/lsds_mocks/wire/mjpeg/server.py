@@ -27,7 +27,7 @@ MOST_SILENT = 64
 that send nothing do not keep out those that do."""
 _NEVER_NS = 2**63
 _SEND_TIMEOUT_S = 10.0
-_POLL_S = 0.2
+_SERVER_POLL_S = 0.2
 _COMMON = "Connection: close\r\nServer: lsds-mock\r\nCache-Control: no-store, no-cache\r\nPragma: no-cache\r\n"
 _STATUS: dict[Wish, str] = {
     "bad-request": "400 Bad Request",
@@ -78,7 +78,7 @@ class MjpegServer:
             ) from error
         # An accepted connection inherits the buffer size of its listener, so set it here.
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-        listener.settimeout(_POLL_S)
+        listener.settimeout(_SERVER_POLL_S)
         self._listener = listener
         self._start_thread(self._accept, listener)
         bound = listener.getsockname()
@@ -128,7 +128,7 @@ class MjpegServer:
         with self._lock:
             threads = list(self._threads)
         for thread in threads:
-            thread.join(_POLL_S * 5)
+            thread.join(_SERVER_POLL_S * 5)
 
     # -- inside -------------------------------------------------------------------------------------------
 
@@ -199,7 +199,7 @@ class MjpegServer:
         with closing(Pace(connection)) as pace:
             number = self._newest.number
             while not self._closed:
-                found = self._newest.after(number, _POLL_S)
+                found = self._newest.after(number, _SERVER_POLL_S)
                 if _gone(connection):
                     return
                 if found is None:

@@ -8,15 +8,30 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-COMMAND_REGISTER, STATUS_REGISTER = 1000, 2000
+COMMAND_REGISTER = 1000
+"""First register of the command block (Robotiq manuals, "Control")."""
+STATUS_REGISTER = 2000
+"""First register of the status block (Robotiq manuals, "Control")."""
 BYTES = 16
 """Size of each block: eight registers."""
 
-ACTION, POSITION, SPEED, FORCE = 0, 3, 4, 5
-"""Offsets of action, position, speed and force in the command block."""
+ACTION_OFFSET = 0
+"""Offset of the action byte in the command block."""
+POSITION_OFFSET = 3
+"""Offset of the requested position in the command block."""
+SPEED_OFFSET = 4
+"""Offset of the speed in the command block."""
+FORCE_OFFSET = 5
+"""Offset of the force in the command block."""
 
-ACT, GTO, ATR, ARD = 0x01, 0x08, 0x10, 0x20
-"""Bits of the action byte: activate, go to, automatic release, and its direction (set: opening)."""
+ACT = 0x01
+"""Bit of the action byte: activate."""
+GTO = 0x08
+"""Bit of the action byte: go to."""
+ATR = 0x10
+"""Bit of the action byte: automatic release."""
+ARD = 0x20
+"""Bit of the action byte: direction of the automatic release; set means opening."""
 
 
 class Activation(IntEnum):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _BITS_PER_BYTE = 10
 """8N1."""
-_WAITING = 32
+_MOST_REQUESTS = 32
 """Maximum number of requests in progress; further ones are lost, as on a line."""
 
 
@@ -54,7 +54,7 @@ class SerialLine:
         for frame in self._deframer.feed(data, now):
             if self._journal is not None:
                 self._journal.note(self._face, frame, partial(meaning, frame, self._slave))
-            if self._waiting < _WAITING:
+            if self._waiting < _MOST_REQUESTS:
                 self._waiting += 1
                 self._free_ns = max(self._free_ns, now) + len(frame) * self._byte_ns
                 self._reactor.call_at(self._free_ns, partial(self._carry_out, frame))

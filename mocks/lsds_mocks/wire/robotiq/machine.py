@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lsds.contracts.plant_links import FingerLink, FingerState
     from lsds_mocks.wire.robotiq.options import RobotiqOptions
 
-_NEAR_M = 1e-6
+_AT_TARGET_M = 1e-6
 _MOVING_COUNTS = 10
 """Current register (gCU) during free motion: the manual's frame of a closing gripper has 0x0A."""
 _COUNTS_PER_N = 0.4
@@ -59,7 +59,7 @@ class RegisterMachine:
         self._refreshed = -1
         self._status = bytes(layout.BYTES)
         if options.activated:
-            self._command[layout.ACTION] = ACT
+            self._command[layout.ACTION_OFFSET] = ACT
             self._activation = Activation.ACTIVE
         else:
             clear(True)
@@ -94,7 +94,7 @@ class RegisterMachine:
             return
         before = self.command
         self._command[offset : offset + len(data)] = data
-        was, action = before[layout.ACTION], self._command[layout.ACTION]
+        was, action = before[layout.ACTION_OFFSET], self._command[layout.ACTION_OFFSET]
         if not action & ACT:
             self._reset(now_ns)
         elif not was & ACT:
@@ -161,15 +161,15 @@ class RegisterMachine:
         self._link.hold()
 
     def _obey(self, before: bytes, now_ns: int) -> None:
-        if not self._command[layout.ACTION] & GTO:
+        if not self._command[layout.ACTION_OFFSET] & GTO:
             self._want_m = None
             self._halt()
-        elif not before[layout.ACTION] & GTO or before[3:6] != self._command[3:6]:
+        elif not before[layout.ACTION_OFFSET] & GTO or before[3:6] != self._command[3:6]:
             self._go(now_ns)
 
     def _go(self, now_ns: int) -> None:
         """Start the motion that the command block requests, if any."""
-        if not (self._can_go() and self._command[layout.ACTION] & GTO):
+        if not (self._can_go() and self._command[layout.ACTION_OFFSET] & GTO):
             return
         _, _, _, position, speed, force = self._command[:6]
         target = self._want_m = min(max(self._units.aperture_m(position), 0.0), self._stroke_m)
@@ -215,7 +215,7 @@ class RegisterMachine:
         self._under_way.clear()
         self._activation, self._want_m = Activation.RESET, None
         self._health.latched = Trouble.RELEASING
-        target = self._stroke_m if self._command[layout.ACTION] & ARD else 0.0
+        target = self._stroke_m if self._command[layout.ACTION_OFFSET] & ARD else 0.0
         self._link.drive(target, self._speed_m_s[0], self._force_n[0])
 
         def releasing(fingers: FingerState, _now_ns: int) -> None:
@@ -229,7 +229,7 @@ class RegisterMachine:
     def _refresh(self, now_ns: int) -> None:
         self._refreshed = now_ns // REFRESH_NS
         fingers = self._link.fingers()
-        action = self._command[layout.ACTION]
+        action = self._command[layout.ACTION_OFFSET]
         minor = Trouble.NONE
         if action & GTO and not action & ACT:
             minor = Trouble.NOT_ACTIVATED
@@ -240,13 +240,13 @@ class RegisterMachine:
             self._activation,
             self._detection(fingers),
             self._health.shown(now_ns, minor),
-            self._command[layout.POSITION],
+            self._command[layout.POSITION_OFFSET],
             self._units.tick(fingers.aperture_m),
             min(round((_MOVING_COUNTS + _COUNTS_PER_N * fingers.normal_n) if fingers.moving else 0), 255),
         )
 
     def _detection(self, fingers: FingerState) -> Detection:
-        if self._want_m is None or self._under_way or abs(fingers.target_m - self._want_m) > _NEAR_M:
+        if self._want_m is None or self._under_way or abs(fingers.target_m - self._want_m) > _AT_TARGET_M:
             return Detection.MOVING
         if fingers.stalled:
             return Detection.CLOSING if self._want_m < fingers.aperture_m else Detection.OPENING
@@ -255,8 +255,8 @@ class RegisterMachine:
 
 def _stuck_towards(fingers: FingerState, aperture_m: float) -> bool:
     """Return whether an object blocks this motion; a plant in another process may still report the previous motion."""
-    return abs(fingers.target_m - aperture_m) <= _NEAR_M and fingers.stalled
+    return abs(fingers.target_m - aperture_m) <= _AT_TARGET_M and fingers.stalled
 
 
 def _rests_at(fingers: FingerState, aperture_m: float) -> bool:
-    return abs(fingers.target_m - aperture_m) <= _NEAR_M and not fingers.moving and not fingers.stalled
+    return abs(fingers.target_m - aperture_m) <= _AT_TARGET_M and not fingers.moving and not fingers.stalled

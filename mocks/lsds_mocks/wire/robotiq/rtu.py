@@ -15,8 +15,18 @@ if TYPE_CHECKING:
 
 GAP_NS = 10_000_000
 """Pause that ends a frame (ns). 3.5 characters take 0.3 ms on a line; a pseudo-terminal under load pauses longer."""
-LONGEST = 256
-READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_MANY, READ_WRITE = 3, 4, 6, 16, 23
+LONGEST_RTU_FRAME = 256
+"""Maximum length of a frame, bytes (Modbus over serial line, "RTU frame")."""
+READ_HOLDING = 3
+"""Modbus function code: read holding registers."""
+READ_INPUT = 4
+"""Modbus function code: read input registers."""
+WRITE_ONE = 6
+"""Modbus function code: write a single register."""
+WRITE_MANY = 16
+"""Modbus function code: write multiple registers."""
+READ_WRITE = 23
+"""Modbus function code: read and write multiple registers."""
 
 
 def crc(data: bytes) -> bytes:
@@ -54,10 +64,10 @@ class Deframer:
         self._buffer += data
         frames = []
         while (length := _length(self._buffer)) is not None:
-            if 0 < length <= LONGEST and len(self._buffer) < length:
+            if 0 < length <= LONGEST_RTU_FRAME and len(self._buffer) < length:
                 break
             frame = bytes(self._buffer[:length])
-            if not 0 < length <= LONGEST or crc(frame[:-2]) != frame[-2:]:
+            if not 0 < length <= LONGEST_RTU_FRAME or crc(frame[:-2]) != frame[-2:]:
                 self._damaged(bytes(self._buffer))
                 self._buffer.clear()
                 self._deaf = True
@@ -122,7 +132,7 @@ def meaning(frame: bytes, slave: int) -> str:
 
 def _registers(first: int, count: int) -> str:
     # A request may name 65535 registers; more than fit into a frame are not listed.
-    return " ".join(str(first + i) for i in range(min(count, LONGEST)))
+    return " ".join(str(first + i) for i in range(min(count, LONGEST_RTU_FRAME)))
 
 
 def _values(data: bytes) -> str:

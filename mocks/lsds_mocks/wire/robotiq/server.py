@@ -42,7 +42,7 @@ KNOWS: dict[FaultKind, tuple[str, ...]] = {
 _CODES = frozenset(int(trouble) for trouble in Trouble)
 _TICK_NS = 20_000_000
 _BUSY_TICK_NS = 2_000_000
-_RETRY_NS = 100_000_000
+_LINE_RETRY_NS = 100_000_000
 _URCAP_CLIENTS = 16
 
 
@@ -204,7 +204,7 @@ class RobotiqMock:
             face.open()
         except ConnectFailed:
             # Another program took the port meanwhile; it may become free again.
-            self._later(self._clock.now() + _RETRY_NS, partial(self._reopen, face))
+            self._later(self._clock.now() + _LINE_RETRY_NS, partial(self._reopen, face))
 
     def _release(self, face: TerminalFace | TcpFace) -> None:
         self._held.discard(face.name)

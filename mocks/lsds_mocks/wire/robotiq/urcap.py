@@ -11,10 +11,10 @@ from lsds_mocks.wire.robotiq import layout
 if TYPE_CHECKING:
     from lsds_mocks.wire.robotiq.machine import RegisterMachine
 
-LONGEST_LINE = 1024
+LONGEST_URCAP_LINE = 1024
 
 _BITS = {"ACT": layout.ACT, "GTO": layout.GTO, "ATR": layout.ATR, "ADR": layout.ARD, "ARD": layout.ARD}
-_BYTES = {"POS": layout.POSITION, "SPE": layout.SPEED, "FOR": layout.FORCE}
+_BYTES = {"POS": layout.POSITION_OFFSET, "SPE": layout.SPEED_OFFSET, "FOR": layout.FORCE_OFFSET}
 
 
 class UrcapSession:
@@ -31,8 +31,8 @@ class UrcapSession:
     def feed(self, data: bytes, now_ns: int) -> bytes:
         """Receive data; return all answers in one piece, because clients read once without framing."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
-        self._ignored = self._ignored or is_http_request(self._buffer[:LONGEST_LINE].decode("ascii", "replace"))
-        if len(self._buffer) > LONGEST_LINE:
+        self._ignored = self._ignored or is_http_request(self._buffer[:LONGEST_URCAP_LINE].decode("ascii", "replace"))
+        if len(self._buffer) > LONGEST_URCAP_LINE:
             self._buffer = b""
         return b"".join(self._carry_out(line, now_ns) for line in lines)
 
@@ -57,7 +57,7 @@ class UrcapSession:
     def _get(self, name: str, now_ns: int) -> int | None:
         command, status = self._machine.command, self._machine.status(now_ns)
         if name in _BITS:
-            return int(bool(command[layout.ACTION] & _BITS[name]))
+            return int(bool(command[layout.ACTION_OFFSET] & _BITS[name]))
         if name in ("SPE", "FOR"):
             return command[_BYTES[name]]
         values = {
@@ -79,7 +79,7 @@ class UrcapSession:
                 return False
             value = int(text)
             if name in _BITS and value <= 1:
-                block[layout.ACTION] = block[layout.ACTION] & ~_BITS[name] | (_BITS[name] if value else 0)
+                block[layout.ACTION_OFFSET] = block[layout.ACTION_OFFSET] & ~_BITS[name] | (_BITS[name] if value else 0)
             elif name in _BYTES and value <= 255:
                 block[_BYTES[name]] = value
             else:

@@ -38,16 +38,23 @@ from lsds_mocks.wire.ur.script.work import CYCLE, Work
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.options import UrOptions
 
-STEP_S = 0.002
+CYCLE_S = 0.002
+"""Control cycle of an e-Series arm (s): 500 Hz."""
 BOOTED_S = 100.0
 """Controller time at the start (s); at a time near 0, clients wait for the controller to boot."""
 
 UNLOCK_AFTER_S = 5.0
+"""Time after which a protective stop can be unlocked (s); the message below states it."""
 UNLOCK_EARLY = (
     "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
 )
 MOST_SECONDARIES = 16
-PROTECTIVE_STOP, PATH_CHECK, JOINT_RANGE = 209, 204, 153
+PROTECTIVE_STOP = 209
+"""Error code of a protective stop."""
+PATH_CHECK = 204
+"""Error code of a position that is out of reach."""
+JOINT_RANGE = 153
+"""Error code of a joint beyond its range."""
 HISTORY = 1500
 """Number of joint positions kept for `get_actual_joint_positions_history`, one per cycle."""
 
@@ -110,7 +117,7 @@ class Controller:
     @property
     def time_s(self) -> float:
         """Time since the controller's start (s), in steps of exactly two milliseconds."""
-        return BOOTED_S + self.step_number * STEP_S
+        return BOOTED_S + self.step_number * CYCLE_S
 
     @property
     def scaling(self) -> float:
@@ -338,7 +345,7 @@ class Controller:
     def _move(self) -> None:
         scaling = 0.0 if self.program is not None and self.program.paused else self.scaling
         try:
-            self.motion.step(STEP_S * scaling, self.tcp_force)
+            self.motion.step(CYCLE_S * scaling, self.tcp_force)
         except Unreachable as error:
             self.protective_stop(PATH_CHECK, f"position {_shown(error.pose)} is out of reach", VIOLATION)
         except JointLimit as error:

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.pendant import Pendant
 
 GREETING = b"Connected: Universal Robots Dashboard Server\n"
-LONGEST = 65536
+LONGEST_COMMAND = 65536
+"""Maximum number of bytes without an end of line; chosen."""
 
 
 class DashboardSession:
@@ -40,7 +41,7 @@ class DashboardSession:
             self._link.send(answer(self._pendant, text).encode() + b"\n")
             if text == "quit":
                 raise ProtocolEnd
-        if len(self._buffer) > LONGEST:
+        if len(self._buffer) > LONGEST_COMMAND:
             raise ProtocolEnd
 
     def closed(self) -> None:

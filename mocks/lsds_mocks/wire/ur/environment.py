@@ -11,8 +11,10 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds.contracts.plant_links import ArmLink
 
-FLOOR_N_M, FLOOR_N_S_M = 20_000.0, 50.0
-"""Stiffness and damping of the floor."""
+FLOOR_N_M = 20_000.0
+"""Stiffness of the floor, N/m; chosen."""
+FLOOR_N_S_M = 50.0
+"""Damping of the floor, N s/m; chosen."""
 
 
 class Environment:

@@ -7,12 +7,19 @@ from collections.abc import Mapping
 from typing import Any
 
 REGISTERS = 48
-BITS = 128
+"""Number of integer registers, and of double registers, per direction."""
+REGISTER_BITS = 128
+"""Number of bit registers per direction."""
 
 FLAGS = 33
 """Number of flags (0 to 32); they persist from one program to the next."""
 
-STANDARD_SHIFT, CONFIGURABLE_SHIFT, TOOL_SHIFT = 0, 8, 16
+STANDARD_SHIFT = 0
+"""Position of the standard inputs or outputs in the word of all digital ones, bits."""
+CONFIGURABLE_SHIFT = 8
+"""Position of the configurable ones in that word, bits."""
+TOOL_SHIFT = 16
+"""Position of the tool's in that word, bits."""
 
 
 class Registers:

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from lsds_mocks.wire.ur.pose_math import Rotation, Vec, compose, rotation_of, vector_of
 
 JOINTS = 6
+"""Number of joints."""
 JOINT_LIMIT_RAD = 2 * math.pi
+"""Range of a joint to either side, rad: one turn (UR5e data sheet)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import os
 LIMIT_BYTES = 64 << 20
 """Memory that programs may add to the mock (bytes)."""
 
-EVERY = 8
+CYCLES_PER_MEASUREMENT = 8
 """Cycles between two measurements."""
 
 
@@ -47,4 +47,4 @@ class MemoryWatch:
         if self._idle:
             self._idle, self._before, self._calls = False, resident_bytes(), 0
         self._calls += 1
-        return self._calls % EVERY == 0 and resident_bytes() - self._before > LIMIT_BYTES
+        return self._calls % CYCLES_PER_MEASUREMENT == 0 and resident_bytes() - self._before > LIMIT_BYTES

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-WARNING, VIOLATION, FAULT = 2, 3, 4
-"""Report levels of an `ErrorCode`."""
+WARNING = 2
+"""Report level of an `ErrorCode`: warning."""
+VIOLATION = 3
+"""Report level of an `ErrorCode`: violation."""
+FAULT = 4
+"""Report level of an `ErrorCode`: fault."""
 
 
 @dataclass(frozen=True, slots=True)

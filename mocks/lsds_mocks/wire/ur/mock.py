@@ -37,8 +37,9 @@ if TYPE_CHECKING:
     from lsds.contracts.wire import ReceivedFrame
     from lsds_mocks.wire.ur.options import UrOptions
 
-STEP_NS = 2_000_000
-LATEST_NS = 1_000_000_000
+CYCLE_STEP_NS = 2_000_000
+"""Control cycle of an e-Series arm (ns): 500 Hz."""
+LATEST_CYCLE_NS = 1_000_000_000
 """Delay up to which a late loop catches up, so that no package is lost (ns). After a longer delay, which means that the
 process was suspended, the loop continues from the present."""
 
@@ -55,7 +56,7 @@ KNOWS: dict[FaultKind, tuple[str, ...]] = {
     "delayed-ack": FACES,
     "protective-stop": (),
 }
-STATE_EVERY = 5
+CYCLES_PER_HISTORY_STATE = 5
 """Number of control cycles from one state of the arm in the history to the next: 10 ms."""
 _PRIORITY = 20
 _SWITCH_S = 100e-6
@@ -121,16 +122,16 @@ class MockUr:
         with self._serving.serving():
             while not stop.is_set():
                 self._clock.sleep_until(next_ns)
-                if self._clock.now() - next_ns > LATEST_NS:
+                if self._clock.now() - next_ns > LATEST_CYCLE_NS:
                     next_ns = self._clock.now()
-                next_ns += STEP_NS
+                next_ns += CYCLE_STEP_NS
                 self._serving.turn()
                 if self._strike(network, controller):
                     continue
                 network.poll()
                 pendant.poll()
                 controller.cycle()
-                if controller.step_number % STATE_EVERY == 0:
+                if controller.step_number % CYCLES_PER_HISTORY_STATE == 0:
                     self._history.add(self._clock.now(), truth_of(controller))
                 if memory.exceeded(controller.busy):
                     controller.fail_programs(ScriptError("runtime_error: out of memory"))

@@ -43,5 +43,9 @@ class RuntimeState(IntEnum):
     RESUMING = 5
 
 
-JOINT_RUNNING, JOINT_IDLE, JOINT_POWER_OFF = 253, 255, 239
-"""Joint modes."""
+JOINT_RUNNING = 253
+"""Joint mode: running."""
+JOINT_IDLE = 255
+"""Joint mode: idle."""
+JOINT_POWER_OFF = 239
+"""Joint mode: power off."""

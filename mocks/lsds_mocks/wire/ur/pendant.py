@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lsds.clock import WallClock, nanoseconds
 from lsds_mocks.wire.address import on_loopback
 from lsds_mocks.wire.ur.modes import RobotMode, SafetyMode
-from lsds_mocks.wire.ur.script.compiler import LONGEST
+from lsds_mocks.wire.ur.script.compiler import LONGEST_PROGRAM
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.sender import listening_ports, sender_of
 
@@ -128,8 +128,8 @@ class Pendant:
                 ends_ns = clock.now() + nanoseconds(_SCRIPT_S)
                 while part := link.recv(1 << 16):
                     script += part
-                    if len(script) >= LONGEST:
-                        raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
+                    if len(script) >= LONGEST_PROGRAM:
+                        raise ScriptError(f"syntax_error: a program has at most {LONGEST_PROGRAM} characters", 1, 1)
                     if clock.now() > ends_ns:
                         # A sender that never finishes must not keep all other scripts waiting.
                         return "", frozenset

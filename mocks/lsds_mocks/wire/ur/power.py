@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from lsds_mocks.wire.ur.modes import RobotMode
 
-OFF_S, POWERING_S, IDLE_S, BRAKES_S = 0.3, 0.4, 0.4, 0.6
-"""Durations of switching off, booting the joints, becoming idle, and releasing the brakes. They are shorter than a real
-arm's ten seconds to save test time."""
+OFF_S = 0.3
+"""Duration of switching off (s); shorter than a real arm's, to save test time."""
+POWERING_S = 0.4
+"""Duration of booting the joints (s); shortened, too: a real arm takes about ten seconds in all."""
+IDLE_S = 0.4
+"""Duration of becoming idle (s); shortened, too."""
+BRAKES_S = 0.6
+"""Duration of releasing the brakes (s); shortened, too."""
 
 
 class Power:

@@ -25,12 +25,23 @@ from lsds_mocks.wire.ur.variables import joint_mode
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
-STATE_EVERY = 50
+CYCLES_PER_STATE = 50
 """Cycles between two state packages: 10 Hz."""
 
-STATE, MESSAGE = 16, 20
-ROBOT_SOURCE, SAFETY_SOURCE, PROGRAM_SOURCE = 0xFE, 0xFD, 0xFF
-CONTROL_RUNNING, CONTROL_FORCE = 0, 2
+STATE = 16
+"""Message type: robot state."""
+MESSAGE = 20
+"""Message type: robot message."""
+ROBOT_SOURCE = 0xFE
+"""Source of a message: the robot."""
+SAFETY_SOURCE = 0xFD
+"""Source of a message: the safety system."""
+PROGRAM_SOURCE = 0xFF
+"""Source of a message: the program."""
+CONTROL_RUNNING = 0
+"""Control mode of position control."""
+CONTROL_FORCE = 2
+"""Control mode of force control."""
 
 
 class StateFace:
@@ -49,7 +60,7 @@ class StateFace:
     def open(self, link: Link) -> ScriptSession:
         """Greet a new client with the version; the state follows half a period later, for clients start without it."""
         link.send(version_message(self._controller))
-        self._links[link] = self._controller.step_number + STATE_EVERY // 2
+        self._links[link] = self._controller.step_number + CYCLES_PER_STATE // 2
         return ScriptSession(self, link, self._scripts)
 
     def forget(self, link: Link) -> None:
@@ -66,7 +77,7 @@ class StateFace:
         if not self._links:
             return
         step = self._controller.step_number
-        if step % STATE_EVERY == 0 or modes != before:
+        if step % CYCLES_PER_STATE == 0 or modes != before:
             state = robot_state(self._controller)
             for link, first in self._links.items():
                 if step >= first:

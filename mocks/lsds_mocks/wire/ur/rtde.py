@@ -14,9 +14,13 @@ from lsds_mocks.wire.ur.controller import Controller
 from lsds_mocks.wire.ur.net import Link, ProtocolEnd
 from lsds_mocks.wire.ur.variables import IN, Packer, Unpacker, output_type, packer, recipe_size
 
-RATE_HZ, SLOWEST_HZ = 500.0, 0.01
+FASTEST_HZ = 500.0
+"""Maximum rate of packages, Hz: one per control cycle of an e-Series arm."""
+SLOWEST_HZ = 0.01
+"""Minimum rate of packages, Hz."""
 VERSION, CONTROLLER_VERSION, OUTPUTS, INPUTS, START, PAUSE, DATA, TEXT = map(ord, "VvOISPUM")
-LARGEST = 0xFFFF
+LARGEST_PACKAGE = 0xFFFF
+"""Maximum size of a package, bytes: the size field has 16 bits."""
 RECIPES = 255
 
 
@@ -134,7 +138,7 @@ class RtdeSession:
         }.get(kind, f"unknown package type {kind}")
 
     def _set_up_outputs(self, payload: bytes) -> None:
-        frequency = RATE_HZ
+        frequency = FASTEST_HZ
         if self._version == 2:
             if len(payload) < 8:
                 raise ProtocolEnd
@@ -142,15 +146,15 @@ class RtdeSession:
             payload = payload[8:]
         names = _names(payload)
         types = [output_type(name) or "NOT_FOUND" for name in names]
-        in_range = SLOWEST_HZ <= frequency <= RATE_HZ
-        fits = bool(names) and "NOT_FOUND" not in types and recipe_size(names) <= LARGEST
+        in_range = SLOWEST_HZ <= frequency <= FASTEST_HZ
+        fits = bool(names) and "NOT_FOUND" not in types and recipe_size(names) <= LARGEST_PACKAGE
         sound = fits and in_range
         head = bytes([DATA, 1] if self._version == 2 else [DATA])
         self._pack = packer(names, head) if sound else None
-        self._every = round(RATE_HZ / frequency) if sound else 1
+        self._every = round(FASTEST_HZ / frequency) if sound else 1
         self._started = self._started and sound
         if not in_range:
-            self._send_text(f"frequency {frequency:g} Hz is out of range: {SLOWEST_HZ:g} to {RATE_HZ:g}")
+            self._send_text(f"frequency {frequency:g} Hz is out of range: {SLOWEST_HZ:g} to {FASTEST_HZ:g}")
         front = bytes([int(sound)]) if self._version == 2 else b""
         self._reply(OUTPUTS, front + ",".join(types).encode())
 
@@ -186,7 +190,7 @@ class RtdeSession:
         self._face.controller.feed(values)
 
     def _reply(self, kind: int, payload: bytes) -> None:
-        if len(payload) + 3 > LARGEST:
+        if len(payload) + 3 > LARGEST_PACKAGE:
             raise ProtocolEnd
         self._link.send(struct.pack(">HB", len(payload) + 3, kind) + payload)
 

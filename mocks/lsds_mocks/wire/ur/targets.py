@@ -10,7 +10,7 @@ from lsds_mocks.wire.ur.motion.state import ArmMotion, Unreachable
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.values import Pose
 
-LARGEST = 1e9
+LARGEST_MAGNITUDE = 1e9
 """Largest magnitude of a position, speed or force; larger, infinite and NaN values are refused."""
 
 
@@ -19,7 +19,7 @@ def numbers(values: Any, count: int = JOINTS) -> list[float]:
     if not isinstance(values, list) or len(values) != count:
         raise ScriptError(f"type_error: a list of {count} numbers is expected")
     found = [float(value) for value in values]
-    if not all(abs(value) < LARGEST for value in found):
+    if not all(abs(value) < LARGEST_MAGNITUDE for value in found):
         raise ScriptError(f"value_error: {found} are not finite numbers")
     return found
 
@@ -27,7 +27,7 @@ def numbers(values: Any, count: int = JOINTS) -> list[float]:
 def positive(value: Any, name: str) -> float:
     """Return a number. Raises ScriptError if it is not finite and above zero."""
     number = float(value)
-    if not 0 < number < LARGEST:
+    if not 0 < number < LARGEST_MAGNITUDE:
         raise ScriptError(f"value_error: {name} is {number:g}, it has to be above zero")
     return number
 
@@ -35,7 +35,7 @@ def positive(value: Any, name: str) -> float:
 def not_negative(value: Any, name: str) -> float:
     """Return a number. Raises ScriptError if it is not finite or below zero."""
     number = float(value)
-    if not 0 <= number < LARGEST:
+    if not 0 <= number < LARGEST_MAGNITUDE:
         raise ScriptError(f"value_error: {name} is {number:g}, it must not be negative")
     return number
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lsds_mocks.wire.ur.functions import waiting
 from lsds_mocks.wire.ur.script.compilation import Compilation
-from lsds_mocks.wire.ur.script.compiler import LONGEST, Compiled
+from lsds_mocks.wire.ur.script.compiler import LONGEST_PROGRAM, Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.sender import Sender, listening_ports
 
@@ -21,10 +21,14 @@ Ports = Callable[[], frozenset[int]]
 if TYPE_CHECKING:
     from lsds.clock import Clock
 
-CACHED, CACHED_CHARACTERS = 64, 500_000
-"""Limits of the cache of compiled programs: programs, and their characters."""
-WAITING, WAITING_CHARACTERS = 64, 4_000_000
-"""Limits of programs that wait to be compiled or started: programs, and their characters. Further ones are refused."""
+CACHED = 64
+"""Maximum number of compiled programs in the cache; chosen."""
+CACHED_CHARACTERS = 500_000
+"""Maximum number of characters of the programs in the cache; chosen."""
+WAITING_PROGRAMS = 64
+"""Maximum number of programs that wait to be compiled or started; further ones are refused; chosen."""
+WAITING_CHARACTERS = 4_000_000
+"""Maximum number of characters of those programs; further ones are refused; chosen."""
 
 
 Script = tuple[str, Ports]
@@ -60,9 +64,9 @@ class Uploads:
     def fetch(self, script: Callable[[], Script]) -> None:
         """Call a function in the worker and compile the script that it returns; "" for no script.
 
-        The function may wait, return up to `LONGEST` characters, and raise ScriptError.
+        The function may wait, return up to `LONGEST_PROGRAM` characters, and raise ScriptError.
         """
-        self._take(script, LONGEST)
+        self._take(script, LONGEST_PROGRAM)
 
     def poll(self) -> Compiled | ScriptError | None:
         """Return the next compiled program or error; one per call, so that no program is replaced before it runs."""
@@ -85,7 +89,7 @@ class Uploads:
         self._compilation.close()
 
     def _take(self, script: Callable[[], Script], characters: int) -> None:
-        if self._waiting < WAITING and self._characters + characters <= WAITING_CHARACTERS:
+        if self._waiting < WAITING_PROGRAMS and self._characters + characters <= WAITING_CHARACTERS:
             self._waiting += 1
             self._characters += characters
             self._texts.put((script, characters))

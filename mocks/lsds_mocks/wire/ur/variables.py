@@ -29,8 +29,14 @@ FORMATS = {
 }
 _VECTORS = ("VECTOR3D", "VECTOR6D", "VECTOR6INT32", "VECTOR6UINT32")
 
-_MAIN_V, _ROBOT_V, _IDLE_A, _JOINT_C = 48.0, 48.0, 0.6, 28.0
-"""Constant electrical values (V, A) and joint temperature (C), which are not modelled."""
+_MAIN_V = 48.0
+"""Main voltage (V); constant, because it is not modelled."""
+_ROBOT_V = 48.0
+"""Robot voltage (V); constant, because it is not modelled."""
+_IDLE_A = 0.6
+"""Current of the arm (A); constant, because it is not modelled."""
+_JOINT_C = 28.0
+"""Temperature of a joint (°C); constant, because it is not modelled."""
 
 
 def robot_status(c: Controller) -> int:

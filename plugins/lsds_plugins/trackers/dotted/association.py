@@ -32,7 +32,7 @@ MISS_WEIGHT = 1.5
 #: Cost of the squared sudden motion (in pitches): a lost column of seven outweighs a jump of a whole pitch.
 MOTION_WEIGHT = 8.0
 #: A hypothesis is accepted if it beats every other by this cost.
-MARGIN = 3.0
+COST_MARGIN = 3.0
 #: It is doubtful if another one explains this many more dots.
 EVIDENCE = 4
 #: Below this cost (a quarter pitch of motion, nothing against it) no shift by a pitch can compete.
@@ -40,14 +40,16 @@ CALM = MOTION_WEIGHT * 0.25**2
 #: The gel is at rest if all dots lie within this many pitches of the reference.
 HOME = 0.15
 #: Share of dots in place that suffices when the gel was away from rest.
-MOST = 0.8
+HOME_SHARE = 0.8
 #: Share of all markers that must be anchored before a doubtful match is accepted.
 ANCHORED = 0.3
 #: Share of markers that must lie between the places of rest: a leap by a whole pitch leaves none there.
 BETWEEN = 0.1
 #: Number of dots that a gel at rest may lack (worn off, hidden). A shift by a pitch hides a whole line.
-FEW = 2
-_EDGE_PX = 1.0
+LACKING_DOTS = 2
+#: Distance from the border, px, below which a marker counts as out of view; chosen.
+_BORDER_EDGE_PX = 1.0
+#: The one hypothesis of a calm gel: no shift along rows and columns.
 _STAY = [(0, 0)]
 _SHIFTS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row or column]
 
@@ -98,7 +100,7 @@ def associate(
     if not rivals:
         return Association(np.full(count, -1), predicted_px, True, np.zeros(count, bool))
     best = rivals.pop(0)
-    if not any(rival.cost < best.cost + MARGIN or _explains(rival, best) for rival in rivals):
+    if not any(rival.cost < best.cost + COST_MARGIN or _explains(rival, best) for rival in rivals):
         return Association(best.dot, best.expected_px, False, np.ones(count, bool))
     return Association(best.dot, best.expected_px, True, _anchored(best, seen))
 
@@ -148,7 +150,7 @@ def _at_home(dots: NDArray[np.float64], trusted: NDArray[np.float64], lattice: L
     squared = np.einsum("nmk,nmk->nm", to_dot, to_dot)
     # No dot is this near to two places, which are a pitch apart.
     found = squared.min(axis=1) < (HOME * lattice.pitch_px) ** 2
-    if np.count_nonzero(~found) > FEW:
+    if np.count_nonzero(~found) > LACKING_DOTS:
         return None
     nearest = squared.argmin(axis=1)
     at = np.where(found[:, None], dots[nearest], lattice.home_px)
@@ -272,7 +274,7 @@ def _hypotheses(shifts: Sequence[tuple[int, int]], seen: _Seen) -> list[_Hypothe
     at = seen.dots[dot]
     carried = _middles(at - predicted, found)
     expected = np.where(found[..., None], at, predicted + carried[:, None, :])
-    unseen = ~found & lattice.in_view(expected, _EDGE_PX)
+    unseen = ~found & lattice.in_view(expected, _BORDER_EDGE_PX)
     if seen.hidden is not None and unseen.any():
         column, row = (expected[unseen] * (1 / HALF)).astype(np.intp).T
         unseen[unseen] = ~seen.hidden[row, column]
@@ -289,12 +291,12 @@ def _hypotheses(shifts: Sequence[tuple[int, int]], seen: _Seen) -> list[_Hypothe
     for i in range(len(shifts)):
         against = int(missing[i] + surplus[i])
         cost = MISS_WEIGHT * against + MOTION_WEIGHT * _off_segment(moved[i], foretold[i]) / lattice.pitch_px**2
-        if share[i] == 1 or (share[i] >= MOST and away):
+        if share[i] == 1 or (share[i] >= HOME_SHARE and away):
             # All dots in place, or most of them if the gel was away, prove that the gel is at rest. Most dots alone do
             # not: after a jump by a pitch, all but a line of dots seem not to have moved.
             off = np.abs(at[i] - lattice.home_px)[found[i]].max()
             if float(off) < HOME * lattice.pitch_px:
-                cost = float(-MARGIN)
+                cost = float(-COST_MARGIN)
         hypotheses.append(_Hypothesis(cost, against, dot[i], expected[i]))
     return hypotheses
 

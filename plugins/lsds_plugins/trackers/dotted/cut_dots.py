@@ -13,7 +13,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_ITERATIONS = 3
+#: Gauss-Newton steps of a registration; chosen.
+_CUT_ITERATIONS = 3
 
 
 class CutDots:
@@ -53,7 +54,7 @@ class CutDots:
         # Brightness common to the window is no motion; where only half a dot is left, it would pass for one.
         level = np.einsum("kp,kp->k", template, inside)
         at = start.copy()
-        for _ in range(_ITERATIONS):
+        for _ in range(_CUT_ITERATIONS):
             now = _sample(image, at[:, :1] + self._dx - left, at[:, 1:] + self._dy - top)
             now *= (level / np.maximum(np.einsum("kp,kp->k", now, inside), 1.0))[:, None]
             slope = np.einsum("kpi,kp->ki", weighted, now - template)

@@ -13,6 +13,7 @@ from lsds.tactile.views import HALF
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+#: Minimum area of a dot, px of the half-size mask; chosen.
 _MIN_AREA = 6
 
 

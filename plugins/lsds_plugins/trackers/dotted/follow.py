@@ -33,19 +33,21 @@ AREA_RATIO = (0.35, 2.2)
 #: Longest gap (s) over which motion is extrapolated.
 LONGEST_GAP_S = 0.25
 #: Longest extrapolation of motion, in pitches.
-FURTHEST = 0.75
+EXTRAPOLATED_PITCHES = 0.75
 #: Frames after which a grid with several missing markers is matched as a whole again.
 RECHECK = 12
 #: A marker whose displacement differs this much, in pitches, from the median around it is on another marker's dot.
-APART = 0.7
+APART_PITCHES = 0.7
 #: Displacement of the whole gel, in pitches, that cannot be reached in one leap.
 FAR = 0.75
 #: Largest displacement of a marker, in pitches: 3.5 mm, which is most of the gel's thickness.
 FARTHEST = 1.75
 #: Number of failing markers above which the whole grid is matched; fewer are single dots, worn off or hidden.
 STRAY = 2
-#: Grey levels beyond which gel and dot cannot be distinguished.
-BLACK, SATURATED = 8, 247
+#: Grey level, of 255, below which gel and dot cannot be distinguished; chosen.
+BLACK_LEVEL = 8
+#: Grey level, of 255, above which gel and dot cannot be distinguished; chosen.
+SATURATED_LEVEL = 247
 _OK, _LOST = TrackFlag.OK.value, TrackFlag.LOST.value
 _OUT, _INCONSISTENT, _AMBIGUOUS = (
     TrackFlag.OUT_OF_VIEW.value,
@@ -77,7 +79,7 @@ class DotFollower:
         self._edge_px = self._localiser.visible * diameter
         self._reference_area = self._areas(xy)
         self._xy_home = xy
-        self._apart_px = APART * self._lattice.pitch_px
+        self._apart_px = APART_PITCHES * self._lattice.pitch_px
         self.reset()
         return self._reference
 
@@ -170,7 +172,7 @@ class DotFollower:
         if dt > LONGEST_GAP_S:
             return self._xy.copy()
         step = self._velocity * dt
-        furthest = FURTHEST * self._lattice.pitch_px
+        furthest = EXTRAPOLATED_PITCHES * self._lattice.pitch_px
         if np.abs(step).max() > furthest:
             step = np.clip(step, -furthest, furthest)
         return np.asarray(self._xy + step)
@@ -185,7 +187,7 @@ class DotFollower:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
         """Find all dots, match them with the markers, and refine the positions."""
         grey = views.half_grey
-        hidden = (grey <= BLACK) | (grey >= SATURATED)
+        hidden = (grey <= BLACK_LEVEL) | (grey >= SATURATED_LEVEL)
         match = associate(predicted, find_dots(mask).xy_px, self._lattice, self._trusted, hidden)
         xy = self._localiser.refine(views.grey, match.expected_px)
         flags = self._verify(xy, match.expected_px, mask, SLID_OFF)

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
 
     from lsds.contracts import MarkerReference
 
-_STEPS = ((0, 1), (0, -1), (1, 0), (-1, 0))
+#: Steps to the four neighbours of a node: row, column.
+_NODE_STEPS = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
 class Lattice:
@@ -34,7 +35,7 @@ class Lattice:
         offset: list[tuple[float, float]] = []
         steps = reference.axes * np.array(reference.pitch_px)[:, None]
         for i, (row, column) in enumerate(cells):
-            for d_row, d_column in _STEPS:
+            for d_row, d_column in _NODE_STEPS:
                 cell = (row + d_row, column + d_column)
                 if cell not in node:
                     node[cell] = len(node)
@@ -47,7 +48,7 @@ class Lattice:
         self.neighbour = np.zeros((len(node), 4), np.intp)
         self.has_neighbour = np.zeros((len(node), 4), bool)
         for cell, i in node.items():
-            for k, (d_row, d_column) in enumerate(_STEPS):
+            for k, (d_row, d_column) in enumerate(_NODE_STEPS):
                 j = node.get((cell[0] + d_row, cell[1] + d_column))
                 if j is not None:
                     self.neighbour[i, k], self.has_neighbour[i, k] = j, True

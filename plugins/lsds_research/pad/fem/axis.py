@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 ORDER = 2
 """Of the elements' polynomials."""
 _REFERENCE = np.linspace(0.0, 1.0, ORDER + 1)
-_GAUSS = 3
+_SHAPE_POINTS = 3
 """Points that integrate a shape function times a straight line exactly."""
 
 
@@ -83,13 +83,13 @@ def load(
     low, high = cuts[:-1], cuts[1:]
     number = np.searchsorted(edges, 0.5 * (low + high)) - 1
     start, size = edges[number], np.diff(edges)[number]
-    place, weight = _gauss(_GAUSS)
+    place, weight = _gauss(_SHAPE_POINTS)
     at = low[:, None] + (high - low)[:, None] * place
     values, _ = element(((at - start[:, None]) / size[:, None]).ravel())
     share = (density(at) * weight * (high - low)[:, None]).ravel()
     out = np.zeros(nodes_of(edges))
     for own in range(ORDER + 1):
-        np.add.at(out, np.repeat(ORDER * number + own, _GAUSS), values[own] * share)
+        np.add.at(out, np.repeat(ORDER * number + own, _SHAPE_POINTS), values[own] * share)
     return out
 
 

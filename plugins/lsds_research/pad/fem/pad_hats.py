@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from lsds_research.pad.fem.mesh import Mesh
 
-_AT_ONCE = 64
+_LOADS_AT_ONCE = 64
 """Loads solved for together."""
 Progress = Callable[[float], object]
 """Called with the part of the whole, 0 to 1, that was just done."""
@@ -87,8 +87,8 @@ def _work(
     count = sum(len(x) * len(y) for x, y in zip(across, down, strict=True))
     work = np.empty((count, count))
     with Factors(matrix) as factors:
-        for first in range(0, count, _AT_ONCE):
-            some = slice(first, min(first + _AT_ONCE, count))
+        for first in range(0, count, _LOADS_AT_ONCE):
+            some = slice(first, min(first + _LOADS_AT_ONCE, count))
             work[:, some] = loads.T @ factors.solve(loads[:, some].toarray())
             progress((some.stop - some.start) / (count * len(PARITIES)))
     return 0.5 * (work + work.T)

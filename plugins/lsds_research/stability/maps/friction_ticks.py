@@ -9,7 +9,10 @@ from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, GRIP_LIMIT, l
 from lsds_research.stability.study import StabilityStudy
 
 STATIC = 0.55
-OPEN_TICK, STROKE_MM = 3, 50.0
+OPEN_TICK = 3
+"""Position register of the open simulated gripper, ticks."""
+STROKE_MM = 50.0
+"""Stroke of the simulated gripper, mm: that of a Hand-E."""
 
 
 def measure(method: str, ratio: float, tick_mm: float, seed: int) -> float:

@@ -15,7 +15,7 @@ FIXED = "fixed grip"
 """The naive method: the first squeeze, without a controller."""
 FIRM = "firm grip"
 """A fixed grip of 6 mm: it shows which points are physically possible."""
-FIRM_MM = 6.0
+FIRM_SQUEEZE_MM = 6.0
 SLIP_LIMIT_MM = 12.0
 """Accepted slip of a lift: that of 95 % of the random objects (mm)."""
 GRIP_LIMIT = 3.0
@@ -37,7 +37,7 @@ def lifted(
     `settings` are keys of the config, `cell` keys of an object that is not in the catalogue.
     """
     backend = OFF if method in (FIXED, FIRM) else method
-    squeeze_mm = FIRM_MM if method == FIRM else squeeze_mm
+    squeeze_mm = FIRM_SQUEEZE_MM if method == FIRM else squeeze_mm
     weight_n = round(2 * 0.55 * PLANS[name].needed_n, 3)
     what = Lift(
         backend,

@@ -10,8 +10,10 @@ from lsds_research.stability.grid import Axis, StabilityMap
 from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
-PD_GAIN, DEFAULT_MARGIN = 3.1, 1.2
-"""Proportional gain of the PD controller (ticks per cm/s) at the default margin of the belief."""
+PD_GAIN = 3.1
+"""Proportional gain of the PD controller at the default margin of the belief, ticks per cm/s: that of the paper."""
+DEFAULT_MARGIN = 1.2
+"""Default margin of the belief."""
 
 
 def measure(method: str, delay_ms: float, margin: float, seed: int) -> float:

@@ -9,7 +9,7 @@ from lsds.config.overrides import override_texts
 from lsds.errors import LsdsError
 from lsds.session.run import run
 
-OPENED_M = 1e-3
+OPENED_BY_FAULT_M = 1e-3
 """Fingers around an object count as opened if their aperture grows by this since the fault, more than without it
 (m)."""
 KEYS: dict[str, Any] = {"task.lift_s": 1.2, "task.hold_s": 0.8}

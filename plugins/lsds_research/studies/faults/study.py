@@ -16,7 +16,7 @@ from lsds.registry.backends import OWN_DISTRIBUTION, OWN_PREFIX
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.run_store import run_and_store
-from lsds_research.studies.faults.case import OPENED_M, Case, run_case
+from lsds_research.studies.faults.case import OPENED_BY_FAULT_M, Case, run_case
 from lsds_research.studies.faults.options import FaultsOptions
 from lsds_research.studies.faults.paired import holm, mcnemar
 from lsds_research.studies.faults.plot import plot_faults
@@ -125,7 +125,7 @@ def _judged(row: Row, alone: Row) -> Row:
     squeezed = bool(peak and usual and peak > SQUEEZED * usual)
     verdict = "stopped" if stopped else "harmless" if same else "missed"
     widest, usual_m = row["widest_m"], alone["widest_m"]
-    opened = widest is not None and usual_m is not None and widest > max(row["onset_m"], usual_m) + OPENED_M
+    opened = widest is not None and usual_m is not None and widest > max(row["onset_m"], usual_m) + OPENED_BY_FAULT_M
     return row | {
         "verdict": verdict,
         "squeezed": squeezed,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.shapes import Box, Cylinder, Moved, Sphere
-from lsds_mocks.objects.relief import PITCH_M, Relief, bumps
+from lsds_mocks.objects.relief import MAP_PITCH_M, Relief, bumps
 
 from lsds.errors import DataError
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Motion = tuple[float, float, float]
 """Motion of one frame: dx, dy (m) and turn (rad) about the pad's centre."""
-_PAD_M = 20.16e-3
+_PAD_LENGTH_M = 20.16e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ def _straight(frames: int, dx: float, dy: float = 0.0, turn: float = 0.0) -> tup
 def reference_scenes() -> dict[str, Scene]:
     """Return the four scenes of the published reference solutions: surfaces stay in place while the gel is dragged."""
     sphere, block = Sphere(12e-3), Box(10e-3, 10e-3, 0.5e-3)
-    pipe = Cylinder(12.5e-3, _PAD_M / math.cos(0.35), 0.35)
+    pipe = Cylinder(12.5e-3, _PAD_LENGTH_M / math.cos(0.35), 0.35)
     scenes = (
         Scene("sphere", sphere, 0.4e-3, 0.6, _straight(14, 0.05e-3), follows=False),
         Scene("torsion", sphere, 0.4e-3, 0.6, _straight(14, 0.0, 0.0, 0.03), follows=False),
@@ -57,10 +57,10 @@ def reference_scenes() -> dict[str, Scene]:
 def further_scenes() -> dict[str, Scene]:
     """Return scenes without a published solution: wide, sharp, rough; compared with the finest grid."""
     rng = np.random.default_rng(0)
-    rough = Relief(Sphere(20e-3), bumps(rng, size_m=2e-3, depth_m=0.1e-3), PITCH_M)
+    rough = Relief(Sphere(20e-3), bumps(rng, size_m=2e-3, depth_m=0.1e-3), MAP_PITCH_M)
     scenes = (
         Scene("plank", Box(60e-3, 60e-3, 1e-3), 0.1e-3, 0.6, _straight(14, 0.0, 0.05e-3)),
-        Scene("edge", Cylinder(1e-3, _PAD_M, 0.15), 0.35e-3, 0.6, _straight(14, 0.0, 0.05e-3)),
+        Scene("edge", Cylinder(1e-3, _PAD_LENGTH_M, 0.15), 0.35e-3, 0.6, _straight(14, 0.0, 0.05e-3)),
         Scene("rough", rough, 0.4e-3, 0.6, _straight(14, 0.05e-3)),
     )
     return {scene.name: scene for scene in scenes}
@@ -84,9 +84,9 @@ def random_scene(seed: int) -> Scene:
     if kind == "sphere":
         shape, deepest = Sphere(float(rng.uniform(4e-3, 25e-3))), 0.4e-3
     elif kind == "cylinder":
-        shape, deepest = Cylinder(float(rng.uniform(5e-3, 20e-3)), _PAD_M, angle), 0.35e-3
+        shape, deepest = Cylinder(float(rng.uniform(5e-3, 20e-3)), _PAD_LENGTH_M, angle), 0.35e-3
     elif kind == "edge":
-        shape, deepest = Cylinder(float(rng.uniform(0.8e-3, 4e-3)), _PAD_M, angle), 0.35e-3
+        shape, deepest = Cylinder(float(rng.uniform(0.8e-3, 4e-3)), _PAD_LENGTH_M, angle), 0.35e-3
     else:
         width, height = rng.uniform(5e-3, 14e-3, 2)
         shape, deepest = Box(float(width), float(height), float(rng.uniform(0.3e-3, 1.5e-3)), angle), 0.2e-3

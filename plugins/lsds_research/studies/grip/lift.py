@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lsds.session.verdict import Verdict
 
 OFF = "off"
-SETTLED_S = 0.5
+STEADY_GRIP_S = 0.5
 """The steady grip is the mean over this time at the end of a lift."""
 AFTER_SLIP_S = 0.3
 """A closing later than this after the last true slip counts as a closing without slip."""
@@ -134,7 +134,7 @@ def figures(
     t_s, normal, required, slip = _columns(truths)
     lifted = np.array([not truth.supported for truth in truths])
     start = int(np.argmax(normal > 0)) if not lifted.any() else int(np.argmax(lifted))
-    end = t_s > t_s[-1] - SETTLED_S
+    end = t_s > t_s[-1] - STEADY_GRIP_S
     held = verdict.in_grip
     sliding = t_s[np.abs(slip) > SLIPS_M_S]
     without = [at for at in closings if not np.any((sliding <= at * 1e-9) & (sliding > at * 1e-9 - AFTER_SLIP_S))]

@@ -20,14 +20,14 @@ SHAPES = ("cylinder", "sphere", "box", "edge")
 TEXTURES = ("smooth", "bumps", "pores", "weave")
 THICKNESS_MM = (8.0, 44.0)
 MASS_KG = (0.02, 1.2)
-FRICTION = (0.2, 1.1)
+FRICTION_RANGE = (0.2, 1.1)
 KINETIC_SHARE = (0.7, 0.95)
 STIFFNESS_N_MM = (3.0, 1000.0)
 GRAIN_UM = (0.0, 12.0)
 SQUEEZE_MM = (0.7, 2.8)
-SPEED_M_S = (0.02, 0.08)
+LIFT_SPEED_RANGE_M_S = (0.02, 0.08)
 GRAVITY_M_S2 = 9.81
-FIRM_MM = (3.0, 6.0, 10.0)
+FIRM_SQUEEZES_MM = (3.0, 6.0, 10.0)
 """Squeezes of a firm grip: an object that none of them holds is left out."""
 
 
@@ -66,7 +66,7 @@ def drawn(draw: int, index: int) -> RandomObject:
     shape = str(rng.choice(SHAPES))
     thickness_mm = round(log_between(THICKNESS_MM), 2)
     length_mm = round(max(20.0, thickness_mm if shape == "sphere" else between((60.0, 220.0))), 2)
-    friction = log_between(FRICTION)
+    friction = log_between(FRICTION_RANGE)
     mass_kg = log_between(MASS_KG)
     texture = str(rng.choice(TEXTURES))
     cell = {
@@ -89,6 +89,6 @@ def drawn(draw: int, index: int) -> RandomObject:
         "chatter_amplitude": round(between((0.1, 0.4)), 3),
     }
     gel = int(rng.integers(1, 1000))
-    squeeze_mm, speed = log_between(SQUEEZE_MM), log_between(SPEED_M_S)
+    squeeze_mm, speed = log_between(SQUEEZE_MM), log_between(LIFT_SPEED_RANGE_M_S)
     weight_n = round(mass_kg * GRAVITY_M_S2, 3)
     return RandomObject(draw, index, gel, round(squeeze_mm, 3), round(speed, 4), weight_n, tuple(cell.items()))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     Row = dict[str, Any]
 
-FACTORS = (0.7, 1.3)
+OPTION_FACTORS = (0.7, 1.3)
 INSIDE = 1e-3
 """A value beyond an open bound is moved inside it by this share of the parameter."""
 COLUMNS = (
@@ -60,7 +60,7 @@ def _of(table: str, values: BaseModel) -> list[tuple[str, float, str]]:
         now = getattr(values, name)
         if not isinstance(now, float) or now == 0:
             continue
-        others = sorted({_inside(factor * now, now, field.metadata) for factor in FACTORS} - {now})
+        others = sorted({_inside(factor * now, now, field.metadata) for factor in OPTION_FACTORS} - {now})
         key = f"{table}.{name}"
         found.extend((key, value, override_texts({key: value})[0]) for value in others)
     return found

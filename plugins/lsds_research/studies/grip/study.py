@@ -20,7 +20,7 @@ from lsds_research.studies.grip import sensitivity
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 from lsds_research.studies.grip.options import GripOptions
 from lsds_research.studies.grip.plot import plot_grip
-from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_MM, drawn
+from lsds_research.studies.grip.random_objects import DEVELOPMENT, FIRM_SQUEEZES_MM, drawn
 from lsds_research.study_backends import backend_names
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 MET_MM = 0.05
 """A run reached the friction limit if the object slipped by more than this (mm)."""
 GREW = 1.1
-FRICTION = 0.55
+MIDDLE_FRICTION = 0.55
 """Static friction in the middle of the catalogue, used to derive an object's weight from the force it needs."""
 EXPLAINED = (
     "needed: minimum normal force per finger that carries the object; slip, arrest, peak, steady: medians and 95 % "
@@ -113,7 +113,7 @@ def _planned(options: GripOptions, seed: int) -> list[Lift]:
     cases = product(
         controllers, objects, options.squeezes_mm, speeds, options.frictions, options.changes, range(options.seeds)
     )
-    weight_n = {name: round(2 * FRICTION * PLANS[name].needed_n, 3) for name in objects}
+    weight_n = {name: round(2 * MIDDLE_FRICTION * PLANS[name].needed_n, 3) for name in objects}
     return [
         Lift(
             who,
@@ -151,7 +151,10 @@ def _drawn(options: GripOptions) -> list[Lift]:
             cell=each.overrides(),
         )
         for each in objects
-        for who, squeeze_mm in (*((OFF, firm) for firm in FIRM_MM), *((who, each.squeeze_mm) for who in controllers))
+        for who, squeeze_mm in (
+            *((OFF, firm) for firm in FIRM_SQUEEZES_MM),
+            *((who, each.squeeze_mm) for who in controllers),
+        )
     ]
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Row = dict[str, Any]
 
-SPEED_M_S = 0.038
+LIFT_SPEED_M_S = 0.038
 MET_MM = 0.05
 
 
@@ -59,7 +59,7 @@ def planned(options: LoopOptions, seed: int) -> Iterator[tuple[Configuration, Li
     squeezes = options.squeezes_mm[:1] if options.quick else options.squeezes_mm
     for each, name, squeeze in product(configurations(options), objects, squeezes):
         settings = each.settings()
-        yield each, Lift(each.controller, name, squeeze, SPEED_M_S, 1.0, "none", seed + 1, 0.0, settings=settings)
+        yield each, Lift(each.controller, name, squeeze, LIFT_SPEED_M_S, 1.0, "none", seed + 1, 0.0, settings=settings)
 
 
 def summarized(each: Configuration, rows: Sequence[Row]) -> Row:

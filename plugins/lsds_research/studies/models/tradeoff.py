@@ -22,7 +22,7 @@ from lsds.config import load_config
 from lsds.contracts import BuildContext, Observation
 from lsds.contracts.study import StudyResult, Value
 from lsds.models.artefact import Card, save
-from lsds.models.intervals import SPEED
+from lsds.models.intervals import SPEED_COLUMN
 from lsds.models.running import RunningModel
 from lsds.registry.host import PluginHost
 from lsds.runtime.rig import Rig
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from lsds_research.studies.models.options import DetectorsOptions, EstimatorsOptions, TradeoffOptions
 
 SETS = ("baseline", "proposed", "combined", "field")
-LENGTHS = (1, 3, 6, 12, 20)
+CHAIN_LENGTHS = (1, 3, 6, 12, 20)
 LEARNERS: dict[Job, tuple[str, ...]] = {
     "detect": ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone"),
     "estimate": ("lstm", "mlp", "linear-window", "field-gru"),
@@ -129,7 +129,7 @@ class TradeoffStudy:
     def _score(self, test: Task, predicted: Any) -> dict[str, Value]:
         if self._job == "detect":
             return _detects(test, predicted, detection.THRESHOLD)
-        return _estimates(test, predicted[:, SPEED])
+        return _estimates(test, predicted[:, SPEED_COLUMN])
 
     def _untrained(self, name: str, other: Dataset) -> dict[str, Value]:
         """Return the row of a rule computed from columns of the dataset, with its default parameters."""
@@ -181,7 +181,7 @@ def _planned(job: Job) -> list[tuple[str, dict[str, Any]]]:
         sets = [s for s in SETS if not (s == "field" and name in ("random-forest", "gradient-boosting"))]
         found += [(name, {"signals": signals}) for signals in sets]
     swept = {"detect": ("logistic", "field-mlp"), "estimate": ("linear-window", "field-gru", "lstm")}[job]
-    found += [(name, {"length": length}) for name in swept for length in LENGTHS]
+    found += [(name, {"length": length}) for name in swept for length in CHAIN_LENGTHS]
     return found
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 MARKS = {"baseline": "v", "proposed": "s", "combined": "D", "field": "o", "own": "o", "untrained": "X"}
 
-_WORST = -0.5
+_FAILED_SCORE = -0.5
 """A score below this means failure: the model is named at the lower edge, not to scale."""
 
 
@@ -22,7 +22,7 @@ def plot(path: Path, rows: list[dict[str, Value]], score: str, title: str) -> No
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     names = list(dict.fromkeys(str(row["model"]) for row in rows))
     # The scale ignores models that are far worse than the trivial prediction.
-    least = min((_y(row) for row in rows if _y(row) > _WORST), default=0.0) - 0.02
+    least = min((_y(row) for row in rows if _y(row) > _FAILED_SCORE), default=0.0) - 0.02
     for row in rows:
         color = f"C{names.index(str(row['model']))}"
         if _y(row) < least:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from lsds_mocks.wire.ur.controller import STEP_S
-from lsds_mocks.wire.ur.io import BITS, CONFIGURABLE_SHIFT, FLAGS, REGISTERS, TOOL_SHIFT
+from lsds_mocks.wire.ur.controller import CYCLE_S
+from lsds_mocks.wire.ur.io import CONFIGURABLE_SHIFT, FLAGS, REGISTER_BITS, REGISTERS, TOOL_SHIFT
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.program import Waiting
@@ -29,7 +29,7 @@ class Functions:
 
     def sleep(self, t: float) -> Waiting:
         """Wait (s)."""
-        until = self._c.step_number + max(1, round(t / STEP_S))
+        until = self._c.step_number + max(1, round(t / CYCLE_S))
         while self._c.step_number < until:
             yield
 
@@ -45,7 +45,7 @@ class Functions:
 
     def read_input_boolean_register(self, address: int) -> bool:
         """Return what a client has written."""
-        return self._c.inputs.bit(_index(address, BITS))
+        return self._c.inputs.bit(_index(address, REGISTER_BITS))
 
     def read_output_integer_register(self, address: int) -> int:
         """Return what a program has written."""
@@ -57,7 +57,7 @@ class Functions:
 
     def read_output_boolean_register(self, address: int) -> bool:
         """Return what a program has written."""
-        return self._c.registers.bit(_index(address, BITS))
+        return self._c.registers.bit(_index(address, REGISTER_BITS))
 
     def write_output_integer_register(self, address: int, value: Any) -> None:
         """Send a number to clients, truncated to 32 bits."""
@@ -69,7 +69,7 @@ class Functions:
 
     def write_output_boolean_register(self, address: int, value: Any) -> None:
         """Send a boolean to clients."""
-        self._c.registers.set_bit(_index(address, BITS), bool(value))
+        self._c.registers.set_bit(_index(address, REGISTER_BITS), bool(value))
 
     def rtde_set_watchdog(self, variable_name: str, min_frequency: float, action: str = "pause") -> None:
         """Set the action when a client stops writing a register: "ignore", "pause" or "stop"."""

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.ur.pose_math import between, compose, difference, inverse, norm, rotation_of
 from lsds_mocks.wire.ur.script.errors import ScriptError
-from lsds_mocks.wire.ur.script.operations import LENGTH, Operations, whole
+from lsds_mocks.wire.ur.script.operations import MOST_ELEMENTS, Operations, whole
 from lsds_mocks.wire.ur.script.values import Pose, UrList
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.script.work import Work
 
-BITS = 32
+INTEGER_BITS = 32
+"""Number of bits of an integer of URScript."""
 _RANDOM = random.Random(0)
 
 
@@ -105,13 +106,13 @@ def _place(text: str, index: Any, last: int) -> int:
 
 
 def _binary_to_integer(bits: Any) -> int:
-    if len(bits) > BITS:
-        raise ScriptError(f"binary_list_to_integer: an integer has {BITS} bits")
+    if len(bits) > INTEGER_BITS:
+        raise ScriptError(f"binary_list_to_integer: an integer has {INTEGER_BITS} bits")
     return sum(int(bool(bit)) << place for place, bit in enumerate(bits))
 
 
 def _integer_to_binary(number: Any) -> UrList:
-    return UrList([bool(int(number) >> place & 1) for place in range(BITS)])
+    return UrList([bool(int(number) >> place & 1) for place in range(INTEGER_BITS)])
 
 
 def _size(value: Any) -> Any:
@@ -175,8 +176,8 @@ class _Growing:
 
     def make_list(self, length: Any, initial: Any = 0, *_: Any) -> UrList:
         """Return a list of copies of a value."""
-        if int(length) > LENGTH:
-            raise ScriptError(f"make_list: a list has at most {LENGTH} elements")
+        if int(length) > MOST_ELEMENTS:
+            raise ScriptError(f"make_list: a list has at most {MOST_ELEMENTS} elements")
         self._work.spend(2 * max(0, int(length)))
         return UrList([self._operations.copied(initial) for _ in range(int(length))])
 

@@ -8,22 +8,25 @@ import struct
 from typing import TYPE_CHECKING, Any
 
 from lsds_mocks.wire.address import on_loopback
-from lsds_mocks.wire.ur.controller import STEP_S
+from lsds_mocks.wire.ur.controller import CYCLE_S
 from lsds_mocks.wire.ur.messages import TextMessage
 from lsds_mocks.wire.ur.script.errors import ScriptError
-from lsds_mocks.wire.ur.script.operations import LENGTH
+from lsds_mocks.wire.ur.script.operations import MOST_ELEMENTS
 from lsds_mocks.wire.ur.script.program import Waiting
 from lsds_mocks.wire.ur.script.values import UrList
 
 if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
-CONNECT_S, ANSWER_S = 2.0, 2.0
+SOCKET_CONNECT_S = 2.0
+"""Time limit for opening a socket (s)."""
+SOCKET_ANSWER_S = 2.0
+"""Time limit for reading a line from a socket (s)."""
 DEFAULT = "socket_0"
 MOST_OPEN = 16
 """Maximum number of open sockets per program."""
 
-READS = 8
+READS_PER_CYCLE = 8
 """Maximum number of reads per cycle; further reads wait for the next cycle."""
 
 KEPT_BYTES = 1 << 18
@@ -77,7 +80,7 @@ class Functions:
         try:
             link.setblocking(False)
             outcome = link.connect_ex((address, int(port)))
-            for _ in range(round(CONNECT_S / STEP_S)):
+            for _ in range(round(SOCKET_CONNECT_S / CYCLE_S)):
                 if outcome not in (errno.EINPROGRESS, errno.EALREADY):
                     break
                 yield
@@ -129,7 +132,7 @@ class Functions:
         """Send "GET <name>" and a line feed; return the number in the answer "<name> <number>", 0 without an answer."""
         name = self._c.operations.text(name)
         self._send(f"GET {name}\n".encode(), socket_name)
-        data = yield from self._wait(socket_name, ANSWER_S, lambda buffer: buffer.find(b"\n") + 1)
+        data = yield from self._wait(socket_name, SOCKET_ANSWER_S, lambda buffer: buffer.find(b"\n") + 1)
         words = [] if data is None else data.decode("utf-8", "replace").split()
         if len(words) != 2 or words[0] != name:
             return 0
@@ -185,7 +188,7 @@ class Functions:
                 socket_name, timeout, lambda buffer: (buffer.find(end) + len(end)) if end in buffer else 0
             )
             if end
-            else self._wait(socket_name, timeout, lambda buffer: min(len(buffer), LENGTH))
+            else self._wait(socket_name, timeout, lambda buffer: min(len(buffer), MOST_ELEMENTS))
         )
         text = self._text(data)
         return text.removesuffix(suffix).removeprefix(prefix)
@@ -201,8 +204,8 @@ class Functions:
             self._c.post_message(TextMessage(f"socket_open: port {port} is not allowed; {rule}; {remedy}"))
 
     def _count(self, number: Any) -> int:
-        if not 0 < int(number) <= LENGTH:
-            raise ScriptError(f"type_error: {int(number)} numbers cannot be read, but 1 to {LENGTH}")
+        if not 0 < int(number) <= MOST_ELEMENTS:
+            raise ScriptError(f"type_error: {int(number)} numbers cannot be read, but 1 to {MOST_ELEMENTS}")
         self._c.work.spend(4 * int(number))
         return int(number)
 
@@ -220,9 +223,9 @@ class Functions:
             return False
 
     def _wait(self, name: str, timeout: float, enough: Any) -> Waiting:
-        cycles = round(timeout / STEP_S) if timeout > 0 else None
+        cycles = round(timeout / CYCLE_S) if timeout > 0 else None
         waited = 0
-        while self._c.reads >= READS:
+        while self._c.reads >= READS_PER_CYCLE:
             yield
         self._c.reads += 1
         while True:

@@ -10,7 +10,7 @@ from lsds_mocks.wire.ur.motion.profile import Profile, profile, timed_profile
 from lsds_mocks.wire.ur.motion.state import ArmMotion, Joints, Step, Unreachable
 from lsds_mocks.wire.ur.pose_math import difference, moved, norm
 
-SETTLE_S = 0.03
+JOINTS_SETTLE_S = 0.03
 """Delay between a move's end at rest and its completion (s): the real controller waits until the joints settle."""
 
 LEVER_M = 0.3
@@ -74,7 +74,7 @@ class PathMove:
         self._yielded = [0.0] * len(arm.q)
         self._end: Joints | None = None
         self._blend = blend_m
-        self._settled_s = way.duration_s + (0.0 if blend_m > 0 else SETTLE_S)
+        self._settled_s = way.duration_s + (0.0 if blend_m > 0 else JOINTS_SETTLE_S)
 
     def at(self, share: float) -> Joints:
         """Return the joints at a fraction (0..1) of the path."""
@@ -143,7 +143,7 @@ class PathMove:
         peak = worst * self.way.acceleration * self.way.ramp_s / self.way.length
         if peak > 1:
             self.way = self.way.stretched(self.way.duration_s * peak)
-            self._settled_s = self.way.duration_s + (0.0 if self._blend > 0 else SETTLE_S)
+            self._settled_s = self.way.duration_s + (0.0 if self._blend > 0 else JOINTS_SETTLE_S)
 
 
 class JointMove(PathMove):

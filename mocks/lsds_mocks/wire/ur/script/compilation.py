@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds, seconds
 from lsds.support.processes import module_command
-from lsds_mocks.wire.ur.script.compiler import LONGEST, Compiled
+from lsds_mocks.wire.ur.script.compiler import LONGEST_PROGRAM, Compiled
 from lsds_mocks.wire.ur.script.errors import ScriptError
 
 if TYPE_CHECKING:
     from lsds.clock import Clock
 
-LIMIT_S = 5.0
+COMPILATION_LIMIT_S = 5.0
 LARGEST_BYTES = 64 << 20
 
 
@@ -42,8 +42,8 @@ class Compilation:
 
     def compile(self, text: str) -> Compiled:
         """Return the compiled script. Raises ScriptError if the script cannot be compiled, or not in time."""
-        if len(text) >= LONGEST:
-            raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
+        if len(text) >= LONGEST_PROGRAM:
+            raise ScriptError(f"syntax_error: a program has at most {LONGEST_PROGRAM} characters", 1, 1)
         request = marshal.dumps((text, self._waiting))
         for attempt in (1, 2):
             if self._process is None or self._process.poll() is not None:
@@ -59,7 +59,7 @@ class Compilation:
                     raise ScriptError("syntax_error: the program is too large to be compiled", 1, 1) from None
             except TimeoutError:
                 self.close()
-                raise ScriptError(f"syntax_error: not compiled within {LIMIT_S:g} s", 1, 1) from None
+                raise ScriptError(f"syntax_error: not compiled within {COMPILATION_LIMIT_S:g} s", 1, 1) from None
         if len(found) == 3:
             raise ScriptError(*found)
         name, secondary, codes, places = found
@@ -83,7 +83,7 @@ class Compilation:
         assert process is not None
         assert process.stdin is not None
         assert process.stdout is not None
-        ends_ns = self._clock.now() + nanoseconds(LIMIT_S)
+        ends_ns = self._clock.now() + nanoseconds(COMPILATION_LIMIT_S)
         try:
             process.stdin.write(request)
             process.stdin.flush()

@@ -20,8 +20,10 @@ from lsds_mocks.wire.ur.script.prices import price
 MAIN = ""
 """Name of the function that contains the program's top-level statements."""
 
-LONGEST, MOST_FUNCTIONS = 500_000, 4096
-"""Maximum numbers of characters and of functions in a program."""
+LONGEST_PROGRAM = 500_000
+"""Maximum number of characters in a program; chosen."""
+MOST_FUNCTIONS = 4096
+"""Maximum number of functions in a program; chosen."""
 
 CHUNK = 400
 """Maximum number of work units that consecutive statements pay at once."""
@@ -82,8 +84,8 @@ def compile_script(text: str, waiting: Mapping[str, bool]) -> Compiled:
 
     A single `def` or `sec` is the program; other statements form a program without a name. Raises ScriptError.
     """
-    if len(text) >= LONGEST:
-        raise ScriptError(f"syntax_error: a program has at most {LONGEST} characters", 1, 1)
+    if len(text) >= LONGEST_PROGRAM:
+        raise ScriptError(f"syntax_error: a program has at most {LONGEST_PROGRAM} characters", 1, 1)
     statements = parse(text)
     main = statements[0] if len(statements) == 1 else None
     if isinstance(main, nodes.Function) and main.kind in ("def", "sec"):

@@ -14,17 +14,27 @@ from lsds_mocks.wire.ur.script.errors import ScriptError
 from lsds_mocks.wire.ur.script.values import Pose, Struct, UrList
 from lsds_mocks.wire.ur.script.work import Work
 
-LENGTH = 65_536
+MOST_ELEMENTS = 65_536
 """Maximum number of elements of a list, and of characters of a text."""
 
 DEEPEST = 16
 """Lists in lists."""
 
-_LOWEST, _HIGHEST = -(2**31), 2**31 - 1
+_LOWEST = -(2**31)
+"""Smallest integer of URScript, of 32 bits."""
+_HIGHEST = 2**31 - 1
+"""Largest integer of URScript, of 32 bits."""
 _NUMBERS = frozenset((int, float, bool))
-_LIST, _ELEMENT, _COPIED, _SHOWN, _CHARACTERS = 30, 8, 2, 20, 16
-"""Prices in units of work: a list; an element that is calculated, copied, or converted to text. The last value is the
-number of characters of text per unit."""
+_LIST = 30
+"""Price of a list, units of work; chosen."""
+_ELEMENT = 8
+"""Price of an element that is calculated, units of work; chosen."""
+_COPIED = 2
+"""Price of an element that is copied, units of work; chosen."""
+_SHOWN_PRICE = 20
+"""Price of an element that is converted to text, units of work; chosen."""
+_CHARACTERS = 16
+"""Number of characters of text per unit of work; chosen."""
 
 
 def wrapped(number: int) -> int:
@@ -187,8 +197,8 @@ class Operations:
         return self.copied(type(value)(value[first : max(first, int(arguments[1]))]))
 
     def _require_room(self, value: UrList, name: str) -> None:
-        if len(value) >= LENGTH:
-            raise ScriptError(f"{name}: a list has at most {LENGTH} elements")
+        if len(value) >= MOST_ELEMENTS:
+            raise ScriptError(f"{name}: a list has at most {MOST_ELEMENTS} elements")
 
     # -- copies, limits, texts ----------------------------------------------------------------------------
 
@@ -207,12 +217,12 @@ class Operations:
         if type(value) is int:
             return wrapped(value)
         if type(value) is str:
-            if len(value) > LENGTH:
-                raise ScriptError(f"value_error: a text has at most {LENGTH} characters")
+            if len(value) > MOST_ELEMENTS:
+                raise ScriptError(f"value_error: a text has at most {MOST_ELEMENTS} characters")
             self._spend(1 + len(value) // _CHARACTERS)
         elif isinstance(value, list):
-            if len(value) > LENGTH:
-                raise ScriptError(f"value_error: a list has at most {LENGTH} elements")
+            if len(value) > MOST_ELEMENTS:
+                raise ScriptError(f"value_error: a list has at most {MOST_ELEMENTS} elements")
             self._spend(_COPIED * len(value))
         elif isinstance(value, complex):
             raise ScriptError("value_error: the result is no real number")
@@ -225,11 +235,11 @@ class Operations:
         if isinstance(value, float):
             return f"{value:.6g}" if not math.isfinite(value) or value % 1 or abs(value) >= 1e15 else f"{value:.0f}"
         if isinstance(value, UrList):
-            self._descend(value, _SHOWN, depth)
+            self._descend(value, _SHOWN_PRICE, depth)
             inside = ", ".join([self.text(item, depth + 1) for item in value])
             return str(self.checked(f"{'p' if isinstance(value, Pose) else ''}[{inside}]"))
         if isinstance(value, Struct):
-            self._descend(value, _SHOWN, depth)
+            self._descend(value, _SHOWN_PRICE, depth)
             inside = ", ".join([f"{key}={self.text(item, depth + 1)}" for key, item in value.items()])
             return str(self.checked(f"struct({inside})"))
         return str(value)

@@ -23,6 +23,7 @@ _LEVELS: tuple[tuple[str, ...], ...] = (
 )
 _WORDS = ("break", "continue", "halt", "pause", "enter_critical", "exit_critical")
 POSE_SIZE = 6
+"""Number of elements of a pose."""
 MOST_NESTED = 64
 """Maximum nesting depth of brackets, blocks and signs, which keeps the recursive parser and Python's compiler within
 their limits."""

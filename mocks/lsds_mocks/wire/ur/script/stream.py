@@ -5,17 +5,18 @@ from __future__ import annotations
 import re
 
 from lsds_mocks.wire.http_request import is_http_request
-from lsds_mocks.wire.ur.script.compiler import LONGEST
+from lsds_mocks.wire.ur.script.compiler import LONGEST_PROGRAM
 
 _CLEAN = re.compile(r'"[^"\n]*"|#.*')
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _OPENS = frozenset(("def", "sec", "thread", "if", "while"))
 _BLOCKS = (*_OPENS, "end")
-LONG, LONGEST_LINE = 2000, 100_000
-"""Line lengths (characters): above `LONG` only words that open or close a block are examined; above `LONGEST_LINE` the
-program is returned without further examination."""
+LONG = 2000
+"""Length of a line above which only words that open or close a block are examined, characters; chosen."""
+LONGEST_SCRIPT_LINE = 100_000
+"""Length of a line above which the program is returned without further examination, characters; chosen."""
 
-LIMIT = LONGEST
+LIMIT = LONGEST_PROGRAM
 """Length (characters) above which an unfinished program is returned, to be refused."""
 
 
@@ -62,10 +63,10 @@ class ScriptStream:
         return program
 
     def _is_too_long(self, line: str) -> bool:
-        return len(line) > LONGEST_LINE and any(word in line for word in _BLOCKS)
+        return len(line) > LONGEST_SCRIPT_LINE and any(word in line for word in _BLOCKS)
 
     def _words(self, line: str) -> list[str]:
         """Return a line's words without strings and comments; of a long line, only the necessary ones."""
         if len(line) > LONG and not any(word in line for word in _BLOCKS):
             return _WORD.findall(line, 0, LONG)
-        return _WORD.findall(_CLEAN.sub(" ", line[:LONGEST_LINE]))
+        return _WORD.findall(_CLEAN.sub(" ", line[:LONGEST_SCRIPT_LINE]))

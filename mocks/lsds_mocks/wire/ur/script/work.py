@@ -15,8 +15,10 @@ CYCLE = 15_000
 BURST = 400_000
 """Maximum number of saved units, which a program may spend in one cycle, for example on a long initial calculation."""
 
-THREAD, FRAME = 40, 4
-"""Price of resuming a thread, and of each function in which it waits."""
+THREAD = 40
+"""Price of resuming a thread, units of work; chosen."""
+FRAME = 4
+"""Price of each function in which a resumed thread waits, units of work; chosen."""
 
 
 class Work:
