@@ -44,12 +44,14 @@ class Outline:
         does not lie over the pad."""
         p, along = seen.position_m, seen.rotation[:, 1]
         place = Placement(float(p[0]), float(p[1]), math.atan2(-along[0], along[1]))
-        if self.shape == "sphere":
-            over = abs(p[0]) < self.half_m + pad_m[0] / 2 and abs(p[1]) < self.half_m + pad_m[1] / 2
-            return Touch(self.half_m - float(p[2]), None, 0.0, place) if over else None
-        lies, reach = self._reach(float(p[1]), float(along[1]), pad_m[1] / 2)
+        ends = (self.half_m, self.half_m) if self.shape == "sphere" else (self.above_m, self.below_m)
+        cosine = 1.0 if self.shape == "sphere" else float(along[1])
+        lies, reach = _reach(float(p[1]), cosine, ends, pad_m[1] / 2)
         if not lies:
             return None
+        if self.shape == "sphere":
+            over = abs(p[0]) < self.half_m + pad_m[0] / 2
+            return Touch(self.half_m - float(p[2]), reach, 0.0, place) if over else None
         if self.shape == "cylinder":
             return Touch(self.half_m - _height_over_centre(p, along), reach, abs(math.asin(_unit(along[2]))), place)
         outward = seen.rotation[:, 2]
@@ -62,15 +64,19 @@ class Outline:
         height = float(outward @ face) / min(float(outward[2]), -1e-6)
         return Touch(-height, reach, tilt, place)
 
-    def _reach(self, y_m: float, cosine: float, half_m: float) -> tuple[bool, tuple[float, float] | None]:
-        """Return whether the object lies over the pad along y, and the range that it covers; None for all of it."""
-        if abs(cosine) < _UPRIGHT:
-            return abs(y_m) < half_m + max(self.above_m, self.below_m), None
-        low, high = (y_m - self.above_m, y_m + self.below_m) if cosine > 0 else (y_m - self.below_m, y_m + self.above_m)
-        if low <= -half_m and high >= half_m:
-            return True, None
-        low, high = max(low, -half_m), min(high, half_m)
-        return low < high, (low, high)
+
+def _reach(
+    y_m: float, cosine: float, ends_m: tuple[float, float], half_m: float
+) -> tuple[bool, tuple[float, float] | None]:
+    """Return whether the object lies over the pad along y, and the range that it covers; None for all of it."""
+    above, below = ends_m
+    if abs(cosine) < _UPRIGHT:
+        return abs(y_m) < half_m + max(ends_m), None
+    low, high = (y_m - above, y_m + below) if cosine > 0 else (y_m - below, y_m + above)
+    if low <= -half_m and high >= half_m:
+        return True, None
+    low, high = max(low, -half_m), min(high, half_m)
+    return low < high, (low, high)
 
 
 def _height_over_centre(point: NDArray[np.float64], along: NDArray[np.float64]) -> float:

@@ -4,8 +4,9 @@ Frames. The pad's frame has its origin at the centre of the undeformed gel surfa
 image, z out of the gel towards the object. The object's frame has its origin at half its thickness and at its grip
 height, y along its length towards its foot, and z through its faces, if it has faces.
 
-The wrench acts at the end of a step, for use in the scene's next one. It is computed for the object's motion continued
-by `LEAD_S`: for a gel of stiffness k that adds k times `LEAD_S` of damping, which friction limits like the rest.
+The wrench is for the scene's next step. It is computed for the object's motion continued by one step: for a gel of
+stiffness k that adds a damping of k times the step, as backward Euler does, and friction limits it like the rest. With
+an object of mass m the scene is stable if the square of the step is below 4/3 m / k, with k of all pads together.
 """
 
 from __future__ import annotations
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
     from lsds_mocks.fingertip.contact import Touch
 
-LEAD_S = 2e-3
-"""Time by which motion is continued, s: the damping of the simulated cell's backward Euler at its step of 2 ms."""
 TILT_VALID_RAD = math.radians(10)
 """Tilt of the object against the pad up to which results are valid, rad. Not measured: the gel has no tilt."""
 
@@ -104,10 +103,32 @@ class SimulatedFingertip:
         )
         self._images = 0
         self._time_s = 0.0
+        self._points: NDArray[np.float64] | None = None
+        self._radius_m = 0.0
         self.release()
         self._deepest_m = 0.0
         self._slip_distance_m = 0.0
         self._tilt_rad = 0.0
+
+    def stable_step_s(self) -> float:
+        """Return a time step (s) at which the object is stable between two such fingertips.
+
+        Call it before the first step: it measures the gel's stiffness.
+        """
+        of = self.options
+        # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
+        off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
+        mass_kg = of.mass_kg / (1 + 12 * off_centre**2)
+        gel, deep = self.gel, _TYPICAL_M
+        shallow = gel.press(0.9 * deep)
+        normal_n_m = (gel.press(deep) - shallow) / (0.1 * deep)
+        gel.set_friction(np.full(gel.points_m.shape[1], self.options.static_friction))
+        shear_n_m = abs(gel.trial(0.0, _TYPICAL_SHEAR_M).force_y_n) / _TYPICAL_SHEAR_M
+        gel.press(0.0)
+        gel.trial(0.0, 0.0)
+        gel.commit()
+        self._pressed = None
+        return _MARGIN * math.sqrt(4 / 3 * mass_kg / (2 * max(normal_n_m, _ROLLING * shear_n_m)))
 
     def step(self, pad: Pose, target: Pose, dt_s: float, *, normal_n: float | None = None) -> NDArray[np.float64]:
         """Advance to new poses of pad and object in the world; return the wrench on the object (6,): force, torque.
@@ -129,7 +150,7 @@ class SimulatedFingertip:
         if normal_n is None and touch.indentation_m >= self._thickness_m:
             raise DataError(
                 f"fingertip: object is {touch.indentation_m * 1e3:.1f} mm deep in a gel of "
-                f"{self._thickness_m * 1e3:.1f} mm; the pad's z must point to the object, or the grip is too strong"
+                f"{self._thickness_m * 1e3:.1f} mm; check that the pad's z points to the object, the grip and the step"
             )
         self._tilt_rad = touch.tilt_rad
         self._follow(seen, touch, dt_s, normal_n)
@@ -163,16 +184,16 @@ class SimulatedFingertip:
 
     def _follow(self, seen: Pose, touch: Touch, dt_s: float, normal_n: float | None) -> None:
         """Press and move the gel."""
-        gel, lead = self.gel, LEAD_S / dt_s
+        gel = self.gel
         moved = NO_MOTION
         depth = touch.indentation_m
         if self._seen is None:
             self._begin(touch.place)
         else:
             moved = motion_between(self._seen, seen)
-            depth += lead * (touch.indentation_m - self._indentation_m)
+            depth += touch.indentation_m - self._indentation_m
         speed = Motion(*(part / dt_s for part in moved))
-        ahead = [part + LEAD_S * (new - old) for part, new, old in zip(moved, speed, self._speed, strict=True)]
+        ahead = [part + dt_s * (new - old) for part, new, old in zip(moved, speed, self._speed, strict=True)]
         self._seen, self._speed = seen, speed
         self._indentation_m = touch.indentation_m
         if normal_n is None:
@@ -180,7 +201,8 @@ class SimulatedFingertip:
         else:
             depth = self._indentation_m = self._depth_for(normal_n, touch.reach_m)
         self._deepest_m = max(self._deepest_m, self._indentation_m)
-        pressed = (depth, touch.reach_m) != self._pressed
+        last = self._pressed
+        pressed = last is None or abs(depth - last[0]) > _SAME_DEPTH_M or touch.reach_m != last[1]
         if pressed:
             gel.press(depth, touch.reach_m)
             self._pressed = (depth, touch.reach_m)
@@ -214,9 +236,11 @@ class SimulatedFingertip:
 
     def _sliding_speed(self, points: NDArray[np.float64]) -> float:
         """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
-        x, y = points
-        radius = math.sqrt(float(x.var() + y.var())) if x.size and self._speed.dtheta_rad else 0.0
-        return math.hypot(self._speed.dx_m, self._speed.dy_m, self._speed.dtheta_rad * radius)
+        if points is not self._points:
+            self._points = points
+            x, y = points
+            self._radius_m = math.sqrt(float(x.var() + y.var())) if x.size else 0.0
+        return math.hypot(self._speed.dx_m, self._speed.dy_m, self._speed.dtheta_rad * self._radius_m)
 
     def _wrench(self, pad: Pose) -> NDArray[np.float64]:
         """Return the wrench on the object about the pad's origin, in the world's axes."""
@@ -272,3 +296,13 @@ _DEEPEST = 0.5
 """Greatest indentation as part of the gel's thickness that a normal force may lead to, far beyond the valid range."""
 _HALVINGS = 14
 """Halvings of that range when the indentation for a force is sought: 0.1 um for the default gel."""
+_SAME_DEPTH_M = 1e-9
+"""Change of the indentation that does not press the gel anew, m: 10 uN on a gel of 10 N/mm."""
+_TYPICAL_M = 0.3e-3
+"""Indentation at which the stiffness is measured, m; the stiffness of a round object grows with it."""
+_TYPICAL_SHEAR_M = 5e-6
+"""Shear at which the stiffness is measured, m: nearly everything sticks."""
+_ROLLING = 3.0
+"""Stiffness per inertia of a cylinder that rolls on two pads and of one that moves along, as a ratio to the latter."""
+_MARGIN = 0.7
+"""Part of the greatest stable step that is used, because stiffness grows with the load."""

@@ -171,7 +171,7 @@ def test_motion_is_that_of_the_material_at_the_pad():
         (lambda: Pose.of((0, 0, 0), np.diag([1, 1, -1])), "not a rotation"),
         (lambda: Pose.of((0, 0, 0), 2 * np.eye(3)), "not a rotation"),
         (lambda: fingertip().step(PAD, at(0.0), 0.0), "time step is 0.0 s"),
-        (lambda: fingertip().step(PAD, Pose.of((0, 0, -12e-3)), DT_S), "z must point to the object"),
+        (lambda: fingertip().step(PAD, Pose.of((0, 0, -12e-3)), DT_S), "check that the pad.s z points to the object"),
     ],
 )
 def test_bad_input_is_one_error_with_its_remedy(make, message):
