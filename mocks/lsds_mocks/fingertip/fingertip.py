@@ -6,7 +6,8 @@ height, y along its length towards its foot, and z through its faces, if it has 
 
 The wrench is for the scene's next step. It is computed for the object's motion continued by one step: for a gel of
 stiffness k that adds a damping of k times the step, as backward Euler does, and friction limits it like the rest. With
-an object of mass m the scene is stable if the square of the step is below 4/3 m / k, with k of all pads together.
+an object of mass m the scene is stable if the square of the step is below 4/3 m / k, with k of all pads together and
+m reduced by the pads' own mass.
 """
 
 from __future__ import annotations
@@ -110,15 +111,16 @@ class SimulatedFingertip:
         self._slip_distance_m = 0.0
         self._tilt_rad = 0.0
 
-    def stable_step_s(self) -> float:
-        """Return a time step (s) at which the object is stable between two such fingertips.
+    def stable_step_s(self, pad_kg: float) -> float:
+        """Return a time step (s) at which the object is stable between two such fingertips of mass `pad_kg` each.
 
         Call it before the first step: it measures the gel's stiffness.
         """
         of = self.options
         # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
         off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
-        mass_kg = of.mass_kg / (1 + 12 * off_centre**2)
+        own_kg = of.mass_kg / (1 + 12 * off_centre**2)
+        mass_kg = 1 / (1 / own_kg + 1 / (2 * pad_kg))
         gel, deep = self.gel, _TYPICAL_M
         shallow = gel.press(0.9 * deep)
         normal_n_m = (gel.press(deep) - shallow) / (0.1 * deep)
@@ -260,6 +262,11 @@ class SimulatedFingertip:
     def markers(self) -> NDArray[np.float64]:
         """Return the exact marker centres (n, 2) in pixels of the image."""
         return self._renderer.markers(self.gel, self.gel.state())
+
+    @property
+    def rest_markers(self) -> NDArray[np.float64]:
+        """Marker centres (n, 2) of the undeformed gel, in pixels."""
+        return self._renderer.rest_px
 
     def image(self) -> NDArray[np.uint8]:
         """Return a new camera image (240, 320, 3) uint8 RGB of the present state."""

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 Grip = Literal["force", "aperture"]
 STEPS_S = (2e-3, 1e-3, 0.5e-3, 0.25e-3)
 """Time steps of which a scene uses the longest that is stable for its object, s."""
+PAD_KG = 0.5
+"""Mass of a finger with its share of the drive, kg. An order of magnitude."""
 CLEARANCE_M = 1e-3
 """Distance of the open pads from the object, m."""
 
@@ -41,8 +43,8 @@ def pipe_mjcf(options: CellOptions, *, step_s: float = STEPS_S[1], mode: Mode = 
     pads = "".join(
         f"""
       <body name="{name}" gravcomp="1" pos="{-sign * start} 0 {grip_m}">
-        <joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="60"/>
-        <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="0.1"/>
+        <joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="100"/>
+        <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}"/>
         <site name="{name}_pad" xyaxes="0 {-sign} 0 0 0 -1"/>
       </body>"""
         for name, sign in (("left", 1), ("right", -1))
@@ -94,7 +96,7 @@ def pipe_scene(
     sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))
     tips = {name: SimulatedFingertip(options, side=side, seed=seed) for name, side in sides}
     if step_s is None:
-        most = tips["left"].stable_step_s()
+        most = tips["left"].stable_step_s(PAD_KG)
         step_s = next((step for step in STEPS_S if step <= most), STEPS_S[-1])
     model = mujoco.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, mode=mode, grip=grip))
     data = mujoco.MjData(model)
