@@ -105,6 +105,8 @@ class SimulatedFingertip:
         self._images = 0
         self._time_s = 0.0
         self._points: NDArray[np.float64] | None = None
+        self._seen: Pose | None = None
+        self._pressed: tuple[float, tuple[float, float] | None] | None = None
         self._radius_m = 0.0
         self.release()
         self._deepest_m = 0.0
@@ -160,15 +162,15 @@ class SimulatedFingertip:
 
     def release(self) -> None:
         """Take the object off the gel."""
-        if getattr(self, "_seen", None) is not None:
+        if self._seen is not None:
             self.gel.press(0.0)
             self.gel.trial(0.0, 0.0)
             self.gel.commit()
-        self._seen: Pose | None = None
+        self._seen = None
         self._place = ORIGIN
         self._speed = NO_MOTION
         self._indentation_m = 0.0
-        self._pressed: tuple[float, tuple[float, float] | None] | None = None
+        self._pressed = None
         self._reaction: Reaction = NO_REACTION
         self._centre_m = (0.0, 0.0)
         self._slips = False
@@ -304,7 +306,7 @@ _DEEPEST = 0.5
 _HALVINGS = 14
 """Halvings of that range when the indentation for a force is sought: 0.1 um for the default gel."""
 _SAME_DEPTH_M = 1e-9
-"""Change of the indentation that does not press the gel anew, m: 10 uN on a gel of 10 N/mm."""
+"""Change of the indentation that does not press the gel again, m: 10 uN on a gel of 10 N/mm."""
 _TYPICAL_M = 0.3e-3
 """Indentation at which the stiffness is measured, m; the stiffness of a round object grows with it."""
 _TYPICAL_SHEAR_M = 5e-6

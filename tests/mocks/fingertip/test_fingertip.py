@@ -7,6 +7,7 @@ import pytest
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.pose import Motion, Pose, motion_between
+from lsds_mocks.objects.catalogue import CATALOGUE
 
 from lsds.errors import DataError
 
@@ -65,6 +66,16 @@ def test_tangential_force_rises_with_travel_up_to_friction_times_normal(fidelity
     coefficient = 0.45 + 0.1 * math.exp(-(0.25**2))
     assert truth.tangential_force_n == pytest.approx(coefficient * truth.normal_force_n, rel=0.02)
     assert truth.slip_velocity_m_s == pytest.approx((0.0, 2e-3 / 399 / DT_S), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_both_forces_rise_with_the_load_for_every_object(name):
+    tip = fingertip(object=name)
+    half_m = CATALOGUE[name].diameter_mm * 0.5e-3
+    normal = [settled(tip, at(depth, half_m=half_m))[2] for depth in np.linspace(0.1e-3, 0.5e-3, 9)]
+    assert (np.diff(normal) > 0).all()
+    shear = [-tip.step(PAD, at(0.5e-3, 0.0, y, half_m=half_m), DT_S)[1] for y in np.linspace(0.0, 0.1e-3, 30)]
+    assert (np.diff(shear) > 0).all()
 
 
 def test_the_object_is_pulled_back_and_the_wrench_turns_with_the_pad():
