@@ -28,6 +28,8 @@ EXTRAS = {
     "foxglove_schemas_protobuf": "record",
     "plotly": "report",
     "mcap_ros2": "ros2",
+    "gymnasium": "gymnasium",
+    "mujoco": "mujoco",
 }
 """Import name -> extra of lsds that installs it."""
 

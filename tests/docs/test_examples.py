@@ -51,5 +51,17 @@ def test_an_own_detector_on_a_recording(tmp_path):
     assert run("own_detector.py", tmp_path, "clip.avi").startswith("5 frames: own rule")
 
 
+def test_fingertips_in_mujoco(tmp_path):
+    pytest.importorskip("mujoco")
+    assert len((ROOT / "examples" / "mujoco_pipe.py").read_text().splitlines()) <= 15
+    pressed, lifted, weaker, lost, image = run("mujoco_pipe.py", tmp_path).splitlines()
+    # Half the weight of 0.3 kg is 1.47 N.
+    assert lifted == "6.0 N hold 1.47 N, slip 0.0000 m"
+    assert weaker == "4.0 N hold 1.47 N, slip 0.0000 m"
+    assert pressed.endswith("slip 0.0000 m")
+    assert float(lost.split()[-2]) > 0.01
+    assert image == "the last image: (240, 320, 3)"
+
+
 def test_no_example_is_left_out():
-    assert {path.name for path in EXAMPLES} == {"job.py", "reflex.py", "own_detector.py"}
+    assert {path.name for path in EXAMPLES} == {"job.py", "reflex.py", "own_detector.py", "mujoco_pipe.py"}

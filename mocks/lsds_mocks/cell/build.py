@@ -79,9 +79,9 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
     return FieldGel(shape, material, fine=options.grid, kernel=options.fidelity, tolerance=settled)
 
 
-def build_plant(options: CellOptions, seed: list[int]) -> Plant:
-    """Return the plant; `seed` draws the object's surface and the arm's vibration."""
-    material = GelMaterial(
+def build_material(options: CellOptions) -> GelMaterial:
+    """Return the gel's size and elasticity."""
+    return GelMaterial(
         modulus_pa=options.modulus_mpa * 1e6,
         poisson=options.poisson,
         thickness_m=options.pad_thickness_mm * 1e-3,
@@ -89,19 +89,31 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
         height_m=options.pad_height_mm * 1e-3,
         correction=options.pad_correction or None,
     )
-    gel = build_gel(options, build_surface(options, material), material)
-    gel.grain = build_grain(options)
+
+
+def build_friction(
+    options: CellOptions, texture_rng: np.random.Generator, chatter_rng: np.random.Generator
+) -> SurfaceFriction:
+    """Return the friction of the object's surface, drawn from two streams."""
     length = options.length_mm * 1e-3
-    texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
-    texture = Texture(length, options.texture_amplitude, texture_rng)
-    friction = SurfaceFriction(
-        texture,
+    return SurfaceFriction(
+        Texture(length, options.texture_amplitude, texture_rng),
         static=options.static_friction * options.friction_scale,
         kinetic=options.kinetic_friction * options.friction_scale,
         stribeck_m_s=options.stribeck_speed_mm_s * 1e-3,
         chatter=Chatter(length, chatter_rng),
         chatter_amplitude=options.chatter_amplitude,
     )
+
+
+def build_plant(options: CellOptions, seed: list[int]) -> Plant:
+    """Return the plant; `seed` draws the object's surface and the arm's vibration."""
+    material = build_material(options)
+    gel = build_gel(options, build_surface(options, material), material)
+    gel.grain = build_grain(options)
+    length = options.length_mm * 1e-3
+    texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
+    friction = build_friction(options, texture_rng, chatter_rng)
     parameters = PlantParameters(
         diameter_m=options.diameter_mm * 1e-3,
         width_m=(options.width_mm if options.shape == "box" else options.diameter_mm) * 1e-3,

@@ -14,15 +14,18 @@ from __future__ import annotations
 
 import math
 
-from lsds_plugins.controllers.pd import NOMINAL_DT_S, TICK_M, PdOptions
+from lsds_plugins.controllers.pd import NOMINAL_DT_S, PAPER_TICK_M, PdOptions
 
 from lsds.support.extras import require
 
-MASS_KG, KINETIC = 0.3, 0.45
-"""Mass and kinetic friction of the pipe (`cell.simulated.mass_kg`, `kinetic_friction`)."""
+PIPE_KG = 0.3
+"""Mass of the pipe (`cell.simulated.mass_kg`)."""
+PIPE_KINETIC = 0.45
+"""Kinetic friction of the pipe (`cell.simulated.kinetic_friction`)."""
 STIFFNESS_N_M = 4000.0
 """Stiffness of a finger with its gel, N/m: 5 N/mm of the holder in series with some 20 N/mm of the pressed gel."""
-FRAME_S = 0.04
+LOOP_FRAME_S = 0.04
+"""Frame interval of the simulated fingertip, s."""
 CM = 100.0
 """Centimetres in a metre: the gains are in ticks per cm/s."""
 
@@ -36,7 +39,7 @@ def delay_margin_s(gain: float = 1.0) -> float:
     import control
 
     law = PdOptions()
-    kp, kd = (gain * CM * TICK_M * own for own in (law.kp, law.kd * NOMINAL_DT_S))
-    loop = control.tf([kd, kp], [1.0, 0.0, 0.0]) * (KINETIC * STIFFNESS_N_M / (MASS_KG * FRAME_S))
+    kp, kd = (gain * CM * PAPER_TICK_M * own for own in (law.kp, law.kd * NOMINAL_DT_S))
+    loop = control.tf([kd, kp], [1.0, 0.0, 0.0]) * (PIPE_KINETIC * STIFFNESS_N_M / (PIPE_KG * LOOP_FRAME_S))
     _, phase_deg, _, crossover_rad_s = control.margin(loop)
     return float(math.radians(phase_deg) / crossover_rad_s)

@@ -1,0 +1,1 @@
+"""A simulated fingertip for a scene of any simulator."""

@@ -1,0 +1,317 @@
+"""A fingertip in a scene that another program simulates: poses in; wrench, image, markers and truth out.
+
+Frames. The pad's frame has its origin at the centre of the undeformed gel surface, x right and y down in the sensor's
+image, z out of the gel towards the object. The object's frame has its origin at half its thickness and at its grip
+height, y along its length towards its foot, and z through its faces, if it has faces.
+
+The wrench is for the scene's next step. It is computed for the object's motion continued by one step: for a gel of
+stiffness k that adds a damping of k times the step, as backward Euler does, and friction limits it like the rest. With
+an object of mass m the scene is stable if the square of the step is below 4/3 m / k, with k of all pads together and
+m reduced by the pads' own mass.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from lsds.errors import DataError
+from lsds_mocks.cell.build import build_friction, build_gel, build_grain, build_material, build_surface
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.devices.gelsight_options import GelSightOptions
+from lsds_mocks.devices.look import look_of
+from lsds_mocks.fingertip.contact import Outline
+from lsds_mocks.fingertip.pose import NO_MOTION, Motion, Pose, motion_between
+from lsds_mocks.gel.auto.report import invalid_reasons
+from lsds_mocks.gel.placement import ORIGIN, Placement
+from lsds_mocks.gel.protocol import NO_REACTION, Reaction
+from lsds_mocks.optics.renderer import Renderer
+from lsds_mocks.plant.plant import STILL_STICKS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lsds_mocks.fingertip.contact import Touch
+
+TILT_VALID_RAD = math.radians(10)
+"""Tilt of the object against the pad up to which results are valid, rad. Not measured: the gel has no tilt."""
+
+Side = Literal["front", "back"]
+
+
+@dataclass(frozen=True, slots=True)
+class FingertipTruth:
+    """True state of a fingertip at the end of its last step, in the pad's frame and SI units.
+
+    `force_n` (x, y) is the object's tangential load on the gel, `torque_nm` that about the pad's normal. Slip is motion
+    of the object in gross slip, as in `lsds.contracts.CellTruth`. `invalid` states why results are not valid.
+    """
+
+    time_s: float
+    normal_force_n: float
+    force_n: tuple[float, float]
+    torque_nm: float
+    indentation_m: float
+    tilt_rad: float
+    slip_velocity_m_s: tuple[float, float]
+    slip_angular_rad_s: float
+    slip_distance_m: float
+    stick_ratio: float
+    invalid: tuple[str, ...]
+
+    @property
+    def tangential_force_n(self) -> float:
+        """Tangential load on the gel, N."""
+        return math.hypot(*self.force_n)
+
+
+class SimulatedFingertip:
+    """One pad and the object that it touches.
+
+    `options` describe object, friction and gel as `[cell.simulated]` does; `look` describes the camera as
+    `[sensor.mock-gelsight-mini]` does. `side` is the side of the object on which the pad lies: "back" mirrors a turned
+    object. `seed` draws the friction of the surface and the appearance of the gel.
+    """
+
+    def __init__(
+        self,
+        options: CellOptions | None = None,
+        look: GelSightOptions | None = None,
+        *,
+        side: Side = "front",
+        seed: int = 0,
+    ) -> None:
+        options = options or CellOptions()
+        if side == "back":
+            options = options.model_copy(update={"turned_deg": -options.turned_deg})
+        self.options = options
+        material = build_material(options)
+        self._pad_m = (material.width_m, material.height_m)
+        self._thickness_m = material.thickness_m
+        self.gel = build_gel(options, build_surface(options, material), material)
+        self.gel.grain = build_grain(options)
+        own = [seed, zlib.crc32(side.encode())]
+        self._friction = build_friction(options, *np.random.default_rng(own).spawn(2))
+        self._renderer = Renderer(look_of(look or GelSightOptions(dim_start=False)), own)
+        grip = options.grip_height_mm * 1e-3
+        self._outline = Outline(
+            options.shape, options.diameter_mm * 0.5e-3, above_m=options.length_mm * 1e-3 - grip, below_m=grip
+        )
+        self._images = 0
+        self._time_s = 0.0
+        self._points: NDArray[np.float64] | None = None
+        self._seen: Pose | None = None
+        self._pressed: tuple[float, tuple[float, float] | None] | None = None
+        self._radius_m = 0.0
+        self.release()
+        self._deepest_m = 0.0
+        self._slip_distance_m = 0.0
+        self._tilt_rad = 0.0
+
+    def stable_step_s(self, pad_kg: float) -> float:
+        """Return a time step (s) at which the object is stable between two such fingertips of mass `pad_kg` each.
+
+        Call it before the first step: it measures the gel's stiffness.
+        """
+        of = self.options
+        # A push at the grip also turns an object that is gripped away from its middle, as if its mass were less.
+        off_centre = (of.grip_height_mm - of.length_mm / 2) / of.length_mm
+        own_kg = of.mass_kg / (1 + 12 * off_centre**2)
+        mass_kg = 1 / (1 / own_kg + 1 / (2 * pad_kg))
+        gel, deep = self.gel, _TYPICAL_M
+        shallow = gel.press(0.9 * deep)
+        normal_n_m = (gel.press(deep) - shallow) / (0.1 * deep)
+        gel.set_friction(np.full(gel.points_m.shape[1], self.options.static_friction))
+        shear_n_m = abs(gel.trial(0.0, _TYPICAL_SHEAR_M).force_y_n) / _TYPICAL_SHEAR_M
+        gel.press(0.0)
+        gel.trial(0.0, 0.0)
+        gel.commit()
+        self._pressed = None
+        return _MARGIN * math.sqrt(4 / 3 * mass_kg / (2 * max(normal_n_m, _ROLLING * shear_n_m)))
+
+    def step(self, pad: Pose, target: Pose, dt_s: float, *, normal_n: float | None = None) -> NDArray[np.float64]:
+        """Advance to new poses of pad and object in the world; return the wrench on the object (6,): force, torque.
+
+        Force (N) and torque (N m) have the world's axes; the torque is about the pad's origin. The pad carries the
+        opposite wrench. With `normal_n`, the force by which the scene presses the object against the pad, the
+        indentation follows from that force instead of from the poses.
+
+        Raises DataError for a time step that is not positive, and for an object as deep in the gel as it is thick.
+        """
+        if not (math.isfinite(dt_s) and dt_s > 0):
+            raise DataError(f"fingertip: time step is {dt_s} s; pass a positive number of seconds")
+        self._time_s += dt_s
+        seen = target.seen_from(pad)
+        touch = self._outline.touch(seen, self._pad_m)
+        if touch is None or (touch.indentation_m if normal_n is None else normal_n) <= 0:
+            self.release()
+            return np.zeros(6)
+        if normal_n is None and touch.indentation_m >= self._thickness_m:
+            raise DataError(
+                f"fingertip: object is {touch.indentation_m * 1e3:.1f} mm deep in a gel of "
+                f"{self._thickness_m * 1e3:.1f} mm; check that the pad's z points to the object, the grip and the step"
+            )
+        self._tilt_rad = touch.tilt_rad
+        self._follow(seen, touch, dt_s, normal_n)
+        return self._wrench(pad)
+
+    def release(self) -> None:
+        """Take the object off the gel."""
+        if self._seen is not None:
+            self.gel.press(0.0)
+            self.gel.trial(0.0, 0.0)
+            self.gel.commit()
+        self._seen = None
+        self._place = ORIGIN
+        self._speed = NO_MOTION
+        self._indentation_m = 0.0
+        self._pressed = None
+        self._reaction: Reaction = NO_REACTION
+        self._centre_m = (0.0, 0.0)
+        self._slips = False
+        self._tilt_rad = 0.0
+
+    def _begin(self, place: Placement) -> None:
+        """Lay the object's surface over the gel where it touches first."""
+        now = Placement(*self.gel.state().placement)
+        turn = place.angle_rad - now.angle_rad
+        turned = now.moved(0.0, 0.0, turn)
+        self.gel.press(0.0)
+        self.gel.trial(place.x_m - turned.x_m, place.y_m - turned.y_m, turn)
+        self.gel.commit()
+        self._place = place
+
+    def _follow(self, seen: Pose, touch: Touch, dt_s: float, normal_n: float | None) -> None:
+        """Press and move the gel."""
+        gel = self.gel
+        moved = NO_MOTION
+        depth = touch.indentation_m
+        if self._seen is None:
+            self._begin(touch.place)
+        else:
+            moved = motion_between(self._seen, seen)
+            depth += touch.indentation_m - self._indentation_m
+        speed = Motion(*(part / dt_s for part in moved))
+        ahead = [part + dt_s * (new - old) for part, new, old in zip(moved, speed, self._speed, strict=True)]
+        self._seen, self._speed = seen, speed
+        self._indentation_m = touch.indentation_m
+        if normal_n is None:
+            depth = min(max(depth, 0.0), self._thickness_m)
+        else:
+            depth = self._indentation_m = self._depth_for(normal_n, touch.reach_m)
+        self._deepest_m = max(self._deepest_m, self._indentation_m)
+        last = self._pressed
+        pressed = last is None or abs(depth - last[0]) > _SAME_DEPTH_M or touch.reach_m != last[1]
+        if pressed:
+            gel.press(depth, touch.reach_m)
+            self._pressed = (depth, touch.reach_m)
+        points = gel.points_m
+        travel = self._place.y_m * math.cos(self._place.angle_rad) - self._place.x_m * math.sin(self._place.angle_rad)
+        sliding_speed = self._sliding_speed(points)
+        if self._friction.changed(points, travel, sliding_speed) or pressed:
+            gel.set_friction(self._friction.at(points, travel, gel.sliding, sliding_speed))
+        self._reaction = gel.trial(*ahead)
+        gel.commit()
+        self._place = self._place.moved(*moved)
+        state = gel.state()
+        load = float(state.pressure_n.sum())
+        if load > 0:
+            x, y = (gel.points_m @ state.pressure_n) / load
+            self._centre_m = (float(x), float(y))
+        self._slips = self._reaction.normal_n > 0 and gel.stick_ratio <= STILL_STICKS
+        if self._slips:
+            self._slip_distance_m += math.hypot(moved.dx_m, moved.dy_m)
+
+    def _depth_for(self, normal_n: float, reach_m: tuple[float, float] | None) -> float:
+        """Return the indentation (m) at which the resting gel carries a normal force; at most the valid one."""
+        low, high = 0.0, self._thickness_m * _MOST_STRAIN
+        if self.gel.press(high, reach_m) <= normal_n:
+            return high
+        for _ in range(_DEPTH_HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.gel.press(middle, reach_m) < normal_n else (low, middle)
+        self._pressed = None
+        return high
+
+    def _sliding_speed(self, points: NDArray[np.float64]) -> float:
+        """Return the mean speed (m/s) of the patch against the object; rotation counts at its radius of gyration."""
+        if points is not self._points:
+            self._points = points
+            x, y = points
+            self._radius_m = math.sqrt(float(x.var() + y.var())) if x.size else 0.0
+        return math.hypot(self._speed.dx_m, self._speed.dy_m, self._speed.dtheta_rad * self._radius_m)
+
+    def _wrench(self, pad: Pose) -> NDArray[np.float64]:
+        """Return the wrench on the object about the pad's origin, in the world's axes."""
+        load, (x, y) = self._reaction, self._centre_m
+        force = np.array([-load.force_x_n, -load.force_y_n, load.normal_n])
+        # The forces act on the indented surface, the normal force at the centre of pressure.
+        depth = self._indentation_m
+        torque = np.array(
+            [
+                y * load.normal_n - depth * load.force_y_n,
+                depth * load.force_x_n - x * load.normal_n,
+                -load.torque_nm,
+            ]
+        )
+        return np.concatenate([pad.rotation @ force, pad.rotation @ torque])
+
+    def markers(self) -> NDArray[np.float64]:
+        """Return the exact marker centres (n, 2) in pixels of the image."""
+        return self._renderer.markers(self.gel, self.gel.state())
+
+    @property
+    def rest_markers(self) -> NDArray[np.float64]:
+        """Marker centres (n, 2) of the undeformed gel, in pixels."""
+        return self._renderer.rest_px
+
+    def image(self) -> NDArray[np.uint8]:
+        """Return a new camera image (240, 320, 3) uint8 RGB of the present state."""
+        place = self._place
+        state = dataclasses.replace(self.gel.state(), body=(place.x_m, place.y_m, place.angle_rad))
+        self._images += 1
+        dots = self._renderer.markers(self.gel, state)
+        return self._renderer.render(self.gel, state, dots, self._time_s, self._images - 1)
+
+    def truth(self) -> FingertipTruth:
+        """Return the true state."""
+        invalid = invalid_reasons(self._deepest_m / self._thickness_m)
+        if self._tilt_rad > TILT_VALID_RAD:
+            tilt, most = math.degrees(self._tilt_rad), math.degrees(TILT_VALID_RAD)
+            invalid.append(f"object is tilted by {tilt:.0f} degrees against the pad: not valid beyond {most:.0f}")
+        speed = self._speed if self._slips else NO_MOTION
+        load = self._reaction
+        return FingertipTruth(
+            time_s=self._time_s,
+            normal_force_n=load.normal_n,
+            force_n=(load.force_x_n, load.force_y_n),
+            torque_nm=load.torque_nm,
+            indentation_m=self._indentation_m,
+            tilt_rad=self._tilt_rad,
+            slip_velocity_m_s=(speed.dx_m, speed.dy_m),
+            slip_angular_rad_s=speed.dtheta_rad,
+            slip_distance_m=self._slip_distance_m,
+            stick_ratio=self.gel.stick_ratio,
+            invalid=tuple(invalid),
+        )
+
+
+_MOST_STRAIN = 0.5
+"""Greatest indentation as part of the gel's thickness that a normal force may lead to, far beyond the valid range."""
+_DEPTH_HALVINGS = 14
+"""Halvings of that range when the indentation for a force is sought: 0.1 um for the default gel."""
+_SAME_DEPTH_M = 1e-9
+"""Change of the indentation that does not press the gel again, m: 10 uN on a gel of 10 N/mm."""
+_TYPICAL_M = 0.3e-3
+"""Indentation at which the stiffness is measured, m; the stiffness of a round object grows with it."""
+_TYPICAL_SHEAR_M = 5e-6
+"""Shear at which the stiffness is measured, m: nearly everything sticks."""
+_ROLLING = 3.0
+"""Stiffness per inertia of a cylinder that rolls on two pads and of one that moves along, as a ratio to the latter."""
+_MARGIN = 0.7
+"""Part of the greatest stable step that is used, because stiffness grows with the load."""

@@ -1,0 +1,105 @@
+"""A MuJoCo scene for trials: two pads on a carriage, and a pipe that stands on a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from lsds.support.extras import require
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.fingertip.fingertip import SimulatedFingertip
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
+
+if TYPE_CHECKING:
+    from lsds_mocks.fingertip.fingertip import Side
+    from lsds_mocks.fingertip.mujoco_scene import Mode
+
+Grip = Literal["force", "aperture"]
+STEPS_S = (2e-3, 1e-3, 0.5e-3, 0.25e-3)
+"""Time steps of which a scene uses the longest that is stable for its object, s."""
+PAD_KG = 0.5
+"""Mass of a finger with its share of the drive, kg. An order of magnitude."""
+CLEARANCE_M = 1e-3
+"""Distance of the open pads from the object, m."""
+
+
+def pipe_mjcf(options: CellOptions, *, step_s: float = STEPS_S[1], mode: Mode = "feel", grip: Grip = "force") -> str:
+    """Return the scene of an object as MJCF; a round object stands as a cylinder, any other as a box.
+
+    Actuators: `lift` sets the height of the pads (m) above their start. `squeeze` sets the force of each finger (N);
+    with `grip` "aperture" it sets the way (m) by which each finger closes from its start, against its own stiffness.
+    """
+    finger_n_m = 1e3 / (1 / options.finger_stiffness_n_mm + 1 / options.stiffness_n_mm)
+    # The actuator acts on the mean of both fingers' ways, so it has the force and the stiffness of two.
+    squeeze = (
+        '<general name="squeeze" tendon="mean" gainprm="2"/>'
+        if grip == "force"
+        else f'<position name="squeeze" tendon="mean" kp="{2 * finger_n_m}"/>'
+    )
+    half, length, grip_m = options.diameter_mm * 0.5e-3, options.length_mm * 1e-3, options.grip_height_mm * 1e-3
+    width = options.width_mm * 0.5e-3 if options.shape == "box" else half
+    round_ = options.shape in ("cylinder", "sphere")
+    form = f'type="cylinder" size="{half} {length / 2}"' if round_ else f'type="box" size="{half} {width} {length / 2}"'
+    start = half + CLEARANCE_M
+    pads = "".join(
+        f"""
+      <body name="{name}" gravcomp="1" pos="{-sign * start} 0 {grip_m}">
+        <joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="100"/>
+        <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}"/>
+        <site name="{name}_pad" xyaxes="0 {-sign} 0 0 0 -1"/>
+      </body>"""
+        for name, sign in (("left", 1), ("right", -1))
+    )
+    exclude = "".join(f'<exclude body1="{name}" body2="object"/>' for name in ("left", "right"))
+    return f"""
+<mujoco>
+  <option timestep="{step_s}" integrator="implicitfast"/>
+  <worldbody>
+    <geom name="table" type="plane" size="1 1 0.1"/>
+    <body name="carriage" gravcomp="1">
+      <joint name="lift" type="slide" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>{pads}
+    </body>
+    <body name="object" pos="0 0 {grip_m}">
+      <freejoint/>
+      <geom {form} pos="0 0 {length / 2 - grip_m}" mass="{options.mass_kg}" friction="{options.static_friction}"/>
+      <site name="held" xyaxes="0 -1 0 0 0 -1"/>
+    </body>
+  </worldbody>
+  <contact>{exclude if mode == "feel" else ""}<exclude body1="left" body2="right"/></contact>
+  <tendon>
+    <fixed name="mean"><joint joint="left_slide" coef="0.5"/><joint joint="right_slide" coef="0.5"/></fixed>
+    <fixed name="centring" stiffness="20000" damping="100">
+      <joint joint="left_slide" coef="1"/><joint joint="right_slide" coef="-1"/>
+    </fixed>
+  </tendon>
+  <actuator>
+    <position name="lift" joint="lift" kp="200000" kv="1000"/>
+    {squeeze}
+  </actuator>
+</mujoco>"""
+
+
+def pipe_scene(
+    options: CellOptions | None = None,
+    *,
+    mode: Mode = "feel",
+    grip: Grip = "force",
+    seed: int = 0,
+    step_s: float | None = None,
+    every: int = 1,
+) -> MujocoScene:
+    """Return a scene with two fingertips at an object; the default is the pipe on the fast gel of bristles."""
+    require("mujoco", extra="mujoco", purpose="the scene of a pipe")
+    import mujoco
+
+    options = options or CellOptions(fidelity="winkler")
+    sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))
+    tips = {name: SimulatedFingertip(options, side=side, seed=seed) for name, side in sides}
+    if step_s is None:
+        most = tips["left"].stable_step_s(PAD_KG)
+        step_s = next((step for step in STEPS_S if step <= most), STEPS_S[-1])
+    model = mujoco.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, mode=mode, grip=grip))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pads = [MujocoFingertip(model, data, tip, pad=f"{name}_pad", target="held") for name, tip in tips.items()]
+    return MujocoScene(model, data, pads, mode=mode, every=every)

@@ -1,0 +1,190 @@
+"""A fingertip driven by poses: force law, friction, frames, images and errors."""
+
+import math
+
+import numpy as np
+import pytest
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.fingertip.fingertip import SimulatedFingertip
+from lsds_mocks.fingertip.pose import Motion, Pose, motion_between
+from lsds_mocks.objects.catalogue import CATALOGUE
+
+from lsds.errors import DataError
+
+DT_S = 2e-3
+EVEN = {"fidelity": "winkler", "texture_amplitude": 0.0, "chatter_amplitude": 0.0}
+PAD = Pose.of((0.0, 0.0, 0.0))
+
+
+def fingertip(**options):
+    return SimulatedFingertip(CellOptions(**{**EVEN, **options}))
+
+
+def turned(angle_rad, axis):
+    """Rotation matrix about a coordinate axis."""
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    matrix = np.eye(3)
+    matrix[a, a] = matrix[b, b] = math.cos(angle_rad)
+    matrix[b, a] = math.sin(angle_rad)
+    matrix[a, b] = -math.sin(angle_rad)
+    return matrix
+
+
+def at(depth_m, x_m=0.0, y_m=0.0, rotation=None, half_m=12.5e-3):
+    return Pose.of((x_m, y_m, half_m - depth_m), rotation)
+
+
+def settled(tip, pose, pad=PAD, steps=3):
+    for _ in range(steps):
+        wrench = tip.step(pad, pose, DT_S)
+    return wrench
+
+
+def slide(tip, depth_m, y_m, steps=60):
+    for share in np.linspace(0.0, 1.0, steps):
+        wrench = tip.step(PAD, at(depth_m, 0.0, share * y_m), DT_S)
+    return wrench
+
+
+@pytest.mark.parametrize("fidelity", ["winkler", "auto"])
+def test_normal_force_rises_with_indentation_and_pushes_the_object_away(fidelity):
+    tip = fingertip(fidelity=fidelity)
+    forces = [settled(tip, at(depth))[2] for depth in np.linspace(0.1e-3, 0.7e-3, 7)]
+    assert (np.diff(forces) > 0).all()
+    assert forces[0] > 0
+
+
+@pytest.mark.parametrize("fidelity", ["winkler", "auto"])
+def test_tangential_force_rises_with_travel_up_to_friction_times_normal(fidelity):
+    tip = fingertip(fidelity=fidelity)
+    settled(tip, at(0.5e-3))
+    forces = [-tip.step(PAD, at(0.5e-3, 0.0, y), DT_S)[1] for y in np.linspace(0.0, 2e-3, 400)]
+    truth = tip.truth()
+    assert truth.stick_ratio <= 0.1
+    assert (np.diff(forces[:60]) > 0).all()
+    # It slides at 2.5 mm/s, a quarter of the Stribeck speed.
+    coefficient = 0.45 + 0.1 * math.exp(-(0.25**2))
+    assert truth.tangential_force_n == pytest.approx(coefficient * truth.normal_force_n, rel=0.02)
+    assert truth.slip_velocity_m_s == pytest.approx((0.0, 2e-3 / 399 / DT_S), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_both_forces_rise_with_the_load_for_every_object(name):
+    tip = fingertip(object=name)
+    half_m = CATALOGUE[name].diameter_mm * 0.5e-3
+    normal = [settled(tip, at(depth, half_m=half_m))[2] for depth in np.linspace(0.1e-3, 0.5e-3, 9)]
+    assert (np.diff(normal) > 0).all()
+    shear = [-tip.step(PAD, at(0.5e-3, 0.0, y, half_m=half_m), DT_S)[1] for y in np.linspace(0.0, 0.1e-3, 30)]
+    assert (np.diff(shear) > 0).all()
+
+
+def test_the_object_is_pulled_back_and_the_wrench_turns_with_the_pad():
+    """The same scene in a rotated world has the rotated wrench."""
+    tip, other = fingertip(), fingertip()
+    world = Pose.of((0.3, -0.2, 0.7), turned(0.8, 0) @ turned(-1.9, 2))
+    for y in np.linspace(0.0, 0.3e-3, 20):
+        pose = at(0.5e-3, 0.5 * y, y, turned(40 * y, 2))
+        wrench = tip.step(PAD, pose, DT_S)
+        moved = Pose.of(world.position_m + world.rotation @ pose.position_m, world.rotation @ pose.rotation)
+        also = other.step(world, moved, DT_S)
+    assert wrench[0] < 0
+    assert wrench[1] < 0
+    assert wrench[5] < 0
+    assert also[:3] == pytest.approx(world.rotation @ wrench[:3], rel=1e-6)
+    assert also[3:] == pytest.approx(world.rotation @ wrench[3:], rel=1e-6, abs=1e-12)
+
+
+def test_a_round_object_is_felt_from_every_side():
+    tip = fingertip()
+    wanted = settled(fingertip(), at(0.5e-3))
+    for angle in (0.0, 1.0, math.pi):
+        assert settled(tip, at(0.5e-3, rotation=turned(angle, 1)), steps=1)[2] == pytest.approx(wanted[2], rel=1e-9)
+        settled(tip, at(-1e-3))
+
+
+def test_an_object_whose_end_covers_half_of_the_pad_presses_with_half_of_the_force():
+    whole = settled(fingertip(), at(0.5e-3))[2]
+    assert settled(fingertip(), at(0.5e-3, y_m=0.1))[2] == pytest.approx(0.5 * whole, rel=0.01)
+    assert settled(fingertip(), at(0.5e-3, y_m=0.12)).tolist() == [0.0] * 6
+
+
+def test_an_offset_sphere_is_pushed_at_its_contact():
+    tip = fingertip(object="marble", fidelity="auto")
+    wrench = settled(tip, at(0.6e-3, x_m=3e-3, half_m=12e-3))
+    assert -wrench[4] / wrench[2] == pytest.approx(3e-3, abs=0.2e-3)
+    assert wrench[3] / wrench[2] == pytest.approx(0.0, abs=0.1e-3)
+
+
+def test_a_force_sets_the_indentation_that_carries_it():
+    tip = fingertip()
+    for force in (0.5, 1.0, 4.0):
+        assert tip.step(PAD, at(0.0), DT_S, normal_n=force)[2] == pytest.approx(force, rel=0.01)
+    assert tip.step(PAD, at(0.0), DT_S, normal_n=0.0).tolist() == [0.0] * 6
+
+
+def test_lost_contact_frees_the_gel():
+    tip = fingertip()
+    slide(tip, 0.5e-3, 0.3e-3)
+    rest = tip.step(PAD, at(-1e-3), DT_S)
+    assert rest.tolist() == [0.0] * 6
+    assert (tip.truth().normal_force_n, tip.truth().tangential_force_n) == (0.0, 0.0)
+    again = settled(tip, at(0.5e-3, 0.0, 5e-3), steps=1)
+    assert again[:2].tolist() == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert again[2] > 0
+
+
+def test_image_and_markers_move_with_the_object():
+    tip = fingertip()
+    settled(tip, at(0.5e-3))
+    rest, before = tip.markers(), tip.image()
+    slide(tip, 0.5e-3, 0.3e-3)
+    moved = tip.markers() - rest
+    assert before.shape == (240, 320, 3)
+    assert before.dtype == np.uint8
+    assert rest.shape == (63, 2)
+    # The gel is computed for motion continued by one step, so its markers may be ahead by that.
+    assert 4.0 < moved[:, 1].max() < 1.05 * 0.3 / 0.0625
+    assert np.abs(tip.image().astype(int) - before).mean() > 1.0
+
+
+def test_equal_seeds_give_equal_images_and_others_do_not():
+    images = []
+    for seed in (3, 3, 4):
+        tip = SimulatedFingertip(CellOptions(**EVEN), seed=seed)
+        settled(tip, at(0.5e-3))
+        images.append(tip.image())
+    assert (images[0] == images[1]).all()
+    assert (images[0] != images[2]).any()
+
+
+def test_a_tilted_object_is_reported_as_not_valid():
+    tip = fingertip()
+    settled(tip, at(0.5e-3, rotation=turned(math.radians(8), 0)))
+    assert tip.truth().invalid == ()
+    settled(tip, at(0.5e-3, rotation=turned(math.radians(12), 0)))
+    assert tip.truth().tilt_rad == pytest.approx(math.radians(12))
+    assert "tilted by 12 degrees" in tip.truth().invalid[0]
+
+
+def test_motion_is_that_of_the_material_at_the_pad():
+    before = at(0.0)
+    # Rolling about its axis moves a cylinder's surface by angle times radius.
+    rolled = motion_between(before, at(0.0, rotation=turned(0.01, 1)))
+    assert rolled == pytest.approx(Motion(-12.5e-3 * math.sin(0.01), 0.0, 0.0), abs=1e-9)
+    assert motion_between(before, at(0.0, 1e-3, 2e-3, turned(0.1, 2))) == pytest.approx((1e-3, 2e-3, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Pose.of((0, 0)), "pose: position has 2 values"),
+        (lambda: Pose.of((0, 0, math.nan), name="left_pad"), "left_pad: a value is not finite"),
+        (lambda: Pose.of((0, 0, 0), np.diag([1, 1, -1])), "not a rotation"),
+        (lambda: Pose.of((0, 0, 0), 2 * np.eye(3)), "not a rotation"),
+        (lambda: fingertip().step(PAD, at(0.0), 0.0), "time step is 0.0 s"),
+        (lambda: fingertip().step(PAD, Pose.of((0, 0, -12e-3)), DT_S), "check that the pad.s z points to the object"),
+    ],
+)
+def test_bad_input_is_one_error_with_its_remedy(make, message):
+    with pytest.raises(DataError, match=message):
+        make()

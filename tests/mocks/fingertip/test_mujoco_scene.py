@@ -1,0 +1,161 @@
+"""Two fingertips in a MuJoCo scene: forces rise with the load, carry the weight, and give way at the friction limit."""
+
+import numpy as np
+import pytest
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.fingertip.fingertip import SimulatedFingertip
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
+from lsds_mocks.fingertip.pipe import CLEARANCE_M, pipe_mjcf, pipe_scene
+
+from lsds.errors import DataError
+from tests.mocks.fingertip.lifts import EVEN, lift_in_cell, lift_in_scene
+
+mujoco = pytest.importorskip("mujoco")
+
+WEIGHT_N = 0.3 * 9.81
+
+
+def pipe(**options):
+    return CellOptions(**{**EVEN, **options})
+
+
+def lifted(grip_n=6.0, **options):
+    """A scene whose object hangs in the air, at rest."""
+    scene = pipe_scene(pipe(**options))
+    data = scene.data
+    while data.time < 1.5:
+        data.actuator("squeeze").ctrl = grip_n
+        data.actuator("lift").ctrl = min(0.02, max(0.0, 0.03 * (data.time - 0.4)))
+        scene.step()
+    return scene
+
+
+def truths(scene):
+    return [fingertip.tip.truth() for fingertip in scene.fingertips]
+
+
+@pytest.mark.parametrize("fidelity", ["winkler", "auto"])
+def test_the_tangential_force_of_a_hanging_pipe_is_its_weight(fidelity):
+    scene = lifted(fidelity=fidelity)
+    assert scene.data.body("object").xpos[2] == pytest.approx(0.05 + 0.02, abs=1e-3)
+    for truth in truths(scene):
+        assert truth.normal_force_n == pytest.approx(6.0, rel=0.02)
+        assert truth.slip_distance_m == 0.0
+        assert truth.invalid == ()
+    assert sum(truth.force_n[1] for truth in truths(scene)) == pytest.approx(WEIGHT_N, rel=0.02)
+
+
+def test_the_normal_force_rises_with_the_squeeze():
+    scene = pipe_scene(pipe())
+    forces = []
+    for grip_n in (1.0, 2.0, 4.0, 6.0, 8.0):
+        scene.data.actuator("squeeze").ctrl = grip_n
+        scene.step(150)
+        forces.append(truths(scene)[0].normal_force_n)
+    assert forces == pytest.approx([1.0, 2.0, 4.0, 6.0, 8.0], rel=0.02)
+
+
+def test_the_tangential_force_rises_with_the_load():
+    scene = lifted(grip_n=10.0)
+    forces = []
+    for extra_n in np.arange(0.0, 6.0):
+        scene.data.qfrc_applied[scene.model.joint("lift").dofadr] = 0.0
+        # The test's own force on the object stays next to the fingertips'.
+        scene.data.xfrc_applied[scene.model.body("object").id, 2] -= 1.0 if extra_n else 0.0
+        scene.step(150)
+        forces.append(sum(truth.force_n[1] for truth in truths(scene)))
+    assert forces == pytest.approx(WEIGHT_N + np.arange(0.0, 6.0), rel=0.02)
+
+
+def test_the_pipe_slips_when_friction_no_longer_carries_it():
+    """The grip weakens until the first gross slip: there the tangential force is friction times the normal force."""
+    scene = lifted(grip_n=4.0)
+    grip_n = 4.0
+    while not any(truth.slip_distance_m for truth in truths(scene)):
+        grip_n -= 0.002
+        assert grip_n > 1.0
+        scene.data.actuator("squeeze").ctrl = grip_n
+        scene.step()
+    for truth in truths(scene):
+        assert truth.tangential_force_n == pytest.approx(0.55 * truth.normal_force_n, rel=0.05)
+    assert grip_n == pytest.approx(WEIGHT_N / 2 / 0.55, rel=0.05)
+
+
+def test_the_wrenches_of_pad_and_object_are_opposite():
+    scene = lifted()
+    applied = scene.data.xfrc_applied
+    bodies = [scene.model.body(name).id for name in ("object", "left", "right")]
+    force = applied[bodies, :3]
+    assert force.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
+    about_origin = applied[bodies, 3:] + np.cross(scene.data.xipos[bodies], force)
+    assert about_origin.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["pvc-pipe", "plank", "ball"])
+@pytest.mark.parametrize("ratio", [1.5, 0.9])
+def test_a_lift_agrees_with_the_simulated_cell(name, ratio):
+    """At the same aperture; `lifts.py` compares all objects."""
+    options = CellOptions(object=name, **EVEN)
+    cell, scene = lift_in_cell(options, ratio), lift_in_scene(options, ratio)
+    assert scene.normal_n == pytest.approx(cell.normal_n, rel=0.05)
+    assert scene.slip_m == pytest.approx(cell.slip_m, rel=0.1, abs=0.5e-3)
+
+
+def test_a_reset_frees_the_gel_and_the_scene_runs_again_alike():
+    scene = pipe_scene(pipe())
+
+    def run():
+        scene.data.actuator("squeeze").ctrl = 6.0
+        scene.step(300)
+        return truths(scene)[0].normal_force_n
+
+    first = run()
+    mujoco.mj_resetData(scene.model, scene.data)
+    scene.step()
+    assert truths(scene)[0].normal_force_n == 0.0
+    assert not scene.data.xfrc_applied.any()
+    assert run() == pytest.approx(first, rel=1e-3)
+
+
+def test_seen_contacts_show_the_force_that_mujoco_carries():
+    scene = pipe_scene(pipe(), mode="see")
+    rest = scene.fingertips[0].tip.image()
+    scene.data.actuator("squeeze").ctrl = 6.0
+    scene.step(300)
+    truth = truths(scene)[0]
+    assert truth.normal_force_n == pytest.approx(6.0, rel=0.05)
+    assert not scene.data.xfrc_applied.any()
+    assert np.abs(scene.fingertips[0].tip.image().astype(int) - rest).mean() > 1.0
+
+
+def test_a_contact_that_mujoco_carries_too_is_an_error():
+    model = mujoco.MjModel.from_xml_string(pipe_mjcf(pipe(), mode="see"))
+    data = mujoco.MjData(model)
+    tip = MujocoFingertip(model, data, SimulatedFingertip(pipe()), pad="left_pad", target="held")
+    scene = MujocoScene(model, data, [tip])
+    data.actuator("squeeze").ctrl = 6.0
+    with pytest.raises(
+        DataError, match=r"'left' and 'object' collide in MuJoCo, too; add them to <contact> as <exclude>"
+    ):
+        scene.step(300)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda scene: MujocoScene(scene.model, scene.data, [], mode="touch"), "write 'feel' or 'see'"),
+        (lambda scene: MujocoScene(scene.model, scene.data, [], every=0), "pass 1 or more"),
+        (
+            lambda scene: MujocoFingertip(scene.model, scene.data, scene.fingertips[0].tip, pad="thumb", target="held"),
+            "no site and no body 'thumb'",
+        ),
+    ],
+)
+def test_bad_input_is_one_error_with_its_remedy(make, message):
+    with pytest.raises(DataError, match=message):
+        make(pipe_scene(pipe()))
+
+
+def test_the_pads_begin_clear_of_the_object():
+    scene = pipe_scene(pipe())
+    assert abs(scene.data.site("left_pad").xpos[0]) == pytest.approx(12.5e-3 + CLEARANCE_M)
