@@ -34,7 +34,7 @@ def flags(
     used = set(taken)
     for name, field in fields.items():
         if name in positional:
-            found.append(click.Argument([name]))
+            found.append(click.Argument([name], required=field.is_required()))
             continue
         flag = _flag(name, field)
         if flag not in used and name not in taken:

@@ -49,4 +49,4 @@ def test_help_has_examples_and_durations(capsys):
     assert main(["record", "export", "--help"]) == 0
     shown = capsys.readouterr().out
     assert "Examples:" in shown
-    assert "A minute of one finger takes" in shown
+    assert "Takes: 30 s per minute of one finger" in shown

@@ -30,7 +30,9 @@ class CertifyOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     rig: str = Field(
-        default="", description="rig file; default: the simulated cell", json_schema_extra={"metavar": "RIG"}
+        default="",
+        description="rig file; default: the simulated cell",
+        json_schema_extra={"metavar": "RIG", "argument": True},
     )
     budget: str = Field(
         default="10min",
@@ -45,9 +47,13 @@ class CertifyOptions(BaseModel):
     )
     plain: bool = Field(default=False, description="draw evenly and count, to compare with")
     slip_mm: float = Field(default=60.0, gt=0, le=1000, description="a longer slip is a drop")
-    found: str = Field(default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER"})
+    found: str = Field(
+        default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER", "writes": True}
+    )
     most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
-    page: str = Field(default="", description="also write the report as a page", json_schema_extra={"metavar": "HTML"})
+    page: str = Field(
+        default="", description="also write the report as a page", json_schema_extra={"metavar": "HTML", "writes": True}
+    )
     settings: Settings = []
     quick: bool = Field(default=False, description="48 lifts of one second")
     jobs: Jobs = Field(default_factory=processes, description="processes that lift")
