@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
+import signal
 import subprocess
 import threading
 from dataclasses import dataclass
@@ -142,9 +144,12 @@ class DrivenClient:
 
     def _kill(self) -> None:
         self._ended = True
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+        # Processes that the client has started hold its output open: closing it here would wait for their end.
+        try:
+            os.killpg(self._process.pid, signal.SIGKILL)
+        except (ProcessLookupError, PermissionError):
+            pass
+        self._process.wait()
         for reader in self._readers:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):

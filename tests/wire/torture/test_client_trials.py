@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import re
+import time
 from pathlib import Path
 
 import pytest
 
 from lsds.cli.main import main
+from lsds.errors import DataError
 from lsds.testing.torture.campaign import cases_of, faults_of, run_case, saved_cases
 from lsds.testing.torture.cases import MOCKS, Case, possible
 from lsds.testing.torture.course import started
+from lsds.testing.torture.driven import DrivenClient
 
 pytest.importorskip("pymodbus", reason="pymodbus is not installed: pip install pymodbus")
 ROOT = Path(__file__).parents[3]
@@ -84,6 +87,25 @@ def test_a_mock_is_asked_for_its_faults(kind, least):
     names = {fault.kind: fault for fault in found}
     assert names["drop"].scaled
     assert not names["freeze"].scaled
+
+
+def test_processes_that_a_client_leaves_end_with_it():
+    with DrivenClient(f"{CLIENTS}:LeavesAProcess") as client:
+        client.described()
+        client.call("connect", "tcp://127.0.0.1:1", limit_s=10.0)
+        left = int(client.call("read", limit_s=10.0).value)
+        began_s = time.monotonic()
+    assert time.monotonic() - began_s < 10.0
+    state = Path(f"/proc/{left}/stat")
+    assert not state.exists() or state.read_text().rpartition(")")[2].split()[0] == "Z"
+
+
+@pytest.mark.parametrize("text", ["[1]", "3", '{"outcomes": [[]]}', '{"case": {"kind": "arm"}}'])
+def test_a_file_of_anything_else_is_one_error(tmp_path, text):
+    file = tmp_path / "other.json"
+    file.write_text(text)
+    with pytest.raises(DataError, match="is no finding of lsds check --client"):
+        list(saved_cases(file))
 
 
 # -- the command ----------------------------------------------------------------------------------------------
