@@ -8,6 +8,7 @@ import queue
 import signal
 import subprocess
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -145,10 +146,8 @@ class DrivenClient:
     def _kill(self) -> None:
         self._ended = True
         # Processes that the client has started hold its output open: closing it here would wait for their end.
-        try:
+        with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):
-            pass
         self._process.wait()
         for reader in self._readers:
             reader.join(1.0)
