@@ -3,8 +3,10 @@
 The first quarter of the budget is drawn uniformly. A random forest fitted on its margins sorts the space by predicted
 risk into strata (Dalenius and Hodges 1959); each further batch is drawn where it reduces the variance of the sum over
 the strata most (Neyman 1934, with posterior instead of known variances). Half-way the forest is fitted again. Runs
-that chose the strata do not count in them, so each stage is an estimate without bias; the stages are averaged by their
-numbers of runs. The interval is that of the posterior of all strata's failure rates, with Jeffreys' prior.
+that chose the strata do not count in them, so they do not bias it; the stages are averaged by their
+numbers of runs. The interval is that of the posterior of all strata's failure rates, with Jeffreys' prior. A stratum
+in which no run failed adds nothing to the lower end, and one in which all failed counts fully for the upper one (Brown,
+Cai and DasGupta 2001): otherwise many small strata's priors add up to more failures than there were.
 """
 
 from __future__ import annotations
@@ -160,7 +162,7 @@ def _estimate(
     stages: Sequence[_Stage], points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
 ) -> Estimate:
     whole = len(points)
-    estimate, drawn = 0.0, np.zeros(POSTERIOR_DRAWS)
+    estimate, low, high = 0.0, np.zeros(POSTERIOR_DRAWS), np.zeros(POSTERIOR_DRAWS)
     weights: list[float] = []
     for stage in stages:
         share = len(stage.margins) / whole
@@ -170,14 +172,12 @@ def _estimate(
         sizes = sizes / sizes.sum()
         estimate += share * float(np.sum(sizes[known] * failed[known] / runs[known]))
         for k in np.flatnonzero(known):
-            drawn += (
-                share
-                * sizes[k]
-                * rng.beta(failed[k] + JEFFREYS_PRIOR, runs[k] - failed[k] + JEFFREYS_PRIOR, POSTERIOR_DRAWS)
-            )
+            rates = rng.beta(failed[k] + JEFFREYS_PRIOR, runs[k] - failed[k] + JEFFREYS_PRIOR, POSTERIOR_DRAWS)
+            low += share * sizes[k] * (rates if failed[k] else 0.0)
+            high += share * sizes[k] * (rates if failed[k] < runs[k] else 1.0)
         weights += [share * sizes[k] / runs[k] for k in stage.strata]
     count = int(np.sum(np.array(margins) < 0))
-    least, most = (float(end) for end in np.quantile(drawn, (0.025, 0.975)))
+    least, most = float(np.quantile(low, 0.025)), float(np.quantile(high, 0.975))
     # None of many failed: the interval begins at zero, all of it failed: it ends at one.
     least, most = (0.0 if count == 0 else min(least, estimate)), (1.0 if count == whole else max(most, estimate))
     return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(points, margins, seed))
