@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lsds.testing.torture.cases import Case, Possible
 
 FINDS = 1
-"""Exit code if there is a finding."""
+"""Exit code if there is a finding, or a case that could not begin: nothing is known of it."""
 
 
 def check_client(
@@ -37,6 +37,8 @@ def check_client(
     from lsds.cli.progress import Progress
     from lsds.testing.torture.campaign import run_case, run_cases
 
+    if found is not None:
+        _require_folder(found)
     base = _base(backend, client, overrides, seed)
     planned = _planned(base, faults, repeats)
     healthy = run_case(replace(base, fault="", severity=None), None)
@@ -52,7 +54,17 @@ def check_client(
 
         files = {k: save(outcome, found) for k, outcome in enumerate(outcomes) if outcome.findings}
     _report(base, outcomes, files, json_file)
-    return FINDS if any(outcome.findings for outcome in outcomes) else 0
+    return FINDS if any(outcome.findings or outcome.broken for outcome in outcomes) else 0
+
+
+def _require_folder(folder: Path) -> None:
+    """Make the folder of findings. Raises DataError now and not after minutes of trials."""
+    from lsds.errors import DataError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"--found {folder}: the folder cannot be made: {error.strerror}; name another one") from error
 
 
 def _base(backend: str, client: str, overrides: Sequence[str], seed: int) -> Case:

@@ -157,6 +157,6 @@ def saved_cases(file: Path) -> Iterator[Case]:
         content = json.loads(file.read_text(encoding="utf-8"))
         entries = content.get("outcomes", [content])
         cases = [case_of(entry["case"]) for entry in entries]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise DataError(f"{file}: is no finding of lsds check --client: {error}") from error
     yield from cases

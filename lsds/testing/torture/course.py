@@ -238,6 +238,8 @@ def _camera(trial: _Trial, fault: Possible | None, right: Callable[[Course, Call
         return
     # A camera adjusts its exposure first: the reference is an image from when nothing changes any more.
     trial.poll(ADJUSTS_S)
+    if trial.alive and not _first_read(trial):
+        return
     course.reference = course.calls[-1].value
     course.moved_from_ns = CLOCK.now()
     trial.poll(BEFORE_S)

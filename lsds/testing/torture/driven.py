@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
+import re
+import signal
 import subprocess
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -74,6 +78,10 @@ class DrivenClient:
         answer: dict[str, Any] = {"error": f"no answer; {self.last_words}"} if line is None else json.loads(line)
         if answer.get("error"):
             self.close()
+            module = self.named.partition(":")[0]
+            lacks = re.match(r"ModuleNotFoundError: No module named '([^']+)'", answer["error"])
+            if lacks and not module.startswith(lacks[1].split(".")[0]):
+                raise DataError(f"client {self.named}: {answer['error']}; install it for this Python")
             raise DataError(f"client {self.named}: {answer['error']}; write MODULE:CLASS as Python imports it here")
         return str(answer["value"]["transport"]), dict(answer["value"]["options"])
 
@@ -142,9 +150,10 @@ class DrivenClient:
 
     def _kill(self) -> None:
         self._ended = True
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+        # Processes that the client has started hold its output open: closing it here would wait for their end.
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
         for reader in self._readers:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):

@@ -31,13 +31,14 @@ class Touch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Outer form of an object: shape, half thickness between the pads, and ends along its y before and after its origin
-    (m, both positive)."""
+    """Outer form of an object: shape, half thickness between the pads, ends along its y before and after its origin
+    (m, both positive), and half width along its x."""
 
     shape: ShapeName
     half_m: float
     above_m: float
     below_m: float
+    half_width_m: float
 
     def touch(self, seen: Pose, pad_m: tuple[float, float]) -> Touch | None:
         """Return how an object at pose `seen` in the pad's frame meets a pad of width and height `pad_m`; None if it
@@ -52,6 +53,8 @@ class Outline:
         if self.shape == "sphere":
             over = abs(p[0]) < self.half_m + pad_m[0] / 2
             return Touch(self.half_m - float(p[2]), reach, 0.0, place) if over else None
+        if not self._is_over(p, along, pad_m):
+            return None
         if self.shape == "cylinder":
             return Touch(self.half_m - _height_over_centre(p, along), reach, abs(math.asin(_unit(along[2]))), place)
         outward = seen.rotation[:, 2]
@@ -63,6 +66,15 @@ class Outline:
         # Within a right angle of the pad the face has a height over its centre; a face on edge does not.
         height = float(outward @ face) / min(float(outward[2]), -1e-6)
         return Touch(-height, reach, tilt, place)
+
+    def _is_over(self, p: NDArray[np.float64], along: NDArray[np.float64], pad_m: tuple[float, float]) -> bool:
+        """Return whether an object, as wide as it is along its whole length, lies over the pad and not beside it."""
+        length = math.hypot(along[0], along[1])
+        if length < 1e-3:
+            return True
+        x, y = float(along[1] / length), float(-along[0] / length)
+        pad = 0.5 * (pad_m[0] * abs(x) + pad_m[1] * abs(y))
+        return abs(float(p[0]) * x + float(p[1]) * y) < self.half_width_m + pad
 
 
 def _reach(

@@ -99,8 +99,13 @@ class SimulatedFingertip:
         self._friction = build_friction(options, *np.random.default_rng(own).spawn(2))
         self._renderer = Renderer(look_of(look or GelSightOptions(dim_start=False)), own)
         grip = options.grip_height_mm * 1e-3
+        half = options.diameter_mm * 0.5e-3
         self._outline = Outline(
-            options.shape, options.diameter_mm * 0.5e-3, above_m=options.length_mm * 1e-3 - grip, below_m=grip
+            options.shape,
+            half,
+            above_m=options.length_mm * 1e-3 - grip,
+            below_m=grip,
+            half_width_m=options.width_mm * 0.5e-3 if options.shape == "box" else half,
         )
         self._images = 0
         self._time_s = 0.0
@@ -141,12 +146,15 @@ class SimulatedFingertip:
         opposite wrench. With `normal_n`, the force by which the scene presses the object against the pad, the
         indentation follows from that force instead of from the poses.
 
-        Raises DataError for a time step that is not positive, and for an object as deep in the gel as it is thick.
+        Raises DataError for a time step that is not positive, for a pose or a force that is not finite, and for an
+        object as deep in the gel as it is thick.
         """
         if not (math.isfinite(dt_s) and dt_s > 0):
             raise DataError(f"fingertip: time step is {dt_s} s; pass a positive number of seconds")
+        if normal_n is not None and not math.isfinite(normal_n):
+            raise DataError(f"fingertip: normal force is {normal_n} N; check whether the scene's simulation diverged")
+        seen = target.seen_from(pad).checked("fingertip: pose of pad or object")
         self._time_s += dt_s
-        seen = target.seen_from(pad)
         touch = self._outline.touch(seen, self._pad_m)
         if touch is None or (touch.indentation_m if normal_n is None else normal_n) <= 0:
             self.release()
@@ -159,6 +167,13 @@ class SimulatedFingertip:
         self._tilt_rad = touch.tilt_rad
         self._follow(seen, touch, dt_s, normal_n)
         return self._wrench(pad)
+
+    def restart(self) -> None:
+        """Begin a new trial: take the object off the gel; time, slip, and what made results invalid begin anew."""
+        self.release()
+        self._time_s = 0.0
+        self._deepest_m = 0.0
+        self._slip_distance_m = 0.0
 
     def release(self) -> None:
         """Take the object off the gel."""

@@ -52,8 +52,8 @@ class MujocoFingertip:
         self.tip.step(self.pad_pose(), self.target_pose(), dt_s, normal_n=normal_n)
 
     def forget(self) -> None:
-        """Take the object off the gel after the scene was reset, which also cleared the applied forces."""
-        self.tip.release()
+        """Begin a new trial after the scene was reset, which also cleared the applied forces."""
+        self.tip.restart()
         self._added = {body: np.zeros(6) for body in self._added}
 
 
@@ -87,6 +87,7 @@ class MujocoScene:
         mujoco, model, data = self._mujoco, self.model, self.data
         for _ in range(steps):
             if data.time < self._time_s:
+                self._count = 0
                 for fingertip in self.fingertips:
                     fingertip.forget()
             mujoco.mj_step(model, data)

@@ -39,7 +39,9 @@ class CertifyOptions(BaseModel):
         description="time to spend, as 90s, 10min or 2h; results then depend on the machine's speed",
         json_schema_extra={"metavar": "TIME"},
     )
-    runs: int = Field(default=0, ge=0, le=1_000_000, description="number of lifts to spend, instead of a time")
+    runs: int = Field(
+        default=0, ge=0, le=1_000_000, description="number of lifts to spend, instead of a time; in batches of 16"
+    )
     space: str = Field(
         default="",
         description="TOML file of ranges as for lsds study search; default: random objects",

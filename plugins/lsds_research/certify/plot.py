@@ -17,7 +17,7 @@ def plot_certificate(path: Path, rows: Sequence[dict[str, Any]], estimate: Estim
     figure = new_figure(8, 4.5)
     axes = figure.add_subplot()
     sizes = 4 + 60 * estimate.weights / max(float(estimate.weights.max()), 1e-12)
-    dropped = np.array([row["margin"] < 0 and row["outcome"] != "fault" for row in rows])
+    dropped = np.array([row["margin"] < 0 for row in rows])
     slip = np.array([_number(row.get("slip_m")) * 1e3 for row in rows])
     ratio = np.array([_number(row.get("ratio")) for row in rows])
     known = np.isfinite(slip) & np.isfinite(ratio)

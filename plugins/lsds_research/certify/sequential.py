@@ -4,8 +4,9 @@ The first quarter of the budget is drawn uniformly. A random forest fitted on it
 risk into strata (Dalenius and Hodges 1959); each further batch is drawn where it reduces the variance of the sum over
 the strata most (Neyman 1934, with predicted instead of known variances). Half-way the forest is fitted again. Runs
 that chose the strata do not count in them, so each stage is an estimate without bias; the stages are averaged by their
-numbers of runs. The interval is that of the posterior of all strata's failure rates; the strata of a stage share
-Jeffreys' prior.
+numbers of runs. The interval is that of the posterior of all strata's failure rates, with Jeffreys' prior. A stratum
+in which no run failed adds nothing to the lower end, and one in which all failed counts fully for the upper one (Brown,
+Cai and DasGupta 2001): otherwise many small strata's priors add up to more failures than there were.
 """
 
 from __future__ import annotations
@@ -144,11 +145,13 @@ def _forest(points: Sequence[Floats], failed: NDArray[np.bool_], seed: int) -> A
 
 
 def _allotted(stage: _Stage, rng: np.random.Generator) -> list[int]:
-    """Return the strata of the next batch: one run after the other to where it reduces the variance most."""
-    runs, failed = stage.counts
-    runs = runs.astype(float)
-    rate = (failed + JEFFREYS_PRIOR) / (runs + 2 * JEFFREYS_PRIOR)
-    variance = stage.sizes**2 * rate * (1 - rate)
+    """Return the strata of the next batch: one run after the other to where it reduces the predicted variance most.
+
+    The outcomes of this stage do not decide, because a stratum that is left after few runs without a failure would be
+    underestimated.
+    """
+    runs = stage.counts[0].astype(float)
+    variance = stage.sizes**2 * stage.rates * (1 - stage.rates)
     usable = np.flatnonzero(stage.sizes > 0)
     own: list[int] = []
     for _ in range(RUNS_PER_BATCH):
@@ -167,7 +170,7 @@ def _estimate(
     stages: Sequence[_Stage], points: Sequence[Floats], margins: Sequence[float], rng: np.random.Generator, seed: int
 ) -> Estimate:
     whole = len(points)
-    estimate, drawn = 0.0, np.zeros(POSTERIOR_DRAWS)
+    estimate, low, high = 0.0, np.zeros(POSTERIOR_DRAWS), np.zeros(POSTERIOR_DRAWS)
     weights: list[float] = []
     for stage in stages:
         share = len(stage.margins) / whole
@@ -176,13 +179,13 @@ def _estimate(
         sizes = np.where(known, stage.sizes, 0.0)
         sizes = sizes / sizes.sum()
         estimate += share * float(np.sum(sizes[known] * failed[known] / runs[known]))
-        # With a whole prior for each stratum, six of them would count as three failures that did not happen.
-        prior = JEFFREYS_PRIOR / np.count_nonzero(known)
         for k in np.flatnonzero(known):
-            drawn += share * sizes[k] * rng.beta(failed[k] + prior, runs[k] - failed[k] + prior, POSTERIOR_DRAWS)
+            rates = rng.beta(failed[k] + JEFFREYS_PRIOR, runs[k] - failed[k] + JEFFREYS_PRIOR, POSTERIOR_DRAWS)
+            low += share * sizes[k] * (rates if failed[k] else 0.0)
+            high += share * sizes[k] * (rates if failed[k] < runs[k] else 1.0)
         weights += [share * sizes[k] / runs[k] for k in stage.strata]
     count = int(np.sum(np.array(margins) < 0))
-    least, most = (float(end) for end in np.quantile(drawn, (0.025, 0.975)))
+    least, most = float(np.quantile(low, 0.025)), float(np.quantile(high, 0.975))
     # None of many failed: the interval begins at zero, all of it failed: it ends at one.
     least, most = (0.0 if count == 0 else min(least, estimate)), (1.0 if count == whole else max(most, estimate))
     return Estimate(estimate, least, most, count, whole, np.array(weights), _auc(points, margins, seed))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lsds.clock import NS_PER_S, perf_ns
+from lsds.config.overrides import override_texts
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
 from lsds.registry.host import PluginHost
@@ -28,7 +29,7 @@ from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
-from lsds_research.search.space import read_space
+from lsds_research.search.space import point_to_scenario, read_space
 
 _COLUMNS = (
     ("figure", "of a lift (simulated)", ""),
@@ -37,7 +38,8 @@ _COLUMNS = (
 )
 QUICK_RUNS = 48
 QUICK = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
-DROPS = (Outcome.DROPPED, Outcome.NOT_LIFTED)
+NOT_RUN = "not run"
+"""Outcome of a scenario whose lift could not begin."""
 PRECISE = 0.5
 """An interval whose half width exceeds this share of the probability is too wide for the budget to be called enough."""
 
@@ -57,6 +59,8 @@ class CertifyStudy:
         settings, replaced = simulated_rig(Path(own.rig) if own.rig else None, PluginHost())
         settings = [*settings, *(QUICK if own.quick else ()), *own.settings]
         limits = Limits(slip_m=own.slip_mm * 1e-3)
+        complete = dict if own.space else completed
+        self._require_usable(complete, limits, settings)
         scenarios = Scenarios(limits, settings, "", own.jobs, own.cluster)
         began_ns = perf_ns()
         draw = plain if own.plain else sequential
@@ -65,17 +69,24 @@ class CertifyStudy:
             draw(len(self._space), partial(self._used, began_ns), self._seed),
             _margin,
             lambda done, asked: tick(*self._progress(done, asked, began_ns)),
-            complete=completed,
+            complete=complete,
         )
-        rows = list(chain.from_iterable(answered))
+        # Of all margins, those of a drop are what was counted.
+        rows = [row | {"margin": _margin(row)} for row in chain.from_iterable(answered)]
+        not_run = [row for row in rows if row["outcome"] == NOT_RUN]
         points = np.array([row["point"] for row in rows])
-        dropped = np.array([_margin(row) < 0 for row in rows])
+        dropped = np.array([row["margin"] < 0 for row in rows])
         found = zones(points, dropped, estimate.weights)
         files = self._saved(rows, settings, limits)
         figures = _figures(rows, estimate)
         notes = [
             *(f"replaced: {text}" for text in replaced),
             *_notes(estimate, own.plain),
+            *(
+                f"{len(not_run)} of {len(rows)} lifts could not run and count as held unless the error was unexpected; "
+                f"the first: {row['fault']}"
+                for row in not_run[:1]
+            ),
             *(f"zone: {_zone_text(zone, self._space)}" for zone in found),
             *(f"failure: lsds run {file}" for file in files),
         ]
@@ -107,6 +118,20 @@ class CertifyStudy:
             },
         )
 
+    def _require_usable(
+        self, complete: Callable[[dict[str, Any]], dict[str, Any]], limits: Limits, settings: Sequence[str]
+    ) -> None:
+        """Check the config in the middle of the space, and the places of the results, before the budget is spent.
+
+        A lift that cannot run does not drop anything: a mistake in the config would give a perfect certificate.
+        """
+        from lsds.cli.output import require_writable
+        from lsds.config import load_config
+
+        require_writable(self._options.page or None)
+        middle = complete(point_to_scenario(self._space, [0.5] * len(self._space)))
+        load_config(None, [*override_texts(middle), *limits.overrides(), *settings])
+
     def _used(self, began_ns: int, runs: int) -> float:
         """Return the share of the budget that is used, at the middle of a batch that would begin now."""
         if self._runs:
@@ -131,7 +156,7 @@ class CertifyStudy:
         if not own.found:
             return []
         failed = sorted(
-            (row for row in rows if _margin(row) < 0), key=lambda row: (row["margin"], str(row["scenario"]))
+            (row for row in rows if row["margin"] < 0), key=lambda row: (row["margin"], str(row["scenario"]))
         )
         return [
             save_scenario(
@@ -182,7 +207,11 @@ def _figures(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[dict[st
         values = np.array([row[key] for row, own in zip(rows, known, strict=True) if own], float) * scale
         half, most = (_quantile(values, weights[known], q) for q in (0.5, 0.95))
         figures.append(
-            {"figure": figure, "value": f"{half:.3g} {unit}".strip(), "range": f"95 %: {most:.3g} {unit}".strip()}
+            {
+                "figure": figure,
+                "value": f"{half:.3g} {unit}".strip(),
+                "range": f"95 % of lifts below {most:.3g} {unit}".strip(),
+            }
         )
     figures += [
         {"figure": "stopped with a reason", "value": share(lambda row: row["outcome"] == "fault"), "range": ""},
@@ -216,7 +245,7 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
     elif half > PRECISE * estimate.estimate:
         needed = estimate.runs * (half / (PRECISE * estimate.estimate)) ** 2
         notes.append(
-            "the budget is too small: the interval is wider than half of the probability; about "
+            "the budget is too small: the interval is wider than the probability itself; about "
             f"{needed:.0f} lifts would do"
         )
     return notes

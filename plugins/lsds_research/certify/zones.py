@@ -26,6 +26,8 @@ MOST_KEYS = 3
 LOSES = 0.9
 """A side is put back if the failure rate stays above this share of the best."""
 MOST_ZONES = 3
+SHUFFLES = 19
+"""Searches with shuffled outcomes: a zone that beats all of them is due to chance in 1 of 20 campaigns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,23 @@ class Zone:
 def zones(
     points: NDArray[np.float64], failed: NDArray[np.bool_], weights: NDArray[np.float64], most: int = MOST_ZONES
 ) -> list[Zone]:
-    """Return up to `most` zones, the most dangerous first; `weights` (runs) are the shares of the space."""
+    """Return up to `most` zones, the most dangerous first; `weights` (runs) are the shares of the space.
+
+    A box with many failures is found in noise, too, because it is chosen among very many. A zone counts if its failure
+    rate is above those that the same search finds with the outcomes shuffled.
+    """
+    found = _zones(points, failed, weights, most)
+    if not found:
+        return []
+    rng = np.random.default_rng(0)
+    shuffled = [_zones(points, rng.permutation(failed), weights, 1) for _ in range(SHUFFLES)]
+    chance = max((zone.rate for one in shuffled for zone in one), default=0.0)
+    return [zone for zone in found if zone.rate > chance]
+
+
+def _zones(
+    points: NDArray[np.float64], failed: NDArray[np.bool_], weights: NDArray[np.float64], most: int
+) -> list[Zone]:
     left = np.ones(len(points), bool)
     found: list[Zone] = []
     while len(found) < most:

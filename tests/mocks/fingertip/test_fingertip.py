@@ -188,3 +188,38 @@ def test_motion_is_that_of_the_material_at_the_pad():
 def test_bad_input_is_one_error_with_its_remedy(make, message):
     with pytest.raises(DataError, match=message):
         make()
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "box", "edge"])
+def test_an_object_beside_the_pad_does_not_touch_it(shape):
+    options = CellOptions(fidelity="winkler", shape=shape)
+    pad, half_m = Pose.of([0, 0, 0]), options.diameter_mm * 0.5e-3
+    near_m = 0.5e-3 * (options.width_mm if shape == "box" else options.diameter_mm)
+    edge_m = near_m + 0.5e-3 * options.pad_width_mm
+
+    def force_n(x_m):
+        return SimulatedFingertip(options).step(pad, Pose.of([x_m, 0, half_m - 2e-4]), 1e-3)[2]
+
+    assert force_n(0.0) > 0
+    assert force_n(0.95 * edge_m) > 0
+    assert force_n(1.05 * edge_m) == force_n(-1.05 * edge_m) == 0
+
+
+@pytest.mark.parametrize("given", [{"normal_n": math.nan}, {"target": [0.0, 0.0, math.nan]}])
+def test_values_that_are_not_finite_are_one_error(given):
+    tip = SimulatedFingertip(CellOptions(fidelity="winkler"))
+    target = Pose(np.array(given.pop("target", [0.0, 0.0, 0.0124])), np.eye(3))
+    with pytest.raises(DataError, match=r"fingertip: .*check whether the scene's simulation diverged"):
+        tip.step(Pose.of([0, 0, 0]), target, 1e-3, **given)
+
+
+def test_a_new_trial_forgets_slip_and_what_made_results_invalid():
+    tip = SimulatedFingertip(CellOptions(fidelity="winkler"))
+    pad = Pose.of([0, 0, 0])
+    for k in range(20):
+        tip.step(pad, Pose.of([0, 1e-3 * k, 0.5e-3 * tip.options.diameter_mm - 1.5e-3]), 1e-3)
+    assert tip.truth().invalid
+    assert tip.truth().slip_distance_m > 0
+    tip.restart()
+    truth = tip.truth()
+    assert (truth.time_s, truth.slip_distance_m, truth.invalid) == (0.0, 0.0, ())

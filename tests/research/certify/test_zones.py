@@ -46,3 +46,11 @@ def test_without_failures_there_is_no_zone():
     few = np.zeros(len(points), bool)
     few[:3] = True
     assert zones(points, few, weights) == []
+
+
+def test_noise_has_zones_in_few_campaigns():
+    campaigns = 0
+    for seed in range(10):
+        rng, points, weights = drawn(seed, 240)
+        campaigns += bool(zones(points, rng.random(len(points)) < 0.1, weights))
+    assert campaigns <= 2

@@ -2,6 +2,8 @@
 
 import contextlib
 import os
+import subprocess
+import sys
 import time
 
 from examples.clients.pymodbus_hand_e import Client as Works
@@ -86,3 +88,16 @@ class Refuses:
 
     def __init__(self, address):
         raise ConnectionRefusedError("no such device")
+
+
+class LeavesAProcess(Refuses):
+    """Starts a process that inherits its output and outlives it."""
+
+    def __init__(self, address):
+        self.started = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(30)"])
+
+    def read(self):
+        return float(self.started.pid)
+
+    def close(self):
+        pass

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+import time
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from lsds.cli.main import main
-from lsds.testing.torture.campaign import cases_of, faults_of, run_case, saved_cases
+from lsds.errors import DataError
+from lsds.testing.torture import campaign, course
+from lsds.testing.torture.campaign import Outcome, cases_of, faults_of, run_case, saved_cases
 from lsds.testing.torture.cases import MOCKS, Case, possible
 from lsds.testing.torture.course import started
+from lsds.testing.torture.driven import CLOCK, Call, DrivenClient
+from lsds.testing.torture.judging import is_right
 
 pytest.importorskip("pymodbus", reason="pymodbus is not installed: pip install pymodbus")
 ROOT = Path(__file__).parents[3]
@@ -86,6 +93,48 @@ def test_a_mock_is_asked_for_its_faults(kind, least):
     assert not names["freeze"].scaled
 
 
+def test_processes_that_a_client_leaves_end_with_it():
+    with DrivenClient(f"{CLIENTS}:LeavesAProcess") as client:
+        client.described()
+        client.call("connect", "tcp://127.0.0.1:1", limit_s=10.0)
+        left = int(client.call("read", limit_s=10.0).value)
+        began_s = time.monotonic()
+    assert time.monotonic() - began_s < 10.0
+    state = Path(f"/proc/{left}/stat")
+    assert not state.exists() or state.read_text().rpartition(")")[2].split()[0] == "Z"
+
+
+@pytest.mark.parametrize("text", ["[1]", "3", '{"outcomes": [[]]}', '{"case": {"kind": "arm"}}'])
+def test_a_file_of_anything_else_is_one_error(tmp_path, text):
+    file = tmp_path / "other.json"
+    file.write_text(text)
+    with pytest.raises(DataError, match="is no finding of lsds check --client"):
+        list(saved_cases(file))
+
+
+class ReadsOnce:
+    """A client whose reads all fail but the first."""
+
+    alive, reads = True, 0
+
+    def call(self, name, *_, limit_s):
+        self.reads += name == "read"
+        good = {"size": [24, 32, 3], "grey": [[0.0] * 32] * 24}
+        now_ns = CLOCK.now()
+        return Call(name, now_ns, now_ns, good) if self.reads < 2 else Call(name, now_ns, now_ns, None, "no image")
+
+    def death(self):
+        return None
+
+
+def test_a_camera_without_a_reference_image_cannot_begin(monkeypatch):
+    monkeypatch.setattr(course, "ADJUSTS_S", 0.01)
+    mock = SimpleNamespace(address="http://127.0.0.1:1", truths=lambda _: [])
+    case = Case("sensor", "gelsight-mini", "any:One")
+    found = course.run_course(course.Course(case), mock, ReadsOnce(), None, is_right, 1.0)
+    assert found.broken == "read() on a healthy line: no image"
+
+
 # -- the command ----------------------------------------------------------------------------------------------
 
 
@@ -106,6 +155,23 @@ def test_the_command_saves_a_file_that_repeats_the_finding(tmp_path, capsys):
     assert [case.severity for case in saved_cases(file)] == [5]
     assert command(*client, "--faults", str(file), "--repeats", "2") == 1
     assert "2 x crash" in capsys.readouterr().out
+
+
+def test_a_case_that_cannot_begin_is_no_success(monkeypatch, capsys):
+    """Without it a client that every fault keeps from beginning would pass."""
+    case = Case("gripper", "hand-e", f"{CLIENTS}:Works")
+    broken = Outcome(case, (), None, 1, 1, "", "it does not connect")
+    monkeypatch.setattr(campaign, "run_case", lambda *_: replace(broken, broken=""))
+    monkeypatch.setattr(campaign, "run_cases", lambda *_, **__: [broken])
+    assert command("gripper", "--client", f"{CLIENTS}:Works", "--faults", "none") == 1
+    assert "1 could not begin" in capsys.readouterr().out
+
+
+def test_a_folder_that_cannot_be_made_is_found_before_the_trials(tmp_path, capsys):
+    file = tmp_path / "file"
+    file.touch()
+    assert command("gripper", "--client", f"{CLIENTS}:Works", "--found", str(file / "found")) == 5
+    assert f"--found {file / 'found'}: the folder cannot be made" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

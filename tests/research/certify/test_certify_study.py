@@ -1,0 +1,79 @@
+"""Study `certify` around a lift that is planted: what counts as a drop, and what is checked before the first lift."""
+
+from __future__ import annotations
+
+import pytest
+from lsds_research.certify.options import CertifyOptions
+from lsds_research.certify.study import CertifyStudy
+from lsds_research.search import scenarios
+
+from lsds.clock import WallClock
+from lsds.contracts import BuildContext
+from lsds.errors import ConfigError, DataError
+
+pytest.importorskip("sklearn", reason="scikit-learn is not installed: pip install '.[search]'")
+HELD = {"outcome": "held", "sentence": "held", "fault": None, "slip_m": 1e-4, "ratio": 1.5, "delay_s": None}
+
+
+@pytest.fixture
+def planted(monkeypatch):
+    """Return a function that certifies with given results of a lift, by a count of lifts."""
+    asked = []
+
+    def certify(result, **options):
+        def lift(scenario):
+            asked.append(scenario[0])
+            return result(len(asked) - 1)
+
+        monkeypatch.setattr(scenarios, "run_scenario", lift)
+        study = CertifyStudy(CertifyOptions(runs=16, jobs=1, **options), BuildContext(WallClock(), 0))
+        return study.run(lambda *_: None)
+
+    certify.asked = asked
+    return certify
+
+
+def test_a_crushed_object_that_is_held_is_no_drop_anywhere(planted, tmp_path):
+    crushed = HELD | {"margins": {"holds": 1.0, "does not crush": -1.0}}
+    result = planted(lambda _: crushed, found=str(tmp_path))
+    assert result.details["probability"]["failed"] == 0
+    assert {row["margin"] for row in result.details["runs"]} == {1.0}
+    assert result.details["files"] == []
+
+
+def test_the_worst_drop_is_saved_first(planted, tmp_path):
+    margins = [
+        {"slips little": -0.9, "does not crush": 0.5},
+        {"slips little": -0.1, "does not crush": -1.0},
+        {"slips little": 0.5, "does not crush": -1.0},
+    ]
+    planted(lambda count: HELD | {"margins": margins[min(count, 2)]}, found=str(tmp_path), most=1)
+    (file,) = tmp_path.iterdir()
+    assert f"seed = {planted.asked[0]['seed']}\n" in file.read_text()
+
+
+def test_lifts_that_could_not_run_are_reported(planted):
+    not_run = {"margins": {"named": 0.1}, "outcome": "not run", "fault": "no such object"}
+    result = planted(lambda count: not_run if count < 3 else HELD | {"margins": {"holds": 1.0}})
+    assert any("3 of 16 lifts could not run" in note and "no such object" in note for note in result.notes)
+
+
+def test_a_config_that_is_wrong_is_found_before_the_first_lift(planted):
+    with pytest.raises(ConfigError, match="lift_sped_m_s"):
+        planted(lambda _: HELD, settings=["task.lift_sped_m_s=1"])
+    assert planted.asked == []
+
+
+def test_a_page_that_cannot_be_written_is_found_before_the_first_lift(planted, tmp_path):
+    with pytest.raises(DataError, match="the folder does not exist"):
+        planted(lambda _: HELD, page=str(tmp_path / "none" / "page.html"))
+    assert planted.asked == []
+
+
+def test_own_ranges_are_run_as_they_are_written(planted, tmp_path):
+    space = tmp_path / "space.toml"
+    space.write_text(
+        '"cell.simulated.shape" = ["sphere", "box"]\n"task.lift_speed_m_s" = [0.02, 0.08]\n"task.lift_s" = [0.2, 0.5]\n'
+    )
+    planted(lambda _: HELD | {"margins": {"holds": 1.0}}, space=str(space))
+    assert all(0.2 <= scenario["task.lift_s"] <= 0.5 for scenario in planted.asked)
