@@ -21,16 +21,20 @@ QUICK_FOLDERS = ("grip", "models", "property", "tactile", "unit")
 """Folders of tests/ whose tests need no process, no document and no whole lift."""
 
 
-def stored() -> dict[str, float]:
+def stored(file: Path | None = None) -> dict[str, float]:
     """Return the durations (s) by node id."""
-    by_file = json.loads(FILE.read_text(encoding="utf-8"))
+    by_file = json.loads((file or FILE).read_text(encoding="utf-8"))
     return {f"{file}::{test}": seconds for file, tests in by_file.items() for test, seconds in tests.items()}
 
 
 def store(durations: dict[str, float], file: Path) -> None:
-    """Write durations by file and test, those that matter, in an order that keeps differences small."""
+    """Write durations by file and test, those that matter, in an order that keeps differences small.
+
+    Those of tests that did not run now stay as they are.
+    """
     by_file: dict[str, dict[str, float]] = defaultdict(dict)
-    for node, seconds in sorted(durations.items()):
+    known = stored(file) if file.exists() else {}
+    for node, seconds in sorted({**known, **durations}.items()):
         if seconds > QUICK_S:
             path, _, test = node.partition("::")
             by_file[path][test] = round(seconds, 1)

@@ -18,7 +18,7 @@ from lsds.support.processes import DIED, spread
 
 Scenario: TypeAlias = RigConfig | str | Path | Mapping[str, Any] | Sequence[str]
 """A configuration, its file, config keys with values, or overrides as text ("task.lift_s=1"). A text that ends in
-`.toml` is a file; any other text is one override of the default."""
+`.toml` and has no `=` is a file; any other text is one override of the default."""
 VIRTUAL = "clock=virtual"
 """Refuses a config with a real device: many runs must not move one."""
 
@@ -57,10 +57,17 @@ def simulate(
     a result that pickle can write. `truths` keeps the states of the cell, some 100 kB a second. A scenario that cannot
     run, because its config is wrong or names a real device, has an `error`. Raises DataError if no process starts.
     """
-    items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
     if jobs < 1:
         raise DataError(f"jobs = {jobs}: must be at least 1")
-    for (number, _), result in spread(partial(_run_one, figures=figures, truths=truths), items, jobs):
+    items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
+    return _results(items, jobs, partial(_run_one, figures=figures, truths=truths))
+
+
+_Item: TypeAlias = tuple[int, RigConfig | tuple[str | None, tuple[str, ...]]]
+
+
+def _results(items: list[_Item], jobs: int, work: Callable[[_Item], SimulatedRun]) -> Iterator[SimulatedRun]:
+    for (number, _), result in spread(work, items, jobs):
         yield result if result is not None else SimulatedRun(number, {}, None, error=DIED)
 
 
@@ -68,7 +75,7 @@ def _plain(scenario: Scenario) -> RigConfig | tuple[str | None, tuple[str, ...]]
     """Return a scenario as a configuration, or as a file and overrides. Raises DataError for anything else."""
     if isinstance(scenario, RigConfig):
         return scenario
-    if isinstance(scenario, Path) or (isinstance(scenario, str) and scenario.endswith(".toml")):
+    if isinstance(scenario, Path) or (isinstance(scenario, str) and scenario.endswith(".toml") and "=" not in scenario):
         return str(scenario), ()
     if isinstance(scenario, str):
         return None, (scenario,)
@@ -82,7 +89,7 @@ def _plain(scenario: Scenario) -> RigConfig | tuple[str | None, tuple[str, ...]]
 
 
 def _run_one(
-    item: tuple[int, RigConfig | tuple[str | None, tuple[str, ...]]],
+    item: _Item,
     *,
     figures: Callable[[Session], Any] | None,
     truths: bool,

@@ -91,6 +91,6 @@ def test_a_process_that_dies_costs_its_own_scenario_only():
 @pytest.mark.parametrize("wrong", [3, [1, 2], None])
 def test_what_is_no_scenario_is_named(wrong):
     with pytest.raises(DataError, match="is no scenario"):
-        list(lsds.simulate([wrong]))
+        lsds.simulate([wrong])
     with pytest.raises(DataError, match="jobs = 0"):
-        list(lsds.simulate([], jobs=0))
+        lsds.simulate([], jobs=0)

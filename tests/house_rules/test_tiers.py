@@ -32,6 +32,8 @@ def test_stored_durations_are_read_back(tmp_path, monkeypatch):
     monkeypatch.setattr(tiers, "FILE", tmp_path / "durations.json")
     tiers.store({"a.py::test_x[1-y::z]": 2.04, "a.py::test_y": 0.1, "b.py::test_z": 0.3}, tiers.FILE)
     assert tiers.stored() == {"a.py::test_x[1-y::z]": 2.0, "b.py::test_z": 0.3}
+    tiers.store({"b.py::test_z": 0.1, "b.py::test_new": 1.0}, tiers.FILE)
+    assert tiers.stored() == {"a.py::test_x[1-y::z]": 2.0, "b.py::test_new": 1.0}
 
 
 def test_the_file_of_durations_names_only_files_that_exist():

@@ -39,3 +39,8 @@ def test_quantities_have_the_unit_that_keeps_them_short():
     assert duration(0.02071) == "20.7 ms"
     assert duration(1.25) == "1.25 s"
     assert length(None) == speed(None) == force(None) == duration(None) == "-"
+
+
+def test_what_rounds_to_nothing_has_no_sign_and_what_is_unknown_no_unit():
+    assert number(-1e-4) == "0"
+    assert {length(math.nan), force(math.nan), speed(math.nan), duration(math.nan)} == {"-"}

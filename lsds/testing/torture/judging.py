@@ -58,7 +58,8 @@ def findings(course: Course) -> list[Finding]:
     if opened := _opened(course):
         found.append(Finding("opened", opened))
     if course.moves_on:
-        after = "stop() returned" if course.calls[-1].name == "stop" else "the client ended"
+        last = course.calls[-1]
+        after = "the client ended" if last.name != "stop" or last.ending else "stop() returned"
         found.append(Finding("ran on", f"the arm still moved {STOPS_S:g} s after {after}"))
     wrong = [(call, text) for call in course.calls if (text := _wrong(course, call))]
     if wrong:
