@@ -82,6 +82,7 @@ class CertifyStudy:
         notes = [
             *(f"replaced: {text}" for text in replaced),
             *_notes(estimate, own.plain),
+            *_undecided(rows, estimate),
             *(
                 f"{len(not_run)} of {len(rows)} lifts could not run and count as held unless the error was unexpected; "
                 f"the first: {row['fault']}"
@@ -249,6 +250,18 @@ def _notes(estimate: Estimate, is_plain: bool) -> list[str]:
             f"{needed:.0f} lifts would do"
         )
     return notes
+
+
+def _undecided(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[str]:
+    """Return what lifts that show nothing, stopped or outside the model, could add to the probability."""
+    shows_nothing = [row["outcome"] in ("fault", "not run", Outcome.OUTSIDE) and _margin(row) >= 0 for row in rows]
+    share = float(estimate.weights[shows_nothing].sum())
+    if not share:
+        return []
+    return [
+        f"{share:.1%} of the lifts were stopped or are outside the model and count as not dropped; if each of them were "
+        f"a drop, the probability would be {estimate.estimate + share:.1%}"
+    ]
 
 
 def _zone_text(zone: Zone, space: Sequence[Any]) -> str:

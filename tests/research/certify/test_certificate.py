@@ -9,6 +9,8 @@ import pytest
 from lsds_research.certify.duration import seconds_of
 from lsds_research.certify.objects import OBJECTS, completed
 from lsds_research.certify.rig import simulated_rig
+from lsds_research.certify.sequential import Estimate
+from lsds_research.certify.study import _undecided
 from lsds_research.search.space import point_to_scenario
 
 from lsds.cli.main import main
@@ -85,3 +87,17 @@ def test_the_certificate_is_the_same_on_one_and_two_processes(tmp_path):
     assert one["runs"] == two["runs"]
     for file in one["files"]:
         assert main(["run", file, "--no-plot"]) in (8, 11)
+
+
+def test_lifts_that_show_nothing_are_not_silently_held():
+    estimate = Estimate(0.1, 0.05, 0.2, 1, 4, np.full(4, 0.25), float("nan"))
+    rows = [
+        {"outcome": "fault", "margins": {"named": 0.1}},
+        {"outcome": "held", "margins": {"holds": 1.0}},
+        {"outcome": "dropped", "margins": {"holds": -1.0}},
+        {"outcome": "outside the model's validity", "margins": {"holds": 1.0}},
+    ]
+    (note,) = _undecided(rows, estimate)
+    assert note.startswith("50.0% of the lifts were stopped or are outside the model")
+    assert note.endswith("the probability would be 60.0%")
+    assert _undecided([rows[1]], Estimate(0.0, 0.0, 0.1, 0, 1, np.ones(1), float("nan"))) == []
