@@ -259,8 +259,8 @@ def _undecided(rows: Sequence[dict[str, Any]], estimate: Estimate) -> list[str]:
     if not share:
         return []
     return [
-        f"{share:.1%} of the lifts were stopped or are outside the model and count as not dropped; if each of them were "
-        f"a drop, the probability would be {estimate.estimate + share:.1%}"
+        f"{share:.1%} of the lifts were stopped or are outside the model and count as not dropped; if each of them "
+        f"were a drop, the probability would be {estimate.estimate + share:.1%}"
     ]
 
 
