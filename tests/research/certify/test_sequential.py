@@ -66,7 +66,7 @@ def test_runs_go_where_failures_are():
     margin, _ = planted(2, 0.05)
     estimate, points = answered(sequential(DIMENSIONS, budget(320), 3), margin)
     failed = np.array([margin(point) < 0 for point in points])
-    assert failed[-RUNS_PER_BATCH * 8 :].mean() > 2 * 0.05
+    assert failed[-RUNS_PER_BATCH * 8 :].mean() > 1.5 * 0.05
     assert estimate.auc > 0.8
 
 
@@ -83,7 +83,7 @@ def test_the_interval_of_a_quick_certificate_contains_the_probability(share):
 
 def test_strata_without_failures_do_not_raise_the_lower_end():
     """One failure in 96 runs over six strata; the probability may be nearly zero."""
-    stage = _Stage(np.full(6, 1 / 6), [k % 6 for k in range(96)], [-1.0] + [1.0] * 95)
+    stage = _Stage(np.full(6, 1 / 6), np.full(6, 0.5), [k % 6 for k in range(96)], [-1.0] + [1.0] * 95)
     estimate = _estimate([stage], [np.zeros(2)] * 96, stage.margins, np.random.default_rng(0), 0)
     assert estimate.least < 0.002
     assert 0.03 < estimate.most < 0.1
