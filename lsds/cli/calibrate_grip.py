@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 
 if TYPE_CHECKING:
@@ -28,14 +28,7 @@ STANDARD_GRAVITY = 9.80665
     default=None,
     help="Mass of the object that is lifted; a simulated cell knows its own.",
 )
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one config key; repeatable.",
-)
+@set_option("Override one config key; repeatable.")
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 from lsds.errors import DataError
 
@@ -43,14 +43,7 @@ def _per_100(flag: str, default: float, kind: str) -> Callable[[F], F]:
 @_recordings("--load", "the load changes and nothing slips")
 @_recordings("--slide", "the object slides")
 @click.option("--by-hand", is_flag=True, help="Move nothing: you move the object, as you are asked to.")
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one config key; repeatable.",
-)
+@set_option("Override one config key; repeatable.")
 @click.option(
     "--detector", "detectors", multiple=True, metavar="NAME", help="Detector to calibrate; default: yours, and imprint."
 )

@@ -35,7 +35,7 @@ def check_client(
 ) -> int:
     """Try a client; print the table of outcomes and return the exit code. Raises UsageError, ConfigError, DataError."""
     from lsds.cli.progress import Progress
-    from lsds.testing.torture.campaign import run_case, run_cases
+    from lsds.testing.torture.campaign import run_case, run_cases, save
 
     if found is not None:
         _require_folder(found)
@@ -50,8 +50,6 @@ def check_client(
         outcomes = run_cases(planned, jobs, done=progress.to)
     files = {}
     if found is not None:
-        from lsds.testing.torture.campaign import save
-
         files = {k: save(outcome, found) for k, outcome in enumerate(outcomes) if outcome.findings}
     _report(base, outcomes, files, json_file)
     return FINDS if any(outcome.findings or outcome.broken for outcome in outcomes) else 0

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, to_json, write_json, write_text
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 
 
@@ -25,14 +25,7 @@ def config() -> None:
 
 @config.command()
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one option; repeatable.",
-)
+@set_option("Override one option; repeatable.")
 @json_option
 def check(file: Path, overrides: tuple[str, ...], json_file: str | None) -> None:
     """Check a config as a whole: keys, values, backends and their options. Nothing is connected.

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
 
-from lsds.cli.complete import config_override
 from lsds.cli.plugged import host_of
+from lsds.cli.set_option import set_option
 from lsds.cli.suggesting_group import SuggestingGroup
 
 if TYPE_CHECKING:
@@ -65,14 +65,7 @@ def mock() -> None:
 
 @click.command(context_settings=_HELP)
 @click.argument("config", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one option; repeatable.",
-)
+@set_option("Override one option; repeatable.")
 @click.option("--json", "as_json", is_flag=True, help="Print the addresses as one line of JSON.")
 def rig(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Serve all mocks of a rig until Ctrl-C, each in its own process, with one shared plant.

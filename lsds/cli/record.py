@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.record_export import export
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 
@@ -40,14 +40,7 @@ record.add_command(export)
 
 @record.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one option; repeatable.",
-)
+@set_option("Override one option; repeatable.")
 @click.option(
     "--seconds", type=click.FloatRange(min=0.1), default=10.0, show_default=True, help="Length of the film, s."
 )

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lsds.cli.complete import config_override
 from lsds.cli.output import json_option, require_writable, write_json
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 
@@ -21,14 +21,7 @@ DIFFERS = 13
 
 @click.command()
 @click.argument("recording", type=click.Path(dir_okay=False, path_type=Path))
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override a recorded option; repeatable.",
-)
+@set_option("Override a recorded option; repeatable.")
 @click.option(
     "--plot", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Draw both runs to this PNG."
 )

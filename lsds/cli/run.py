@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from lsds.cli.complete import config_override, fault_moment
+from lsds.cli.complete import fault_moment
 from lsds.cli.output import json_option, require_writable, verbose_option, write_json
 from lsds.cli.run_summary import full_table, short_table
+from lsds.cli.set_option import set_option
 from lsds.cli.threads import one_thread
 
 if TYPE_CHECKING:
@@ -22,14 +23,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("config", required=False, type=click.Path(dir_okay=False, path_type=Path))
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one option; repeatable.",
-)
+@set_option("Override one option; repeatable.")
 @click.option(
     "--seed", type=click.IntRange(min=0), default=None, help="Seed of every random stream; the same as --set seed=N."
 )

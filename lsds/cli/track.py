@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
-from lsds.cli.complete import backends, config_override
+from lsds.cli.complete import backends
 from lsds.cli.output import json_option, verbose_option, write_json
 from lsds.cli.progress import Progress
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 from lsds.cli.threads import one_thread
 from lsds.errors import DataError
@@ -30,14 +31,7 @@ MOST_LISTED_FRAMES = 3
     help="Tracker backend: lk, centroid, dis, or a plugin's tracker.",
 )
 @click.option("--config", type=click.Path(dir_okay=False, path_type=Path), help="Config to start from.")
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one option; repeatable.",
-)
+@set_option("Override one option; repeatable.")
 @click.option(
     "--features",
     type=click.Choice(["baseline", "proposed", "combined", "released13", "all"]),

@@ -19,6 +19,8 @@ from lsds.support.processes import DIED, spread
 Scenario: TypeAlias = RigConfig | str | Path | Mapping[str, Any] | Sequence[str]
 """A configuration, its file, config keys with values, or overrides as text ("task.lift_s=1"). A text that ends in
 `.toml` and has no `=` is a file; any other text is one override of the default."""
+_Item: TypeAlias = tuple[int, RigConfig | tuple[str | None, tuple[str, ...]]]
+"""Number and scenario: a configuration, or its file and overrides."""
 VIRTUAL = "clock=virtual"
 """Refuses a config with a real device: many runs must not move one."""
 
@@ -61,9 +63,6 @@ def simulate(
         raise DataError(f"jobs = {jobs}: must be at least 1")
     items = [(number, _plain(scenario)) for number, scenario in enumerate(scenarios)]
     return _results(items, jobs, partial(_run_one, figures=figures, truths=truths))
-
-
-_Item: TypeAlias = tuple[int, RigConfig | tuple[str | None, tuple[str, ...]]]
 
 
 def _results(items: list[_Item], jobs: int, work: Callable[[_Item], SimulatedRun]) -> Iterator[SimulatedRun]:

@@ -26,21 +26,24 @@ def number(value: float) -> str:
 
 def length(value_m: float | None) -> str:
     """Return a length (m) in mm."""
-    return MISSING if value_m is None or math.isnan(value_m) else f"{number(1e3 * value_m)} mm"
+    return _quantity(value_m, 1e3, "mm")
 
 
 def speed(value_m_s: float | None) -> str:
     """Return a speed (m/s) in mm/s."""
-    return MISSING if value_m_s is None or math.isnan(value_m_s) else f"{number(1e3 * value_m_s)} mm/s"
+    return _quantity(value_m_s, 1e3, "mm/s")
 
 
 def force(value_n: float | None) -> str:
     """Return a force (N)."""
-    return MISSING if value_n is None or math.isnan(value_n) else f"{number(value_n)} N"
+    return _quantity(value_n, 1.0, "N")
 
 
 def duration(value_s: float | None) -> str:
     """Return a duration (s) in s, or in ms if it is below one second."""
-    if value_s is None or math.isnan(value_s):
-        return MISSING
-    return f"{number(value_s)} s" if abs(value_s) >= 1 else f"{number(1e3 * value_s)} ms"
+    in_seconds = value_s is not None and abs(value_s) >= 1
+    return _quantity(value_s, 1.0, "s") if in_seconds else _quantity(value_s, 1e3, "ms")
+
+
+def _quantity(value: float | None, factor: float, unit: str) -> str:
+    return MISSING if value is None or math.isnan(value) else f"{number(factor * value)} {unit}"

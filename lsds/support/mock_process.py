@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from lsds.errors import ConnectFailed, DeviceError
-from lsds.support.processes import isolated_environment, module_command
+from lsds.support.processes import isolated_environment, module_command, read_lines
 
 START_TIMEOUT_S = 60.0
 """Time within which a mock has to listen (s). Compiling the simulated gel takes 15 s of it, once on each machine."""
@@ -67,8 +67,8 @@ class MockProcess:
         assert self._process.stdout is not None
         assert self._process.stderr is not None
         self._readers = [
-            threading.Thread(target=_read_lines, args=(self._process.stdout, self._lines.put), daemon=True),
-            threading.Thread(target=_read_lines, args=(self._process.stderr, self._note), daemon=True),
+            threading.Thread(target=read_lines, args=(self._process.stdout, self._lines.put), daemon=True),
+            threading.Thread(target=read_lines, args=(self._process.stderr, self._note), daemon=True),
         ]
         for reader in self._readers:
             reader.start()
@@ -192,13 +192,3 @@ class MockProcess:
 
 def _text(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(Path(value) if isinstance(value, Path) else value)
-
-
-def _read_lines(stream: Any, take: Any) -> None:
-    try:
-        for line in stream:
-            take(line)
-    except ValueError:
-        pass
-    finally:
-        take(None)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -36,6 +36,17 @@ def module_command(module: str, *arguments: str) -> list[str]:
 def isolated_environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return this process's environment for a child whose own children, too, ignore the current folder."""
     return {**os.environ, _SAFE_PATH: "1", **(extra or {})}
+
+
+def read_lines(stream: Iterable[str], take: Callable[[str | None], object]) -> None:
+    """Hand each line of a process's output to `take`, and None at its end, or when the stream is closed meanwhile."""
+    try:
+        for line in stream:
+            take(line)
+    except ValueError:
+        pass
+    finally:
+        take(None)
 
 
 def spread(work: Callable[[Item], Result], items: Sequence[Item], jobs: int) -> Iterator[tuple[Item, Result | None]]:

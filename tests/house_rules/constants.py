@@ -1,4 +1,4 @@
-"""Named numbers of the packages: a name has one value in the whole tree, a statement of its own and a sentence.
+"""Named numbers of the packages: each name has one value in the whole tree, and each number a statement and a sentence.
 
 `python -m tests.house_rules.constants` prints each place that breaks the rule, with names of files as arguments only
 theirs; with `--write` it lowers `constants_backlog.json` to what the tree holds now.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -104,15 +104,11 @@ def cases_of(base: Case, faults: Sequence[Possible], repeats: int) -> list[tuple
     for repeat in range(repeats):
         seed = base.seed + repeat
         if not faults:
-            planned.append((_with(base, "", None, seed), None))
+            planned.append((replace(base, fault="", severity=None, seed=seed), None))
         for fault in faults:
             strengths = SEVERITIES if fault.scaled else (None,)
-            planned += [(_with(base, fault.kind, severity, seed), fault) for severity in strengths]
+            planned += [(replace(base, fault=fault.kind, severity=own, seed=seed), fault) for own in strengths]
     return planned
-
-
-def _with(base: Case, fault: str, severity: int | None, seed: int) -> Case:
-    return Case(base.kind, base.mock, base.client, fault, severity, seed, base.settings)
 
 
 def run_cases(

@@ -66,7 +66,6 @@ class Course:
     moved_from_ns: int = 0
     fault_ns: tuple[int, int] = (0, 0)
     ends_ns: int = 0
-    stopped_ns: int | None = None
     followed: bool | None = None
     moves_on: bool = False
     reference: Any = None
@@ -109,13 +108,17 @@ class _Trial:
         if pause_s := PERIOD_S[self.course.case.kind]:
             CLOCK.sleep_until(CLOCK.now() + nanoseconds(pause_s))
 
-    def recovers(self, right: Callable[[Call], bool], *, each: Callable[[], object] = lambda: None) -> None:
+    def recovers(self, right: Callable[[Course, Call], bool], *, each: Callable[[], object] = lambda: None) -> None:
         """Read until the answers are right again, for at most `AFTER_S`."""
         end_ns, count = CLOCK.now() + nanoseconds(AFTER_S), 0
         while self.alive and CLOCK.now() < end_ns and count < RIGHT:
             each()
-            count = count + 1 if self.alive and right(self.call("read")) else 0
+            count = count + 1 if self.alive and self._is_right(right, self.call("read")) else 0
             self.pause()
+
+    def _is_right(self, right: Callable[[Course, Call], bool], call: Call) -> bool:
+        self.course.truths = self.mock.truths(call.began_ns - NS_PER_S)
+        return right(self.course, call)
 
     def wait(self, done: Callable[[Truth], bool], lasts_s: float) -> bool:
         """Wait until the plant is in a state; return whether it came to be."""
@@ -191,14 +194,10 @@ def _gripper(trial: _Trial, fault: Possible | None, right: Callable[[Course, Cal
             trial.call("move", CLOSED_M, SLOW_DRIVE_M_S)
         trial.poll(FAULT_S / 2)
 
-    def judged(call: Call) -> bool:
-        course.truths = trial.mock.truths(call.began_ns - NS_PER_S)
-        return right(course, call)
-
     trial.call("move", CLOSED_M, SLOW_DRIVE_M_S)
     trial.poll(BEFORE_S)
     trial.during(fault, close_again)
-    trial.recovers(judged)
+    trial.recovers(right)
     course.ends_ns = CLOCK.now()
     if not trial.alive:
         return
@@ -216,18 +215,14 @@ def _arm(trial: _Trial, fault: Possible | None, right: Callable[[Course, Call], 
     def rise() -> None:
         trial.call("move", RISES_M_S)
 
-    def judged(call: Call) -> bool:
-        course.truths = trial.mock.truths(call.began_ns - NS_PER_S)
-        return right(course, call)
-
     trial.poll(BEFORE_S, each=rise)
     trial.during(fault, lambda: trial.poll(FAULT_S, each=rise))
-    trial.recovers(judged, each=rise)
+    trial.recovers(right, each=rise)
     stopped = trial.call("stop") if trial.alive else None
-    course.stopped_ns = CLOCK.now()
+    stopped_ns = CLOCK.now()
     # An error is a proper answer to `stop`: the caller then knows that the arm may still move.
     if stopped is None or not stopped.error:
-        CLOCK.sleep_until(course.stopped_ns + nanoseconds(STOPS_S))
+        CLOCK.sleep_until(stopped_ns + nanoseconds(STOPS_S))
         course.moves_on = bool(trial.mock.truth.moving)
     course.ends_ns = CLOCK.now()
 
@@ -244,7 +239,7 @@ def _camera(trial: _Trial, fault: Possible | None, right: Callable[[Course, Call
     course.moved_from_ns = CLOCK.now()
     trial.poll(BEFORE_S)
     trial.during(fault, lambda: trial.poll(FAULT_S))
-    trial.recovers(lambda call: right(course, call))
+    trial.recovers(right)
     course.ends_ns = CLOCK.now()
 
 

@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from lsds.clock import NS_PER_S, WallClock
 from lsds.errors import DataError
-from lsds.support.processes import isolated_environment, module_command
+from lsds.support.processes import isolated_environment, module_command, read_lines
 
 CLOCK = WallClock()
 IMPORT_S = 30.0
@@ -63,8 +63,8 @@ class DrivenClient:
             start_new_session=True,
         )
         self._readers = [
-            threading.Thread(target=self._read, args=(self._process.stdout, self._lines.put), daemon=True),
-            threading.Thread(target=self._read, args=(self._process.stderr, self._note), daemon=True),
+            threading.Thread(target=read_lines, args=(self._process.stdout, self._lines.put), daemon=True),
+            threading.Thread(target=read_lines, args=(self._process.stderr, self._note), daemon=True),
         ]
         for reader in self._readers:
             reader.start()
@@ -158,21 +158,9 @@ class DrivenClient:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             if stream is not None:
-                try:
+                with suppress(OSError):
                     stream.close()
-                except OSError:
-                    continue
 
     def _note(self, line: str | None) -> None:
         if line is not None:
             self._errors.append(line)
-
-    @staticmethod
-    def _read(stream: Any, take: Any) -> None:
-        try:
-            for line in stream:
-                take(line)
-        except ValueError:
-            pass
-        finally:
-            take(None)

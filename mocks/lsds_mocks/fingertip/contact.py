@@ -68,7 +68,7 @@ class Outline:
         return Touch(-height, reach, tilt, place)
 
     def _is_over(self, p: NDArray[np.float64], along: NDArray[np.float64], pad_m: tuple[float, float]) -> bool:
-        """Return whether an object, as wide as it is along its whole length, lies over the pad and not beside it."""
+        """Return whether an object, as wide as it is along its whole length, lies over the pad."""
         length = math.hypot(along[0], along[1])
         if length < 1e-3:
             return True

@@ -169,7 +169,7 @@ class SimulatedFingertip:
         return self._wrench(pad)
 
     def restart(self) -> None:
-        """Begin a new trial: take the object off the gel; time, slip, and what made results invalid begin anew."""
+        """Begin a new trial: take the object off the gel, and forget time, slip and what made results invalid."""
         self.release()
         self._time_s = 0.0
         self._deepest_m = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from lsds.support.extras import require
 from lsds_mocks.cell.options import CellOptions
@@ -92,14 +92,15 @@ def pipe_scene(
     require("mujoco", extra="mujoco", purpose="the scene of a pipe")
     import mujoco
 
+    engine: Any = mujoco  # Its functions are compiled and have no types.
     options = options or CellOptions(fidelity="winkler")
     sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))
     tips = {name: SimulatedFingertip(options, side=side, seed=seed) for name, side in sides}
     if step_s is None:
         most = tips["left"].stable_step_s(PAD_KG)
         step_s = next((step for step in STEPS_S if step <= most), STEPS_S[-1])
-    model = mujoco.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, mode=mode, grip=grip))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    model = engine.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, mode=mode, grip=grip))
+    data = engine.MjData(model)
+    engine.mj_forward(model, data)
     pads = [MujocoFingertip(model, data, tip, pad=f"{name}_pad", target="held") for name, tip in tips.items()]
     return MujocoScene(model, data, pads, mode=mode, every=every)

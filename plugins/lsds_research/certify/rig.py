@@ -11,6 +11,7 @@ from lsds.config.reading import read_toml
 from lsds.contracts import BuildContext
 from lsds.errors import LsdsError
 from lsds.registry.host import PluginHost
+from lsds_research.search.space import flat
 
 GRIPPER, SENSOR, ARM = "mock-hand-e", "mock-gelsight-mini", "mock-ur5e"
 GRIPPER_TICKS = 225
@@ -37,7 +38,7 @@ def simulated_rig(path: Path | None, host: PluginHost) -> tuple[list[str], list[
     if real:
         for section in _DROPPED:
             tables.pop(section, None)
-    return override_texts(_flat(tables)), notes
+    return override_texts(dict(flat(tables))), notes
 
 
 def _gripper(tables: dict[str, Any], host: PluginHost, notes: list[str]) -> bool:
@@ -110,13 +111,3 @@ def _spec(host: PluginHost, kind: Any, name: str, options: dict[str, Any]) -> An
 
 def _words(options: dict[str, Any]) -> str:
     return ", ".join(f"{key} = {value}" for key, value in options.items()) or "its defaults"
-
-
-def _flat(tables: dict[str, Any], before: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in tables.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{before}{key}.")
-        else:
-            found[before + key] = value
-    return found

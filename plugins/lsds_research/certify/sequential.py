@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lsds.support.extras import require
+from lsds_research.metrics import auc
 
 Points = list[NDArray[np.float64]]
 Floats = NDArray[np.float64]
@@ -197,9 +198,5 @@ def _auc(points: Sequence[Floats], margins: Sequence[float], seed: int) -> float
     if min(failed.sum(), (~failed).sum()) < 2:
         return float("nan")
     votes = _forest(points, failed, seed).oob_decision_function_[:, 1]
-    seen = np.isfinite(votes)
-    bad, good = votes[seen & failed], votes[seen & ~failed]
-    if not len(bad) or not len(good):
-        return float("nan")
-    above = (bad[:, None] > good[None, :]).mean() + 0.5 * (bad[:, None] == good[None, :]).mean()
-    return float(above)
+    voted = np.isfinite(votes)
+    return auc(failed[voted], votes[voted])

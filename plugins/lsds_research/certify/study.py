@@ -24,7 +24,7 @@ from lsds_research.certify.options import CertifyOptions
 from lsds_research.certify.page import write_page
 from lsds_research.certify.plot import plot_certificate
 from lsds_research.certify.rig import simulated_rig
-from lsds_research.certify.sequential import Estimate, plain, sequential
+from lsds_research.certify.sequential import RUNS_PER_BATCH, Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
 from lsds_research.search.robustness import Limits
@@ -91,14 +91,15 @@ class CertifyStudy:
             *(f"zone: {_zone_text(zone, self._space)}" for zone in found),
             *(f"failure: lsds run {file}" for file in files),
         ]
+        draw_rows = partial(plot_certificate, rows=rows, estimate=estimate)
         title = f"certificate of {own.rig or 'the simulated cell'}: {estimate.runs} lifts (simulated)"
         if own.page:
-            write_page(Path(own.page), title, figures, notes, partial(self._draw, rows=rows, estimate=estimate))
+            write_page(Path(own.page), title, figures, notes, draw_rows)
         return StudyResult(
             title,
             _COLUMNS,
             figures,
-            partial(self._draw, rows=rows, estimate=estimate),
+            draw_rows,
             notes,
             {
                 "probability": {key: getattr(estimate, key) for key in ("estimate", "least", "most", "failed", "runs")},
@@ -138,14 +139,8 @@ class CertifyStudy:
         if self._runs:
             return runs / self._runs
         spent_s = (perf_ns() - began_ns) / NS_PER_S
-        batch_s = spent_s * self._batch / runs if runs else 0.0
+        batch_s = spent_s * RUNS_PER_BATCH / runs if runs else 0.0
         return (spent_s + batch_s / 2) / self._budget_s
-
-    @property
-    def _batch(self) -> int:
-        from lsds_research.certify.sequential import RUNS_PER_BATCH
-
-        return RUNS_PER_BATCH
 
     def _progress(self, done: int, asked: int, began_ns: int) -> tuple[int, int]:
         if self._runs:
@@ -169,10 +164,6 @@ class CertifyStudy:
             )
             for number, row in enumerate(failed[: own.most], start=1)
         ]
-
-    @staticmethod
-    def _draw(path: Path, *, rows: Sequence[dict[str, Any]], estimate: Estimate) -> None:
-        plot_certificate(path, rows, estimate)
 
 
 def _margin(row: dict[str, Any]) -> float:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
-from lsds.cli.complete import config_override, simulated_object
+from lsds.cli.complete import simulated_object
 from lsds.cli.output import json_option, require_writable, write_json
 from lsds.cli.progress import Progress
+from lsds.cli.set_option import set_option
 from lsds.cli.text_table import table
 from lsds.cli.threads import MOST_PROCESSES, processes
 from lsds.support.extras import require
@@ -23,14 +24,7 @@ if TYPE_CHECKING:
 @click.argument("job", type=click.Choice(["detection", "severity", "pipe", "catch", "loads"]))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder of the dataset.")
 @click.option("--config", "config_file", type=click.Path(dir_okay=False), help="TOML config of the rig.")
-@click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=config_override,
-    help="Override one config key; repeatable.",
-)
+@set_option("Override one config key; repeatable.")
 @click.option(
     "--object",
     "objects",

@@ -76,13 +76,14 @@ def read_space(path: Path) -> tuple[Axis, ...]:
     A list of two numbers is a range, of integers if both are integers. Any other list is one of choices, of which the
     first is usual. Raises DataError with the key.
     """
-    return tuple(_axis(path, key, entry) for key, entry in _flat(read_toml(path)))
+    return tuple(_axis(path, key, entry) for key, entry in flat(read_toml(path)))
 
 
-def _flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+def flat(tables: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    """Return the config keys of tables, "task.lift_s", with their values."""
     found: list[tuple[str, Any]] = []
     for key, value in tables.items():
-        found += _flat(value, f"{before}{key}.") if isinstance(value, Mapping) else [(before + key, value)]
+        found += flat(value, f"{before}{key}.") if isinstance(value, Mapping) else [(before + key, value)]
     return found
 
 

@@ -13,6 +13,7 @@ the crossover frequency, is close to kd T_n / kp at every gain below 1 / (kd T_n
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from lsds_plugins.controllers.pd import NOMINAL_DT_S, PAPER_TICK_M, PdOptions
 
@@ -40,6 +41,7 @@ def delay_margin_s(gain: float = 1.0) -> float:
 
     law = PdOptions()
     kp, kd = (gain * CM * PAPER_TICK_M * own for own in (law.kp, law.kd * NOMINAL_DT_S))
-    loop = control.tf([kd, kp], [1.0, 0.0, 0.0]) * (PIPE_KINETIC * STIFFNESS_N_M / (PIPE_KG * LOOP_FRAME_S))
+    loop: Any = control.tf([kd, kp], [1.0, 0.0, 0.0])
+    loop *= PIPE_KINETIC * STIFFNESS_N_M / (PIPE_KG * LOOP_FRAME_S)
     _, phase_deg, _, crossover_rad_s = control.margin(loop)
     return float(math.radians(phase_deg) / crossover_rad_s)
