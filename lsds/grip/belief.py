@@ -46,10 +46,17 @@ SPREAD_S = 0.1
 
 
 class GripBelief:
-    """The belief about one grip; feed it once per round of fingers. `answer_s`: the time until the fingers answer."""
+    """The belief about one grip; feed it once per round of fingers. `answer_s`: the time until the fingers answer.
 
-    def __init__(self, options: GripOptions, answer_s: float) -> None:
-        self.options, self._answer_s = options, answer_s
+    `compiled` is whether compiled functions compute it (`lsds.grip.compiled_belief`).
+    """
+
+    def __init__(self, options: GripOptions, answer_s: float, *, compiled: bool = False) -> None:
+        self.options, self._answer_s, self._compiled = options, answer_s, compiled
+        if compiled:
+            from lsds.grip.compiled_belief import prepare
+
+            prepare()
         self._ln_kinetic = math.log(options.kinetic)
         self.load_n = np.exp(np.arange(math.log(LOAD_RANGE_N[0]), math.log(LOAD_RANGE_N[1]), GRID_STEP))
         self.limit = np.exp(np.arange(math.log(LIMIT_RANGE[0]), math.log(LIMIT_RANGE[1]), GRID_STEP))
@@ -105,18 +112,45 @@ class GripBelief:
         before_n = math.exp(self._last_f) if math.isfinite(self._last_f) else math.nan
         self._last_f, self._last_s = ln_f, squeeze_mm
         slid = self.slips
+        density = max(1.0 / _RANGE, self._loading(load_n, before_n, moved_mm))
+        loading = 1 - self.options.unseen if stands else LOADING_STEADY if rate <= STEADY_1_S else LOADING_RISING
+        if self._compiled:
+            begun = self._advance_compiled(ln_f, ln_g, dt_s, stands, changed, (loading, density))
+            self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
+            self._weigh(evidence, dt_s)
+            return
         begun = self._drift(dt_s, changed) + self._break_away(ln_f - ln_g, dt_s)
         self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
         self._stop(ln_g, dt_s, stands)
         hang = _normal(ln_f - self._ln_w, noise)
-        below = (self._ln_w > ln_f) * max(1.0 / _RANGE, self._loading(load_n, before_n, moved_mm))
-        loading = 1 - self.options.unseen if stands else LOADING_STEADY if rate <= STEADY_1_S else LOADING_RISING
+        below = (self._ln_w > ln_f) * density
         self.stick *= ((1 - loading) * hang + loading * below + _OUTLIER)[:, None]
         sliding = _normal(ln_f - (self._ln_r + ln_g - self._ln_kinetic), SLIDING_NOISE * noise) + _OUTLIER
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING_NOISE * noise))
         self.slide *= heavy[:, None] * sliding[None, :]
         self._weigh(evidence, dt_s)
+
+    def _advance_compiled(
+        self, ln_f: float, ln_g: float, dt_s: float, stands: bool, changed: bool, being_loaded: tuple[float, float]
+    ) -> float:
+        """Advance both hypotheses by a round; return how much began to slide."""
+        from lsds.grip.compiled_belief import advance
+
+        self._walk(dt_s, changed)
+        before, grows = self._raise_greatest(ln_f - ln_g, dt_s)
+        noise = self.options.noise
+        begun, _, _ = advance(
+            self.stick,
+            self.slide,
+            (self._ln_w, self._ln_r, self._ln_need, self._prior_w, self._prior_r),
+            self.options.jumps_hz * dt_s,
+            (before, ln_f - ln_g, BREAKING_NOISE * noise if grows else 0.0),
+            (self._answered(dt_s), ln_g - self._ln_kinetic, 0.0 if stands else BREAKING_NOISE * noise),
+            (ln_f, noise, SLIDING_NOISE * noise, *being_loaded),
+            (_OUTLIER, _STOPPING),
+        )
+        return float(begun)
 
     def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""
@@ -128,15 +162,14 @@ class GripBelief:
         probability. Of what sticks the load is at most `ahead_n`, of what slides it is all that it may be, times
         `braking`."""
         cap = min(int(np.searchsorted(self._ln_w, math.log(ahead_n))), len(self._ln_w) - 1)
-        below = (cap + 1) * len(self._ln_r)
-        mass = np.bincount(self._needs[:below], self.stick[: cap + 1].ravel(), len(self._ln_need))
-        # Loads above the cap count as the cap.
-        at_cap = self._needs[below - len(self._ln_r) : below]
-        mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
         # A sliding object has to be stopped by kinetic friction, which carries less.
         shift = round((self._ln_kinetic + math.log(braking)) / GRID_STEP)
-        sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
-        mass[shift:] += sliding[: len(mass) - shift]
+        if self._compiled:
+            from lsds.grip.compiled_belief import needs_of
+
+            mass = needs_of(self.stick, self.slide, cap, shift)
+        else:
+            mass = self._needs_of(cap, shift)
         beyond = np.cumsum(mass[::-1])[::-1]
         at = int(np.searchsorted(-beyond, -risk))
         at = min(at, len(self._ln_need) - 1)
@@ -145,6 +178,17 @@ class GripBelief:
         part = (upper - risk) / max(upper - beyond[at], 1e-12)
         ln_need = self._ln_need[at] - GRID_STEP * (1 - part) + math.log(margin)
         return math.exp(ln_need / self.options.power)
+
+    def _needs_of(self, cap: int, shift: int) -> Floats:
+        """Return the mass by ln (W / r): of what sticks with loads up to `cap`, and of what slides, `shift` above."""
+        below = (cap + 1) * len(self._ln_r)
+        mass = np.bincount(self._needs[:below], self.stick[: cap + 1].ravel(), len(self._ln_need))
+        # Loads above the cap count as the cap.
+        at_cap = self._needs[below - len(self._ln_r) : below]
+        mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
+        sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
+        mass[shift:] += sliding[: len(mass) - shift]
+        return np.asarray(mass)
 
     def _loading(self, load_n: float, before_n: float, moved_mm: float) -> float:
         """Return the density, over ln F, of the load of what stands and sticks: it rises only as the arm moves.
@@ -173,6 +217,16 @@ class GripBelief:
 
     def _drift(self, dt_s: float, changed: bool) -> float:
         """Let load and limit drift and jump; return what has begun to slide."""
+        self._walk(dt_s, changed)
+        by_w, by_r = self.stick.sum(axis=1), self.stick.sum(axis=0)
+        jumps = self.options.jumps_hz * dt_s
+        self.stick *= 1 - 2 * jumps
+        jumped = jumps * np.stack([self._prior_w, by_w], axis=1)
+        self.slide += jumped @ np.stack([by_r, self._prior_r])
+        return 2 * jumps * float(by_w.sum())
+
+    def _walk(self, dt_s: float, changed: bool) -> None:
+        """Let load and limit drift."""
         self._drifted_s += dt_s
         self._changed_s += dt_s if changed else 0.0
         if self._drifted_s > SPREAD_S:
@@ -182,16 +236,15 @@ class GripBelief:
             if self._changed_s:
                 self.stick = self._walked(self.stick, self._changed_s, 1)
             self._drifted_s = self._changed_s = 0.0
-        by_w, by_r = self.stick.sum(axis=1), self.stick.sum(axis=0)
-        jumps = self.options.jumps_hz * dt_s
-        self.stick *= 1 - 2 * jumps
-        jumped = jumps * np.stack([self._prior_w, by_w], axis=1)
-        self.slide += jumped @ np.stack([by_r, self._prior_r])
-        return 2 * jumps * float(by_w.sum())
 
     def _walked(self, mass: Floats, drift_s: float, axis: int) -> Floats:
         """Return the mass after a random walk of that duration along an axis."""
         share = min(0.5 * drift_s * (self.options.drift / GRID_STEP) ** 2, 0.25)
+        if self._compiled:
+            from lsds.grip.compiled_belief import walk
+
+            walk(mass, share, axis == 1)
+            return mass
         out, step = (1 - 2 * share) * mass, share * mass
         # The edges of the grid keep their mass.
         to, of = (out, step) if axis == 0 else (out.T, step.T)
@@ -201,11 +254,16 @@ class GripBelief:
         to[-1] += of[-1]
         return np.asarray(out)
 
-    def _break_away(self, ln_ratio: float, dt_s: float) -> float:
-        """Move what a new greatest ratio has brought to its limit from stick to slide; return how much."""
+    def _raise_greatest(self, ln_ratio: float, dt_s: float) -> tuple[float, bool]:
+        """Note a ratio of load to squeeze^p (ln); return the greatest before, and whether this one exceeds it."""
         before = self._greatest
         self._greatest = max(ln_ratio, before - dt_s / FORGET_S if math.isfinite(before) else ln_ratio)
-        if ln_ratio <= before:
+        return before, ln_ratio > before
+
+    def _break_away(self, ln_ratio: float, dt_s: float) -> float:
+        """Move what a new greatest ratio has brought to its limit from stick to slide; return how much."""
+        before, grows = self._raise_greatest(ln_ratio, dt_s)
+        if not grows:
             return 0.0
         std = BREAKING_NOISE * self.options.noise
         now = _below((ln_ratio - self._ln_r) / std)
@@ -218,7 +276,7 @@ class GripBelief:
 
     def _stop(self, ln_g: float, dt_s: float, stands: bool) -> None:
         """Move what friction, or the waiting arm, has stopped from slide to stick."""
-        share: Floats | float = 1 - math.exp(-dt_s / (self._answer_s / 2))
+        share: Floats | float = self._answered(dt_s)
         if not stands:
             exceeds = ln_g - self._ln_kinetic - self._ln_need
             share = (_below(exceeds / (BREAKING_NOISE * self.options.noise)) * share)[self._needs].reshape(
@@ -227,6 +285,10 @@ class GripBelief:
         moved = self.slide * share
         self.stick += moved
         self.slide -= moved
+
+    def _answered(self, dt_s: float) -> float:
+        """Return the share of what friction can stop that stops within a time."""
+        return 1 - math.exp(-dt_s / (self._answer_s / 2))
 
 
 SLIDING_NOISE = 1.5

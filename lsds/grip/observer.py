@@ -43,11 +43,12 @@ GRAVITY_M_S2 = 9.81
 class GripObserver:
     """Estimates the grip of one object.
 
-    `answer_s` is the time from a change at the object to the fingers' answer.
+    `answer_s` is the time from a change at the object to the fingers' answer, `compiled` whether compiled functions
+    compute the belief.
     """
 
-    def __init__(self, options: GripOptions, answer_s: float) -> None:
-        self.belief = GripBelief(options, answer_s)
+    def __init__(self, options: GripOptions, answer_s: float, *, compiled: bool = False) -> None:
+        self.belief = GripBelief(options, answer_s, compiled=compiled)
         self._power = options.power
         self._answer_s = answer_s
         self.reset()

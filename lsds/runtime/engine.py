@@ -37,6 +37,7 @@ from lsds.safety.device_calls import INTERRUPT_SETTLE_S
 from lsds.safety.guard import Guard
 from lsds.safety.validation import validated_aperture
 from lsds.safety.watchdog import Watchdog
+from lsds.tactile.compiled import use_compiled
 from lsds.tactile.perception import Perception
 
 if TYPE_CHECKING:
@@ -106,7 +107,8 @@ class Engine:
             resolution_m=0.0 if rig.gripper is None else rig.gripper.spec.resolution_m,
             answer_s=_answer_s(rig) if config.grip.answer_s is None else config.grip.answer_s,
         )
-        self._grip = GripObserver(config.grip, self._asked.answer_s)
+        compiled = use_compiled(config.tactile.arithmetic)
+        self._grip = GripObserver(config.grip, self._asked.answer_s, compiled=compiled)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None

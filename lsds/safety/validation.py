@@ -18,7 +18,7 @@ def validated_tracks(who: str, tracks: object, count: int, seq: int) -> MarkerTr
     """Return the validated tracks. Raises PluginError for another type, or another number of markers than `count`."""
     if not isinstance(tracks, MarkerTracks):
         raise _wrong(who, tracks, "MarkerTracks", seq)
-    shapes = tuple(np.shape(part) for part in (tracks.xy_px, tracks.valid, tracks.flags))
+    shapes = tuple(getattr(part, "shape", ()) for part in (tracks.xy_px, tracks.valid, tracks.flags))
     if shapes != ((count, 2), (count,), (count,)):
         got = ", ".join(map(str, shapes))
         raise PluginError(
@@ -26,7 +26,7 @@ def validated_tracks(who: str, tracks: object, count: int, seq: int) -> MarkerTr
             "(one row for each marker of the reference, in its order)"
         )
     # The sum is NaN or infinite if any position is.
-    if not math.isfinite(float(np.sum(tracks.xy_px, where=tracks.valid[:, None]))):
+    if not math.isfinite(tracks.xy_px[tracks.valid].sum()):
         raise PluginError(f"{who}, frame {seq}: a valid marker has no finite position (flag it as lost)")
     return tracks
 

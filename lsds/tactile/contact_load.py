@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lsds.contracts.values import ContactLoad
+from lsds.tactile.plane_motion import as_complex
 
 if TYPE_CHECKING:
     from lsds.contracts import DeformationField
@@ -40,13 +41,14 @@ def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) ->
     pitch_x, pitch_y = field.reference.pitch_px
     # A lost marker counts as the mean of the others.
     per_m = shear_n_m3 * pitch_x * pitch_y * metres_per_px**2 * count / known
-    moved, at = field.displacement_m[valid], field.position_m[valid]
-    x, y = per_m * moved.sum(axis=0)
-    torque = per_m * float((at[:, 0] * moved[:, 1] - at[:, 1] * moved[:, 0]).sum())
+    moved, at = as_complex(field.displacement_m)[valid], as_complex(field.position_m)[valid]
+    total = complex(moved.sum())
+    x, y = per_m * total.real, per_m * total.imag
+    torque = per_m * float(np.vdot(at, moved).imag)
     noise_n = per_m * DOT_M * math.sqrt(known)
-    arm_m = float(np.sqrt((at**2).sum(axis=1).mean()))
+    arm_m = math.sqrt(float(np.vdot(at, at).real) / known)
     return ContactLoad(
-        (float(x), float(y)),
+        (x, y),
         torque,
         math.hypot(noise_n, SHEAR_SHARE * math.hypot(x, y)),
         math.hypot(noise_n * arm_m, SHEAR_SHARE * torque),

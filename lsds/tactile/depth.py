@@ -118,7 +118,9 @@ class DepthEstimator:
         scale: int = 8,
         threshold_m: float = 50e-6,
         calibration: PhotometricCalibration | None = None,
+        compiled: bool = False,
     ) -> None:
+        """`compiled` is whether compiled functions compute it; those need an image that halves evenly."""
         height, width = reference.image.shape[:2]
         if scale < HALF or scale & (scale - 1):
             raise ValueError(f"scale must be a power of two, {HALF} or more, got {scale}")
@@ -137,19 +139,27 @@ class DepthEstimator:
         self._threshold_m = threshold_m
         self._solver = PoissonSolver(*self._shape)
         self._free = int(self.FREE_SHARE * self._shape[0] * self._shape[1])
-        colours = self._colours(reference)
+        self._compiled = compiled and height % (scale << self._coarser) == width % (scale << self._coarser) == 0
+        self._block = 1 << self._halvings
+        colours = np.moveaxis(self._planes(reference), 0, 2) if self._compiled else self._colours(reference)
         self._inverse = _pixel_inverse(calibration or PhotometricCalibration(), colours)
         self._reference = colours.reshape(-1, 3).copy()
         self._sampled = np.maximum(colours[_SAMPLE, _SAMPLE].reshape(-1, 3), np.float32(1.0))
+        if self._compiled:
+            self._inverse = self._inverse.reshape(2, 3, *self._shape)
+            self._reference = np.ascontiguousarray(self._reference.T).reshape(3, *self._shape)
+            self._sampled = np.ascontiguousarray(self._sampled.T)
 
     def measure(self, frame: Frame) -> ContactPatch:
         """Return depth (metres, positive where pressed in) and the fraction of the image beyond the threshold."""
+        if self._compiled:
+            return self._measure_compiled(frame)
         colours = self._colours(frame)
         # Brightness changes and the dim start-up affect the whole image alike: the median ratio is their gain.
         ratio = colours[_SAMPLE, _SAMPLE].reshape(-1, 3) / self._sampled
         middle = len(ratio) // 2
         ratio.partition(middle, axis=0)
-        gain = np.maximum(ratio[middle], np.float32(0.05))
+        gain = np.maximum(ratio[middle], np.float32(_LEAST_GAIN))
         change = colours.reshape(-1, 3) / gain
         change -= self._reference
         # Three long sums over all pixels cost a third of one short sum per pixel.
@@ -173,6 +183,28 @@ class DepthEstimator:
         fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
         area = np.count_nonzero(fine > self._threshold_m) / fine.size
         return ContactPatch(depth, self._threshold_m, area)
+
+    def _measure_compiled(self, frame: Frame) -> ContactPatch:
+        from lsds.tactile.compiled.depth import level_depth, slopes_of
+
+        colours = self._planes(frame)
+        slopes = slopes_of(colours, self._reference, self._sampled, self._inverse, _EVERY, np.float32(_LEAST_GAIN))
+        depth = self._solver.solve(slopes[0], slopes[1])
+        depth *= np.float32(self._pitch_m)
+        threshold = np.float32(self._threshold_m)
+        area = level_depth(depth, self._free, threshold, self.FREE_LEVEL, self._block)
+        return ContactPatch(depth, self._threshold_m, area)
+
+    def _planes(self, frame: Frame) -> NDArray[np.float32]:
+        """Return `_colours` as planes (3, h, w)."""
+        from lsds.tactile.compiled.depth import colours_of
+
+        views = viewed(frame)
+        free = np.asarray(cv2.bitwise_not(cv2.dilate(views.dark, _AROUND)), np.uint8)
+        planes: NDArray[np.float32] = colours_of(
+            *views.half_planes, free, self._halvings, self._coarser, np.float32(_WEIGHT)
+        )
+        return planes
 
     def _colours(self, frame: Frame) -> NDArray[np.float32]:
         """Return the mean colour (h, w, 3) of the pixels between the markers, at the depth map's resolution."""
@@ -236,4 +268,7 @@ def _fill(total: NDArray[np.uint8], free: NDArray[np.uint8], coarser: int) -> ND
 _WEIGHT = 30
 _AROUND = np.ones((3, 3), np.uint8)
 #: Pixels per axis that the gain is taken from: every third one suffices for one number per channel.
-_SAMPLE = slice(1, None, 3)
+_EVERY = 3
+_SAMPLE = slice(1, None, _EVERY)
+#: Minimum gain of the light against the reference; chosen.
+_LEAST_GAIN = 0.05

@@ -26,3 +26,7 @@ class TactileOptions(BaseModel):
         description="shear traction of the gel over its displacement; lsds calibrate grip finds that of your own",
     )
     depth_scale: Literal[2, 4, 8, 16] = Field(default=8, description="depth is solved at 1/depth_scale of the image")
+    arithmetic: Literal["auto", "compiled", "portable"] = Field(
+        default="auto",
+        description="inner loops compiled by numba (extra fast) or in OpenCV and NumPy; auto: compiled where installed",
+    )

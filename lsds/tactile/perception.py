@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from lsds.contracts import Observation
 from lsds.safety.validation import validated_tracks
+from lsds.tactile.compiled import use_compiled
 from lsds.tactile.contact_load import load_of
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
@@ -64,7 +65,10 @@ class Perception:
         self.reference_frame: Frame | None = None
 
     def start(self, frames: Sequence[Frame]) -> MarkerReference:
-        """Build the reference from one or more frames of the untouched gel. Raises DataError if they are unusable."""
+        """Build the reference from one or more frames of the untouched gel. Raises DataError if they are unusable.
+
+        Raises MissingExtra if compiled functions are asked for and numba is not installed.
+        """
         for frame in frames:
             check_image(frame, self._spec)
         reference = average_frames(frames)
@@ -73,14 +77,18 @@ class Perception:
         self.reference_frame = self._working.frame(reference)
         self.reference = self._tracker.start(self.reference_frame, self._spec.pad)
         self._field = FieldBuilder(self.reference, self.metres_per_px)
+        compiled = use_compiled(self._options.arithmetic)
         self._depth = DepthEstimator(
             self.reference_frame,
             self.metres_per_px,
             scale=self._options.depth_scale,
             threshold_m=self._options.contact_threshold_mm * 1e-3,
+            compiled=compiled,
         )
         self._features.start(self.reference, self._field.position_m)
-        self._imprint = ImprintFollower(self.metres_per_px, self.reference, self.reference_frame, self._imprint_step)
+        self._imprint = ImprintFollower(
+            self.metres_per_px, self.reference, self.reference_frame, self._imprint_step, compiled=compiled
+        )
         self._basis = EvidenceBasis(self.reference)
         self._followed: NDArray[np.bool_] | None = None
         return self.reference

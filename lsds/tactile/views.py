@@ -29,22 +29,55 @@ DARKNESS = 0.72
 MEAN_WINDOW = 17
 
 
+class ColourPlanes:
+    """The three colours of one frame at a time; their buffers are reused.
+
+    Allocating them takes longer than splitting an image.
+    """
+
+    def __init__(self) -> None:
+        self._buffers: list[NDArray[np.uint8]] = []
+        self._of: Frame | None = None
+
+    def of(self, frame: Frame) -> list[NDArray[np.uint8]]:
+        """Return the red, green and blue (height, width) of a frame, valid until another frame is asked for."""
+        if self._of is not frame:
+            size = frame.image.shape[:2]
+            if not self._buffers or self._buffers[0].shape != size:
+                self._buffers = [np.empty(size, np.uint8) for _ in range(3)]
+            cv2.split(frame.image, self._buffers)
+            self._of = frame
+        return self._buffers
+
+
 class ViewedFrame(Frame):
     """A frame in grey and at half resolution. `image` is uint8 (height, width, 3) RGB.
 
-    `planes` are buffers for the image's three colours. They are overwritten, and the frames of a stream may share them.
+    The frames of a stream may share their `planes`.
     """
 
-    def __init__(self, frame: Frame, planes: list[NDArray[np.uint8]] | None = None) -> None:
+    def __init__(self, frame: Frame, planes: ColourPlanes | None = None) -> None:
         super().__init__(frame.image, frame.t_ns, frame.seq, frame.redrawn)
-        self.__dict__["_planes"] = planes  # Frames are frozen.
+        self.__dict__["_planes"] = planes or ColourPlanes()  # Frames are frozen.
 
     @cached_property
     def grey(self) -> NDArray[np.uint8]:
         """Grey image of the markers without the colours of the contact, uint8 (height, width): see `RED_SHARE`."""
-        planes: list[NDArray[np.uint8]] | None = self.__dict__["_planes"]
-        red, _, blue = cv2.split(self.image) if planes is None else cv2.split(self.image, planes)
+        red, _, blue = self._colours
         return np.asarray(cv2.addWeighted(red, RED_SHARE, blue, 1 - RED_SHARE, 0), np.uint8)
+
+    @property
+    def _colours(self) -> list[NDArray[np.uint8]]:
+        planes: ColourPlanes = self.__dict__["_planes"]
+        return planes.of(self)
+
+    @cached_property
+    def half_planes(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]:
+        """`half_rgb` as three planes, each uint8 (height / 2, width / 2)."""
+        height, width = self.image.shape[:2]
+        size = (width // HALF, height // HALF)
+        red, green, blue = (cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in self._colours)
+        return np.asarray(red, np.uint8), np.asarray(green, np.uint8), np.asarray(blue, np.uint8)
 
     @cached_property
     def half_grey(self) -> NDArray[np.uint8]:
@@ -86,19 +119,13 @@ def smaller(xy_px: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
 
 
 class Viewer:
-    """Adds views to the frames of one stream.
-
-    The colour buffers are reused: allocating them takes longer than splitting the image.
-    """
+    """Adds views to the frames of one stream."""
 
     def __init__(self) -> None:
-        self._planes: list[NDArray[np.uint8]] = []
+        self._planes = ColourPlanes()
 
     def view(self, frame: Frame) -> ViewedFrame:
         """Return the frame with its views, not yet computed."""
-        size = frame.image.shape[:2]
-        if not self._planes or self._planes[0].shape != size:
-            self._planes = [np.empty(size, np.uint8) for _ in range(3)]
         return ViewedFrame(frame, self._planes)
 
 

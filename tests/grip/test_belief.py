@@ -206,3 +206,28 @@ def test_a_fast_slide_needs_more_grip_to_stop():
 @pytest.mark.parametrize(("slip", "expected"), [(True, 0.8), (False, 0.2)])
 def test_a_score_that_is_no_probability_counts_by_its_decision(slip, expected):
     assert probability(detection(7.0, threshold=3.0, slip=slip)) == pytest.approx(expected)
+
+
+@settings(max_examples=40)
+@given(
+    frames=st.lists(
+        st.tuples(
+            *(st.floats(0, 60), st.floats(0.3, 20), st.floats(0, 0.2), st.floats(-9, 9), st.booleans()),
+            st.sampled_from([0.0, 0.5, math.inf]),
+        ),
+        min_size=1,
+        max_size=25,
+    )
+)
+def test_the_compiled_belief_is_the_same(frames):
+    pytest.importorskip("numba")
+    portable, fast = (GripBelief(OPTIONS, 0.105, compiled=kind) for kind in (False, True))
+    for load_n, squeeze_mm, dt_s, evidence, stands, moved_mm in frames:
+        for belief in (portable, fast):
+            belief.update(load_n, squeeze_mm, dt_s, evidence, stands, moved_mm)
+        assert fast.stick == pytest.approx(portable.stick, rel=1e-6, abs=1e-12)
+        assert fast.slide == pytest.approx(portable.slide, rel=1e-6, abs=1e-12)
+        needs = [belief.squeeze_mm(0.25, 1.2, max(load_n, 0.03), 1.1) for belief in (portable, fast)]
+        assert needs[1] == pytest.approx(needs[0], rel=1e-6)
+        assert fast.slips == pytest.approx(portable.slips, rel=1e-6, abs=1e-12)
+        assert fast.limit_n(squeeze_mm) == pytest.approx(portable.limit_n(squeeze_mm), rel=1e-6)

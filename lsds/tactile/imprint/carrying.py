@@ -35,9 +35,27 @@ class CarriedGel:
     1964, Watson 1964).
     """
 
-    def __init__(self, position: Floats, moved: Floats, pitch_px: float, image_size: tuple[int, int]) -> None:
-        """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` markers; `image_size` (width, height)."""
+    def __init__(
+        self,
+        position: Floats,
+        moved: Floats,
+        pitch_px: float,
+        image_size: tuple[int, int],
+        *,
+        compiled: bool = False,
+    ) -> None:
+        """`position` (n, 2) and `moved` (n, 2) of at least `LEAST_DOTS` markers; `image_size` (width, height).
+
+        `compiled` is whether compiled functions compute the motion.
+        """
+        #: Minimum motion of the fastest tenth of the markers, px.
+        self.fastest_px = fastest(moved)
         node_x, node_y, grid = _grid(image_size)
+        if compiled:
+            from lsds.tactile.compiled.carrying import nodes_of
+
+            self._nodes = nodes_of(position, moved, node_x, node_y, REACH * pitch_px, _AFFINE_WEIGHT)
+            return
         count, columns = len(position), len(node_x)
         table = np.ones((5, count))
         table[1:3], table[3:] = position.T, moved.T
@@ -57,8 +75,6 @@ class CarriedGel:
         nodes = deviation[:2] / (deviation[2] + _AFFINE_WEIGHT)
         nodes += even @ grid
         self._nodes = nodes.T.astype(np.float32, order="C").reshape(len(node_y), columns, 2)
-        #: Minimum motion of the fastest tenth of the markers, px.
-        self.fastest_px = fastest(moved)
 
     def everywhere(self, shape: tuple[int, ...], scale: float) -> Plane:
         """Return the motion (h, w, 2), in pixels that are `scale` image pixels wide."""
@@ -80,6 +96,16 @@ class CarriedGel:
         nodes = self._nodes if scale == 1.0 else self._nodes * np.float32(1 / scale)
         found = cv2.remap(nodes, x * per_node, y * per_node, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return np.asarray(found, np.float32).reshape(-1, 2)
+
+    def places(self, table: Plane, scale: float, centre: tuple[float, float]) -> tuple[Plane, float]:
+        """Return the carried positions (2, n) of edges (7, n) about a centre, and their radius of gyration.
+
+        All are in pixels that are `scale` image pixels wide. For compiled registrations.
+        """
+        from lsds.tactile.compiled.registration import places_of
+
+        places: tuple[Plane, float] = places_of(table, self._nodes, scale / NODE_PX, scale, *centre)
+        return places
 
 
 @lru_cache(maxsize=8)

@@ -69,12 +69,21 @@ class ImprintFollower:
     """Follows the imprint of one stream from frame to frame. Motions are computed on first use."""
 
     def __init__(
-        self, metres_per_px: float, reference: MarkerReference, image: Frame, step: Step | None = None
+        self,
+        metres_per_px: float,
+        reference: MarkerReference,
+        image: Frame,
+        step: Step | None = None,
+        *,
+        compiled: bool = False,
     ) -> None:
-        """`image` is the reference's frame, with or without contact. `step` runs the computation of the motions."""
+        """`image` is the reference's frame, with or without contact. `step` runs the computation of the motions.
+
+        `compiled` is whether compiled functions compute them.
+        """
         self._metres_per_px = metres_per_px
         self._step = step
-        self._maker = ReliefMaker()
+        self._maker = ReliefMaker(compiled=compiled)
         self._faint = FaintDots(reference, image, metres_per_px)
         relief = self._maker.relief(image, self._faint.xy_px, self._faint.radius_px)
         self._residue = DotResidue(reference, relief, metres_per_px)
@@ -162,6 +171,7 @@ class Shown:
         self._frame, self._maker, self._faint, self._residue = frame, maker, faint, residue
         self._reference_sharpness = reference_sharpness
         self.field, self.metres_per_px, self.redrawn = field, metres_per_px, frame.redrawn
+        self.compiled = maker.compiled
 
     @cached_property
     def sharpness(self) -> float:
@@ -174,7 +184,7 @@ class Shown:
         relief = self._maker.relief(self._frame, self._faint.carried(self.field), self._faint.radius_px)
         relief = self._residue.taken_off(relief, self.field)
         self.scale = relief.scale
-        return Layers(relief)
+        return Layers(relief, compiled=self.compiled)
 
 
 def sharpness(frame: Frame) -> float:
@@ -225,20 +235,17 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
     if min(before.sharpness, now.sharpness) < -BLURRED or abs(now.sharpness - before.sharpness) > REFOCUSED:
         return None
     metres, reference = now.metres_per_px, now.field.reference
-    gel = carried_gel(before.field, now.field, metres)
+    gel = carried_gel(before.field, now.field, metres, compiled=now.compiled)
     first, second = before.layers, now.layers
     edges, px = first[0].edges, before.scale
-    squared = edges.squared
-    total = float(squared.sum())
-    if gel is None or total <= 0:
+    if gel is None or edges.total <= 0:
         return None
-    centre = (float(squared @ edges.x) / total, float(squared @ edges.y) / total)
+    centre, radius = edges.centre, edges.radius
     registration = Registration(first, second, gel, centre, px)
     rest = registration.at_rest()
     if rest is None or (rest.strength < FAINT_CURVATURE and _rests(now.field, metres)):
         return None
     here = gel.at(np.array([centre[0] * px], np.float32), np.array([centre[1] * px], np.float32))[0].tolist()
-    radius = math.sqrt(float(squared @ ((edges.x - centre[0]) ** 2 + (edges.y - centre[1]) ** 2)) / total)
     unit = px * metres
 
     def starts() -> Iterator[Start]:
@@ -266,7 +273,7 @@ def imprint_motion(before: Shown, now: Shown, earlier: FollowedImprint | None = 
         gain=found.gain,
         strength=found.strength,
         residual=found.residual,
-        grown=second[0].edges.steepness / max(first[0].edges.steepness, 1e-12),
+        grown=second[0].edges.steepness / max(edges.steepness, 1e-12),
         radius_m=radius * unit,
         redrawn=now.redrawn,
     )
@@ -298,13 +305,15 @@ def _rests(field: DeformationField, metres_per_px: float) -> bool:
     return fastest(field.displacement_m[field.valid]) < REST_PX * metres_per_px
 
 
-def carried_gel(before: DeformationField, now: DeformationField, metres_per_px: float) -> CarriedGel | None:
+def carried_gel(
+    before: DeformationField, now: DeformationField, metres_per_px: float, *, compiled: bool = False
+) -> CarriedGel | None:
     """Return the gel's motion between two fields of one reference; None if they share too few markers."""
     position, moved = moved_dots(before, now, metres_per_px)
     if len(position) < LEAST_DOTS:
         return None
     reference = now.reference
-    return CarriedGel(position, moved, sum(reference.pitch_px) / 2, reference.image_size)
+    return CarriedGel(position, moved, sum(reference.pitch_px) / 2, reference.image_size, compiled=compiled)
 
 
 def moved_dots(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -19,6 +19,8 @@ import numpy as np
 from lsds.tactile.imprint.layers import COUNT
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lsds.tactile.imprint.carrying import CarriedGel
@@ -41,7 +43,7 @@ FARTHEST_SLIP_PX = 60.0
 #: Turn at which a registration is given up, rad.
 WIDEST_TURN = 1.0
 #: Minimum and maximum gain.
-_GAINS = (0.3, 3.0)
+GAINS = (0.3, 3.0)
 
 
 class Registered(NamedTuple):
@@ -70,7 +72,7 @@ class Registration:
 
     def __init__(self, first: Layers, second: Layers, gel: CarriedGel, centre: tuple[float, float], px: float) -> None:
         self._given = first, second, gel, centre, px
-        self._problems: dict[int, _Problem | None] = {}
+        self._problems: dict[int, _Problem | _CompiledProblem | None] = {}
 
     def at_rest(self) -> Registered | None:
         """Return the registration without slip; None if there are no edges."""
@@ -93,12 +95,13 @@ class Registration:
         problem, gain, compared = last
         return problem.registered(slip, gain, compared)
 
-    def _problem(self, level: int) -> _Problem | None:
+    def _problem(self, level: int) -> Any:
         if level not in self._problems:
             first, second, gel, centre, px = self._given
-            enough = len(first[level].edges.x) >= _LEAST_EDGES
+            enough = len(first[level].edges) >= _LEAST_EDGES
+            make = _CompiledProblem if first[level].compiled else _Problem
             self._problems[level] = (
-                _Problem(first[level], second[level], gel, centre, px, CURVATURE_NOISE[level]) if enough else None
+                make(first[level], second[level], gel, centre, px, CURVATURE_NOISE[level]) if enough else None
             )
         return self._problems[level]
 
@@ -147,13 +150,13 @@ class _Problem:
         self._radius = math.sqrt(float(x.dot(x) + y.dot(y)) / len(x)) + 1.0
         #: Derivatives (4, n) of the difference by motion along x and y, turn and gain; the fifth row is the difference.
         self._rows = np.empty((5, len(x)), np.float32)
-        self._rows[0], self._rows[1] = edges.along_x, edges.along_y
-        np.multiply(edges.along_y, x, out=self._rows[2])
-        self._rows[2] -= edges.along_x * y
+        along_x, along_y = edges.along
+        self._rows[0], self._rows[1] = along_x, along_y
+        np.multiply(along_y, x, out=self._rows[2])
+        self._rows[2] -= along_x * y
         self._rows[3] = edges.curvature
-        self._outlier = np.float32(1 / (3 * noise) ** 2)
-        spread = np.array([PRIOR_STD[0] / step, PRIOR_STD[1] / step, PRIOR_STD[2], PRIOR_STD[3]])
-        self._prior = (2 * noise / spread) ** 2
+        outlier, self._prior = robustness(noise, step)
+        self._outlier = np.float32(outlier)
 
     @cached_property
     def at_rest(self) -> _Compared:
@@ -171,7 +174,7 @@ class _Problem:
             full.flat[:19:6] += self._prior
             _, step = cv2.solve(full[:, :4], full[:, 4:])
             d_x, d_y, d_turn, d_gain = step.ravel().tolist()
-            gain = min(max(gain + d_gain, _GAINS[0]), _GAINS[1])
+            gain = min(max(gain + d_gain, GAINS[0]), GAINS[1])
             d_x, d_y, d_turn = d_x / gain, d_y / gain, d_turn / gain
             length = max(abs(d_x), abs(d_y), abs(d_turn) * self._radius)
             if length > LONGEST_STEP:
@@ -206,26 +209,103 @@ class _Problem:
     def _squared(self) -> NDArray[np.float32]:
         return np.asarray(self._first.curvature * self._first.curvature)
 
-    @cached_property
-    def _total(self) -> float:
-        return max(float(self._first.weight.sum()), 1e-9)
-
     def registered(self, slip: tuple[float, float, float], gain: float, compared: _Compared) -> Registered:
         """Return the registration for a slip (relief px, rad) and a gain."""
         shown, weight, normal = compared
         first = self._first
-        total = float(weight.sum())
         weighted = weight * shown
         own, both, other = float(weight @ self._squared), float(weighted @ first.curvature), float(weighted @ shown)
         difference = shown - np.float32(gain) * first.curvature
         left = float((weight * difference) @ difference)
-        per_px = np.array([1 / self._step, 1 / self._step, 1.0])
-        return Registered(
-            slip,
-            normal[:3, :3] * (per_px[:, None] * per_px),
-            both / math.sqrt(own * other) if own > 0 and other > 0 else 0.0,
-            total / self._total,
-            gain,
-            math.sqrt(left / max(total, 1e-9)),
-            math.sqrt(own / max(total, 1e-9)),
+        return registered(slip, gain, normal, (own, both, other, left, float(weight.sum())), first.weights, self._step)
+
+
+class _CompiledProblem:
+    """The registration of one layer by compiled functions; lengths in its pixels."""
+
+    def __init__(
+        self,
+        first: Layer,
+        second: Layer,
+        gel: CarriedGel,
+        centre: tuple[float, float],
+        px: float,
+        noise: float,
+    ) -> None:
+        self._edges, self._second, self._step = first.edges, second, first.step
+        self._centre = (centre[0] / self._step, centre[1] / self._step)
+        self._places, self._radius = gel.places(self._edges.table, self._step * px, self._centre)
+        self._outlier, self._prior = robustness(noise, self._step)
+
+    @cached_property
+    def at_rest(self) -> Floats:
+        """The comparison of the reliefs without slip."""
+        return self._registered(_NOTHING, 0, _UNKNOWN)
+
+    def solve(self, start: tuple[float, float, float]) -> tuple[tuple[float, float, float], float, Floats]:
+        """Return slip (relief px, rad) and gain from a start, and the last comparison of the reliefs."""
+        step = self._step
+        known = self.at_rest if start == _NOTHING else _UNKNOWN
+        answer = self._registered((start[0] / step, start[1] / step, start[2]), MOST_STEPS, known)
+        x, y, turn, gain = answer[:4].tolist()
+        return (x * step, y * step, turn), gain, answer
+
+    def _registered(self, start: tuple[float, float, float], most: int, known: Floats) -> Floats:
+        from lsds.tactile.compiled.registration import registered as compare
+
+        limits = (most, SETTLED, LONGEST_STEP, *GAINS)
+        second = self._second
+        answer: Floats = compare(
+            self._edges.table,
+            self._places,
+            second.curvature,
+            second.weight,
+            self._centre,
+            start,
+            self._prior,
+            self._outlier,
+            self._radius,
+            limits,
+            known,
         )
+        return answer
+
+    def registered(self, slip: tuple[float, float, float], gain: float, compared: Floats) -> Registered:
+        """Return the registration for a slip (relief px, rad) and a gain."""
+        sums = compared[24:].tolist()
+        return registered(slip, gain, compared[4:24].reshape(4, 5), sums, self._edges.weights, self._step)
+
+
+#: No comparison known at the start.
+_UNKNOWN = np.empty(0)
+
+
+def robustness(noise: float, step: float) -> tuple[float, Floats]:
+    """Return the factor on squared differences that makes them outliers, and the precision (4,) of the prior.
+
+    `noise` is that of a layer whose pixels are `step` relief pixels wide.
+    """
+    spread = np.array([PRIOR_STD[0] / step, PRIOR_STD[1] / step, PRIOR_STD[2], PRIOR_STD[3]])
+    return 1 / (3 * noise) ** 2, (2 * noise / spread) ** 2
+
+
+def registered(
+    slip: tuple[float, float, float], gain: float, normal: Floats, sums: Sequence[float], whole: float, step: float
+) -> Registered:
+    """Return the registration for a slip (relief px, rad) and a gain.
+
+    `normal` (4, 5) are the normal equations of a layer whose pixels are `step` relief pixels wide. `sums` are weighted
+    sums of squares: the first relief's, the product's, the second's, the difference's; and that of the weights, which
+    is `whole` if all edges are in view.
+    """
+    own, both, other, left, total = sums
+    per_px = np.array([1 / step, 1 / step, 1.0])
+    return Registered(
+        slip,
+        normal[:3, :3] * (per_px[:, None] * per_px),
+        both / math.sqrt(own * other) if own > 0 and other > 0 else 0.0,
+        total / max(whole, 1e-9),
+        gain,
+        math.sqrt(left / max(total, 1e-9)),
+        math.sqrt(own / max(total, 1e-9)),
+    )

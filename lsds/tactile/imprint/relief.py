@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from lsds.tactile.depth import PhotometricCalibration
-from lsds.tactile.views import HALF, smaller, viewed
+from lsds.tactile.views import HALF, ViewedFrame, smaller, viewed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,26 +59,52 @@ class Relief(NamedTuple):
 class ReliefMaker:
     """Makes reliefs by a photometric calibration; keeps no state between frames."""
 
-    def __init__(self, calibration: PhotometricCalibration | None = None) -> None:
+    def __init__(self, calibration: PhotometricCalibration | None = None, *, compiled: bool = False) -> None:
+        """`compiled` is whether compiled functions make them: of a frame, and of all that follows from its relief."""
         inverse = (calibration or PhotometricCalibration()).inverse() * CALIBRATED_LIGHT
         # The relative light is 1 without slope. The last column subtracts the contribution of this 1.
         self._slopes = [np.array([[*shares, -shares.sum()]], np.float32) for shares in inverse.T]
+        self.compiled = compiled
+        self._curvature = self._portable_curvature
+        if compiled:
+            from lsds.tactile.compiled.relief import CurvatureMaker
+
+            taps = cv2.getGaussianKernel(SLOPE_WINDOW_PX[0], SMOOTH)[: SLOPE_WINDOW_PX[0] // 2 + 1, 0]
+            bounds = np.array([LEAST_LIGHT_LEVEL, LEAST_FREE, LEAST_FREE_SHARE], np.float32)
+            self._curvature = CurvatureMaker(
+                np.concatenate(self._slopes), taps.astype(np.float32), bounds, LIGHT_BLOCK_PX
+            )
 
     def relief(self, frame: Frame, faint_px: NDArray[np.float64] = _NONE, radius_px: float = 0.0) -> Relief:
         """Return the relief of a frame. Discs around `faint_px` (n, 2) are excluded, as markers are."""
-        colours, dots, scale = _at_most(WIDEST, frame)
+        views = viewed(frame)
+        colours, (dots, scale) = self._colours(views), _at_most(WIDEST, views.dark, cv2.INTER_NEAREST)
         if len(faint_px):
             dots = _with_discs(dots, smaller(faint_px, scale), radius_px / scale)
         # A marker's soft rim is darker than the gel but not in the mask.
         free = np.asarray(cv2.bitwise_not(cv2.dilate(dots, _ROUND)), np.uint8)
-        if colours.max() >= SATURATED:
+        if max(int(part.max()) for part in colours) >= SATURATED:
             free = np.asarray(cv2.bitwise_and(free, _unsaturated(colours)), np.uint8)
+        curvature = self._curvature(colours, free)
+        weight = _unit(np.asarray(cv2.erode(free, _AROUND), np.uint8))
+        for edge in (weight[:BORDER_PX], weight[-BORDER_PX:], weight[:, :BORDER_PX], weight[:, -BORDER_PX:]):
+            edge[:] = 0
+        return Relief(curvature, weight, scale)
+
+    def _colours(self, views: ViewedFrame) -> tuple[NDArray[np.uint8], ...]:
+        """Return an image (h, w, 3) at half resolution or less, or its planes (h, w) for compiled functions."""
+        parts = views.half_planes if self.compiled else (views.half_rgb,)
+        return tuple(_at_most(WIDEST, part, cv2.INTER_AREA)[0] for part in parts)
+
+    def _portable_curvature(self, colours: tuple[NDArray[np.uint8], ...], free: NDArray[np.uint8]) -> Plane:
+        """Return the curvature (h, w) of an image (h, w, 3), `free` (h, w) of markers."""
+        (image,) = colours
         weight = _unit(free)
         # Processing all three colours at once takes half the time.
-        relative = cv2.copyTo(colours, free).astype(np.float32)
+        relative = cv2.copyTo(image, free).astype(np.float32)
         cv2.divide(relative, _light(relative, weight), dst=relative)
         seen = cv2.GaussianBlur(weight, SLOPE_WINDOW_PX, SMOOTH)
-        np.maximum(seen, np.float32(_LEAST_FREE_SHARE), out=seen)
+        np.maximum(seen, np.float32(LEAST_FREE_SHARE), out=seen)
         parts = []
         for shares, along in zip(self._slopes, ((1, 0), (0, 1)), strict=True):
             slope = cv2.transform(relative, shares)
@@ -86,23 +112,16 @@ class ReliefMaker:
             slope = cv2.GaussianBlur(slope, SLOPE_WINDOW_PX, SMOOTH)
             cv2.divide(slope, seen, dst=slope)
             parts.append(cv2.Sobel(slope, cv2.CV_32F, *along, ksize=3, scale=1 / 8))
-        curvature = np.asarray(cv2.add(parts[0], parts[1], dst=parts[0]), np.float32)
-        weight = _unit(np.asarray(cv2.erode(free, _AROUND), np.uint8))
-        for edge in (weight[:BORDER_PX], weight[-BORDER_PX:], weight[:, :BORDER_PX], weight[:, -BORDER_PX:]):
-            edge[:] = 0
-        return Relief(curvature, weight, scale)
+        return np.asarray(cv2.add(parts[0], parts[1], dst=parts[0]), np.float32)
 
 
-def _at_most(widest: int, frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.uint8], float]:
-    """Return colours (h, w, 3) and the markers' mask (h, w) at half resolution or less, and the scale."""
-    views = viewed(frame)
-    colours, dots, scale = views.half_rgb, views.dark, HALF
-    while colours.shape[1] > widest:
-        size = (colours.shape[1] // 2, colours.shape[0] // 2)
-        colours = np.asarray(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), np.uint8)
-        dots = np.asarray(cv2.resize(dots, size, interpolation=cv2.INTER_NEAREST), np.uint8)
+def _at_most(widest: int, image: NDArray[np.uint8], how: int) -> tuple[NDArray[np.uint8], float]:
+    """Return an image at half resolution, halved further until it is no wider than that, and its scale."""
+    scale = HALF
+    while image.shape[1] > widest:
+        image = np.asarray(cv2.resize(image, (image.shape[1] // 2, image.shape[0] // 2), interpolation=how), np.uint8)
         scale *= 2
-    return colours, dots, float(scale)
+    return image, float(scale)
 
 
 def _with_discs(dots: NDArray[np.uint8], places: NDArray[np.float64], radius: float) -> NDArray[np.uint8]:
@@ -113,9 +132,12 @@ def _with_discs(dots: NDArray[np.uint8], places: NDArray[np.float64], radius: fl
     return dots
 
 
-def _unsaturated(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _unsaturated(colours: tuple[NDArray[np.uint8], ...]) -> NDArray[np.uint8]:
     """Return the mask (h, w) of pixels without a saturated colour nearby; empty if the image is over-exposed."""
-    usable = cv2.inRange(colours, (0, 0, 0), (SATURATED - 1,) * 3)
+    usable = np.full(colours[0].shape[:2], 255, np.uint8)
+    for part in colours:
+        bound = (SATURATED - 1,) * (part.shape[2] if part.ndim == 3 else 1)
+        usable &= np.asarray(cv2.inRange(part, (0,) * len(bound), bound), np.uint8)
     if cv2.countNonZero(usable) < (1 - MOST_SATURATED) * usable.size:
         usable[:] = 0
     return np.asarray(cv2.erode(usable, _ROUND), np.uint8)
@@ -130,7 +152,7 @@ def _light(shown: NDArray[np.float32], weight: Plane) -> NDArray[np.float32]:
     size = (max(1, width // LIGHT_BLOCK_PX), max(1, height // LIGHT_BLOCK_PX))
     bright = cv2.blur(cv2.resize(shown, size, interpolation=cv2.INTER_AREA), (3, 3))
     share = cv2.blur(cv2.resize(weight, size, interpolation=cv2.INTER_AREA), (3, 3))
-    np.maximum(share, np.float32(_LEAST_FREE), out=share)
+    np.maximum(share, np.float32(LEAST_FREE), out=share)
     mean = cv2.divide(bright, cv2.merge([share, share, share]), dst=bright)
     np.maximum(mean, np.float32(LEAST_LIGHT_LEVEL), out=mean)
     return np.asarray(cv2.resize(mean, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
@@ -143,8 +165,8 @@ def _unit(mask: NDArray[np.uint8]) -> Plane:
 #: Fractions of a pixel in OpenCV's coordinates with a shift of 4 bits.
 _SIXTEEN = 16
 #: Share of free pixels below which a smoothed slope fades.
-_LEAST_FREE_SHARE = 0.02
+LEAST_FREE_SHARE = 0.02
 #: Share of free pixels below which the light of a block fades.
-_LEAST_FREE = LIGHT_BLOCK_PX / 255
+LEAST_FREE = LIGHT_BLOCK_PX / 255
 _ROUND = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)), np.uint8)
 _AROUND = np.ones((3, 3), np.uint8)

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+Symmetric = tuple[float, float, float, float, float, float]
+"""A symmetric matrix (3, 3) by rows, from the diagonal on."""
+
 #: Factor on the variance of the reliefs' difference, since errors of neighbouring pixels are correlated.
 CORRELATION_FACTOR = 4.3
 #: Standard deviation of the gel's motion under the object, as a share of the markers' motion.
@@ -48,12 +51,19 @@ def covariance(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float =
 
     The gel's motion is uncertain by `share` of the markers' motion, and by `least_m` at rest.
     """
+    xx, xy, xt, yy, yt, tt = variances(motion, share, least_m)
+    return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+
+
+def variances(motion: ImprintMotion, share: float, least_m: float = FAINT_STD_M) -> Symmetric:
+    """Return the terms of `covariance`."""
     per = 1 / (CORRELATION_FACTOR * max(motion.residual, LEAST_NOISE) ** 2)
-    (xx, xy, xt), (yx, yy, yt), (tx, ty, tt) = (motion.information * per).tolist()
-    xx, yy, tt = xx + PRIOR_STD_M**-2, yy + PRIOR_STD_M**-2, tt + PRIOR_STD_RAD**-2
-    xx, xy, xt, yy, yt, tt = _inverse(xx, (xy + yx) / 2, (xt + tx) / 2, yy, (yt + ty) / 2, tt)
+    (xx, xy, xt), (yx, yy, yt), (tx, ty, tt) = motion.information.tolist()
+    xx, yy, tt = per * xx + PRIOR_STD_M**-2, per * yy + PRIOR_STD_M**-2, per * tt + PRIOR_STD_RAD**-2
+    half = per / 2
+    xx, xy, xt, yy, yt, tt = inverse((xx, half * (xy + yx), half * (xt + tx), yy, half * (yt + ty), tt))
     doubt = least_m**2 + (share * motion.dots_m) ** 2 + motion.redrawn * KEY_FRAME_M**2
-    return np.array([[xx + doubt, xy, xt], [xy, yy + doubt, yt], [xt, yt, tt + doubt / motion.radius_m**2]])
+    return xx + doubt, xy, xt, yy + doubt, yt, tt + doubt / motion.radius_m**2
 
 
 def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float = FAINT_STD_M) -> float:
@@ -63,8 +73,8 @@ def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float =
     few large ones.
     """
     spread = _spread(motion, share, least_m)
-    size = np.linalg.slogdet(spread)[1]
-    return float(-0.5 * size - 0.5 * (FREEDOM + 3) * math.log1p(_distance(_step(motion), spread) ** 2 / FREEDOM))
+    size = math.log(_determinant(spread))
+    return -0.5 * size - 0.5 * (FREEDOM + 3) * math.log1p(_distance(_step(motion), spread) ** 2 / FREEDOM)
 
 
 def step_m(motion: ImprintMotion) -> float:
@@ -87,43 +97,42 @@ def drift(recent: Sequence[ImprintMotion], share: float = GEL_SHARE, least_match
     """
     if len(recent) < RECENT or min(motion.match for motion in recent) < least_match:
         return 0.0, 0.0
-    steps = [_step(motion).tolist() for motion in recent]
-    common = np.array([median(parts) for parts in zip(*steps, strict=True)]) * len(recent)
-    spread = sum((_spread(motion, share) for motion in recent), np.zeros((3, 3)))
-    return _distance(common, spread * _MEDIAN_VARIANCE), math.sqrt(float(common @ common))
+    common = [median(parts) * len(recent) for parts in zip(*map(_step, recent), strict=True)]
+    spreads = zip(*(_spread(motion, share) for motion in recent), strict=True)
+    xx, xy, xt, yy, yt, tt = (sum(parts) * _MEDIAN_VARIANCE for parts in spreads)
+    return _distance(common, (xx, xy, xt, yy, yt, tt)), math.hypot(*common)
 
 
 #: Variance of a median relative to that of a mean, for normal errors.
 _MEDIAN_VARIANCE = math.pi / 2
 
 
-def _step(motion: ImprintMotion) -> Floats:
+def _step(motion: ImprintMotion) -> tuple[float, float, float]:
     """Return slip x, y and turn as lengths (m); the turn is multiplied by the edges' radius."""
-    return np.array([*motion.slip_m, motion.turn_rad * motion.radius_m])
+    return (*motion.slip_m, motion.turn_rad * motion.radius_m)
 
 
-def _spread(motion: ImprintMotion, share: float, least_m: float = FAINT_STD_M) -> Floats:
+def _spread(motion: ImprintMotion, share: float, least_m: float = FAINT_STD_M) -> Symmetric:
     """Return the covariance of `_step`."""
-    spread = covariance(motion, share, least_m)
-    spread[2] *= motion.radius_m
-    spread[:, 2] *= motion.radius_m
-    return spread
+    xx, xy, xt, yy, yt, tt = variances(motion, share, least_m)
+    radius = motion.radius_m
+    return xx, xy, xt * radius, yy, yt * radius, tt * radius * radius
 
 
-def _distance(moved: Floats, spread: Floats) -> float:
-    (xx, xy, xt), (_, yy, yt), (_, _, tt) = spread.tolist()
-    xx, xy, xt, yy, yt, tt = _inverse(xx, xy, xt, yy, yt, tt)
-    x, y, turn = moved.tolist()
+def _distance(moved: Sequence[float], spread: Symmetric) -> float:
+    xx, xy, xt, yy, yt, tt = inverse(spread)
+    x, y, turn = moved
     return math.sqrt(max(0.0, x * (xx * x + 2 * xy * y + 2 * xt * turn) + y * (yy * y + 2 * yt * turn) + tt * turn**2))
 
 
-def _inverse(
-    xx: float, xy: float, xt: float, yy: float, yt: float, tt: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return the inverse of a symmetric matrix (3, 3), both by rows from the diagonal on.
+def _determinant(matrix: Symmetric) -> float:
+    xx, xy, xt, yy, yt, tt = matrix
+    return xx * (yy * tt - yt * yt) + xy * (xt * yt - xy * tt) + xt * (xy * yt - xt * yy)
 
-    Cofactors are ten times as fast as NumPy for this size.
-    """
+
+def inverse(matrix: Symmetric) -> Symmetric:
+    """Return the inverse of a symmetric matrix (3, 3). Cofactors are ten times as fast as NumPy for this size."""
+    xx, xy, xt, yy, yt, tt = matrix
     minor_xx, minor_xy, minor_xt = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     per = 1 / (xx * minor_xx + xy * minor_xy + xt * minor_xt)
     minor_yy, minor_yt, minor_tt = xx * tt - xt * xt, xy * xt - xx * yt, xx * yy - xy * xy

@@ -11,20 +11,16 @@ a smooth object slides through it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Sequence
 
-import numpy as np
 from pydantic import Field
 
 from lsds.contracts import BuildContext, Observation, SlipEstimate
 from lsds.models.intervals import MOVES_M_S
-from lsds_plugins.estimators.imprint import ImprintOptions, estimate_of, measured
+from lsds.tactile.imprint.uncertainty import Symmetric, inverse
+from lsds_plugins.estimators.imprint import ImprintOptions, Velocity, estimate_of, measured
 from lsds_plugins.estimators.learned import LearnedEstimator, LearnedOptions
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 
 class FusedOptions(ImprintOptions):
@@ -62,21 +58,37 @@ class FusedEstimator:
         moved, spread = found
         if model.abstained:
             return estimate_of(moved, spread)
-        std = np.maximum([*model.velocity_std_m_s, model.angular_std_rad_s], LEAST_MODEL_STD)
-        modelled = np.array([*model.velocity_m_s, model.angular_rad_s])
-        if not (np.isfinite(std).all() and np.isfinite(modelled).all()):
+        doubts = (*model.velocity_std_m_s, model.angular_std_rad_s)
+        modelled = (*model.velocity_m_s, model.angular_rad_s)
+        # The sum is NaN or infinite if any number is.
+        if not math.isfinite(sum(doubts) + sum(modelled)):
             return estimate_of(moved, spread)
+        stds = [max(std, least) for std, least in zip(doubts, LEAST_MODEL_STD, strict=True)]
         if (
             model.speed_m_s > MOVES_M_S
-            and np.linalg.norm(modelled[:2] / std[:2]) > SURE_OF_SLIDE_STDS
+            and math.hypot(modelled[0] / stds[0], modelled[1] / stds[1]) > SURE_OF_SLIDE_STDS
             and _stays(observation)
         ):
             # An outline hides the translation of the object but turns with it.
-            spread[:2, :2] += np.eye(2) * _ANY_M_S**2
-        weight = np.linalg.inv(spread)
-        other = np.diag(1 / (self._options.doubt * std) ** 2)
-        joined = np.asarray(np.linalg.inv(weight + other), float)
-        return estimate_of(np.asarray(joined @ (weight @ moved + other @ modelled), float), joined)
+            xx, xy, xt, yy, yt, tt = spread
+            spread = (xx + _ANY_M_S**2, xy, xt, yy + _ANY_M_S**2, yt, tt)
+        return estimate_of(*_joined(moved, spread, modelled, [self._options.doubt * std for std in stds]))
+
+
+def _joined(
+    moved: Velocity, spread: Symmetric, modelled: Velocity, stds: Sequence[float]
+) -> tuple[Velocity, Symmetric]:
+    """Return the mean of two velocities weighted by their inverse covariances, and its covariance."""
+    xx, xy, xt, yy, yt, tt = inverse(spread)
+    own_x, own_y, own_t = (1 / std**2 for std in stds)
+    x, y, turn = moved
+    to_x = xx * x + xy * y + xt * turn + own_x * modelled[0]
+    to_y = xy * x + yy * y + yt * turn + own_y * modelled[1]
+    to_t = xt * x + yt * y + tt * turn + own_t * modelled[2]
+    joined = inverse((xx + own_x, xy, xt, yy + own_y, yt, tt + own_t))
+    xx, xy, xt, yy, yt, tt = joined
+    velocity = (xx * to_x + xy * to_y + xt * to_t, xy * to_x + yy * to_y + yt * to_t, xt * to_x + yt * to_y + tt * to_t)
+    return velocity, joined
 
 
 def _stays(observation: Observation) -> bool:

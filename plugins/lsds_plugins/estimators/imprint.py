@@ -8,16 +8,14 @@ not found again.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.contracts import ABSTAINED, BuildContext, Observation, SlipEstimate
-from lsds.tactile.imprint.uncertainty import FAINT_STD_M, GEL_SHARE, covariance
+from lsds.tactile.imprint.uncertainty import FAINT_STD_M, GEL_SHARE, Symmetric, variances
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+Velocity = tuple[float, float, float]
+"""Velocity x, y (m/s) and turn (rad/s)."""
 
 
 class ImprintOptions(BaseModel):
@@ -57,10 +55,8 @@ class ImprintEstimator:
         return ABSTAINED if found is None else estimate_of(*found)
 
 
-def measured(
-    observation: Observation, options: ImprintOptions
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the velocity (x, y in m/s, turn in rad/s) of the imprint against the gel and its covariance (3, 3).
+def measured(observation: Observation, options: ImprintOptions) -> tuple[Velocity, Symmetric] | None:
+    """Return the velocity (x, y in m/s, turn in rad/s) of the imprint against the gel and its covariance.
 
     None if the imprint's motion is unknown.
     """
@@ -68,16 +64,19 @@ def measured(
     dt = observation.dt_s
     if motion is None or not dt > 0 or motion.match < options.least_match:
         return None
-    velocity = np.array([*motion.slip_m, motion.turn_rad]) / dt
-    return velocity, covariance(motion, options.gel_share, options.still_um * 1e-6) / dt**2
+    x, y = motion.slip_m
+    per = 1 / dt**2
+    xx, xy, xt, yy, yt, tt = variances(motion, options.gel_share, options.still_um * 1e-6)
+    return (x / dt, y / dt, motion.turn_rad / dt), (per * xx, per * xy, per * xt, per * yy, per * yt, per * tt)
 
 
-def estimate_of(velocity: NDArray[np.float64], spread: NDArray[np.float64]) -> SlipEstimate:
-    """Return the estimate of a velocity (x, y in m/s, turn in rad/s) with its covariance (3, 3)."""
-    x, y, turn = velocity.tolist()
-    std_x, std_y, std_turn = np.sqrt(np.diag(spread)).tolist()
+def estimate_of(velocity: Velocity, spread: Symmetric) -> SlipEstimate:
+    """Return the estimate of a velocity (x, y in m/s, turn in rad/s) with its covariance."""
+    x, y, turn = velocity
+    xx, xy, _, yy, _, tt = spread
     speed = math.hypot(x, y)
     # The speed's variance is that along the motion; at rest, the mean over all directions.
-    along = velocity[:2] / speed if speed > 0 else None
-    variance = (spread[0, 0] + spread[1, 1]) / 2 if along is None else float(along @ spread[:2, :2] @ along)
-    return SlipEstimate((x, y), (std_x, std_y), turn, std_turn, speed, math.sqrt(variance))
+    variance = (x * x * xx + 2 * x * y * xy + y * y * yy) / speed**2 if speed > 0 else (xx + yy) / 2
+    return SlipEstimate(
+        (x, y), (math.sqrt(xx), math.sqrt(yy)), turn, math.sqrt(tt), speed, math.sqrt(max(variance, 0.0))
+    )

@@ -25,6 +25,7 @@ from lsds.runtime.engine import Engine
 from lsds.runtime.quiet import quiet_process
 from lsds.runtime.rig import Rig
 from lsds.support.extras import importable
+from lsds.tactile.compiled import use_compiled
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.features import FeatureExtractor
 from lsds.tactile.field import FieldBuilder
@@ -205,7 +206,7 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
 
     aperture = config.task.grip_aperture_m
     wanted = GripTask(resolution_m=rig.gripper.spec.resolution_m if rig.gripper is not None else 0.0)
-    observer = GripObserver(config.grip, wanted.answer_s)
+    observer = GripObserver(config.grip, wanted.answer_s, compiled=use_compiled(config.tactile.arithmetic))
     for frame in clip.frames:
         frame = _fresh(frame)
         begun = perf_ns()
@@ -248,13 +249,14 @@ def _time_steps(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable[[
     tracker, spec = rig.tracker, rig.sensor.spec
     reference = tracker.start(clip.reference, spec.pad)
     field, features = FieldBuilder(reference, spec.metres_per_px), FeatureExtractor()
-    depth = DepthEstimator(clip.reference, spec.metres_per_px, scale=config.tactile.depth_scale)
+    compiled = use_compiled(config.tactile.arithmetic)
+    depth = DepthEstimator(clip.reference, spec.metres_per_px, scale=config.tactile.depth_scale, compiled=compiled)
     viewer = Viewer()
     for frame in clip.frames:
         frame = _fresh(frame)
         t = perf_ns()
         views = viewer.view(frame)
-        _ = views.dark, views.half_rgb
+        _ = views.dark, views.half_planes if compiled else views.half_rgb
         lap("  views", t)
         t = perf_ns()
         frame = viewer.view(frame)
@@ -274,7 +276,8 @@ def _time_imprint(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable
     spec = rig.sensor.spec
     perception = Perception(rig.tracker, spec, config.tactile)
     reference = perception.start([clip.reference])
-    maker = ReliefMaker()
+    compiled = use_compiled(config.tactile.arithmetic)
+    maker = ReliefMaker(compiled=compiled)
     residue = DotResidue(reference, maker.relief(clip.reference), spec.metres_per_px)
     before: tuple[Layers, DeformationField] | None = None
     for frame in clip.frames:
@@ -282,17 +285,16 @@ def _time_imprint(config: RigConfig, host: PluginHost, clip: Clip, lap: Callable
         seen, field = observation.frame or frame, observation.field
         t = perf_ns()
         relief = residue.taken_off(maker.relief(seen), field)
-        layers = Layers(relief)
+        layers = Layers(relief, compiled=compiled)
         t = lap("  imprint: relief", t)
         edges = layers[0].edges
         t = lap("  imprint: edges", t)
-        if before is not None and len(edges.x):
+        if before is not None and len(edges):
             first, earlier = before
-            gel = carried_gel(earlier, field, spec.metres_per_px)
+            gel = carried_gel(earlier, field, spec.metres_per_px, compiled=compiled)
             t = lap("  imprint: gel carried along", t)
             if gel is not None:
-                centre = (float(edges.x.mean()), float(edges.y.mean()))
-                registration = Registration(first, layers, gel, centre, relief.scale)
+                registration = Registration(first, layers, gel, first[0].edges.centre, relief.scale)
                 rest = registration.at_rest()
                 if rest is not None:
                     best_of(registration, rest.seen, ())
@@ -379,7 +381,7 @@ def _jumps(tracker: Any, clip: Clip) -> tuple[float, float]:
 
 
 def _time_depth(clip: Clip, scale: int, threshold_m: float) -> tuple[list[int], list[float]]:
-    depth = DepthEstimator(clip.reference, 62.5e-6, scale=scale, threshold_m=threshold_m)
+    depth = DepthEstimator(clip.reference, 62.5e-6, scale=scale, threshold_m=threshold_m, compiled=use_compiled("auto"))
     times, areas = [], []
     for frame in clip.frames:
         frame = _fresh(frame)

@@ -1,0 +1,152 @@
+"""Compiled round of the belief about the grip: the arithmetic of `lsds.grip.belief` on each cell, in one pass."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.support.jit import compiled
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+
+@compiled
+def advance(
+    stick: Floats,
+    slide: Floats,
+    axes: tuple[Floats, Floats, Floats, Floats, Floats],
+    jumps: float,
+    breaks: tuple[float, float, float],
+    stops: tuple[float, float, float],
+    seen: tuple[float, float, float, float, float],
+    floors: tuple[float, float],
+) -> tuple[float, float, float]:
+    """Advance both hypotheses (loads, limits) by a round, in place; return what began to slide, and the sums of both.
+
+    - `axes`: ln W (loads,), ln r (limits,), ln (W / r) of the diagonals, and the priors of load and limit.
+    - `jumps`: share of the load, and of the limit, that is drawn from the prior again.
+    - `breaks`: ln of the greatest load over squeeze^p before and now, and its scatter; no scatter, no new greatest.
+    - `stops`: share that a sufficient friction stops in a round; ln of the squeeze^p / kappa, and its scatter. Without
+      a scatter everything stops by that share.
+    - `seen`: ln of the load, its scatter where the object hangs and where it slides, the share of objects that are
+      being loaded, and the density of their load.
+    - `floors`: density of an unexplained load, and weight of a slide that is about to stop.
+    """
+    ln_w, ln_r, ln_need, prior_w, prior_r = axes
+    loads, limits = stick.shape
+    by_w, by_r = np.zeros(loads), np.zeros(limits)
+    for i in range(loads):
+        row = stick[i]
+        for j in range(limits):
+            by_r[j] += row[j]
+        for j in range(limits):
+            by_w[i] += row[j]
+    before, now, break_std = breaks
+    hazard = np.zeros(limits)
+    if break_std > 0:
+        for j in range(limits):
+            then = _below((before - ln_r[j]) / break_std)
+            hazard[j] = min(max((_below((now - ln_r[j]) / break_std) - then) / max(1 - then, 1e-9), 0.0), 1.0)
+    answer, ln_kinetic, stop_std = stops
+    stopped = np.full(len(ln_need), answer)
+    if stop_std > 0:
+        for k in range(len(ln_need)):
+            stopped[k] *= _below((ln_kinetic - ln_need[k]) / stop_std)
+    ln_f, noise, sliding_noise, loading, density = seen
+    unexplained, stopping = floors
+    hang, heavy, sliding = np.empty(loads), np.empty(loads), np.empty(limits)
+    for i in range(loads):
+        below = density if ln_w[i] > ln_f else 0.0
+        hang[i] = (1 - loading) * _normal(ln_f - ln_w[i], noise) + loading * below + unexplained
+        heavy[i] = stopping + (1 - stopping) * _below((ln_w[i] - ln_f) / sliding_noise)
+    for j in range(limits):
+        sliding[j] = _normal(ln_f - ln_r[j] - ln_kinetic, sliding_noise) + unexplained
+    begun = sticks = slides = 0.0
+    moved = np.empty(limits)
+    for i in range(loads):
+        row, other, own, mass = stick[i], slide[i], prior_w[i], by_w[i]
+        for j in range(limits):
+            row[j] *= 1 - 2 * jumps
+            other[j] += jumps * (own * by_r[j] + mass * prior_r[j])
+        begun += 2 * jumps * mass
+        for j in range(limits):
+            moved[j] = row[j] * hazard[j]
+        for j in range(limits):
+            begun += moved[j]
+        share = stopped[i : i + limits]
+        for j in range(limits):
+            back = (other[j] + moved[j]) * share[limits - 1 - j]
+            other[j] = (other[j] + moved[j] - back) * heavy[i] * sliding[j]
+            row[j] = (row[j] - moved[j] + back) * hang[i]
+        for j in range(limits):
+            sticks += row[j]
+            slides += other[j]
+    return begun, sticks, slides
+
+
+@compiled
+def walk(mass: Floats, share: float, along_limit: bool) -> None:
+    """Spread the mass (loads, limits) in place to its neighbours along an axis, `share` to each; its edges keep it."""
+    loads, limits = mass.shape
+    if along_limit:
+        for i in range(loads):
+            row = mass[i]
+            before = row[0]
+            for j in range(limits):
+                own = row[j]
+                row[j] = (1 - 2 * share) * own + share * (before + (row[j + 1] if j < limits - 1 else own))
+                before = own
+        return
+    before, own = mass[0].copy(), np.empty(limits)
+    for i in range(loads):
+        own[:] = mass[i]
+        after = mass[i + 1] if i < loads - 1 else own
+        row = mass[i]
+        for j in range(limits):
+            row[j] = (1 - 2 * share) * own[j] + share * (before[j] + after[j])
+        before[:] = own
+
+
+@compiled
+def needs_of(stick: Floats, slide: Floats, cap: int, shift: int) -> Floats:
+    """Return the mass (loads + limits - 1,) by ln (W / r): of what sticks with loads up to `cap`, and of what slides.
+
+    What slides needs `shift` steps more.
+    """
+    loads, limits = stick.shape
+    mass = np.zeros(loads + limits - 1)
+    for i in range(loads):
+        row, other, at = stick[i], slide[i], min(i, cap)
+        for j in range(limits):
+            mass[at - j + limits - 1] += row[j]
+        for j in range(limits):
+            k = i - j + limits - 1 + shift
+            if 0 <= k < len(mass):
+                mass[k] += other[j]
+    return mass
+
+
+@compiled
+def _below(z: float) -> float:
+    return 1 / (1 + math.exp(min(max(-1.702 * z, -60.0), 60.0)))
+
+
+@compiled
+def _normal(x: float, std: float) -> float:
+    return math.exp(-0.5 * (x / std) ** 2) / (std * math.sqrt(2 * math.pi))
+
+
+@cache
+def prepare() -> None:
+    """Compile the functions, or load them from the cache, so that no round waits for it."""
+    stick, slide = np.full((2, 3), 0.1), np.full((2, 3), 0.01)
+    axes = (np.zeros(2), np.zeros(3), np.zeros(4), np.full(2, 0.5), np.full(3, 0.3))
+    advance(stick, slide, axes, 0.0, (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.1, 0.1, 0.5, 0.1), (0.1, 0.1))
+    walk(stick, 0.1, False)
+    needs_of(stick, slide, 1, 0)

@@ -1,0 +1,25 @@
+"""Inner loops of the frame path, compiled by numba: the same mathematics as the portable modules state, and faster.
+
+Each module here is named after the portable one whose results it reproduces; tests hold the two to a tolerance. This
+module imports nothing heavy. The others need numba, and are imported if `use_compiled` says so.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from lsds.support.extras import importable, require
+
+
+def use_compiled(arithmetic: Literal["auto", "compiled", "portable"]) -> bool:
+    """Return whether to use the compiled functions, for the option `tactile.arithmetic`.
+
+    Compiles them on the first use on a machine, and loads them on later ones. Raises MissingExtra.
+    """
+    if arithmetic == "portable" or (arithmetic == "auto" and not importable("numba")):
+        return False
+    require("numba", extra="fast", purpose="tactile.arithmetic = 'compiled'")
+    from lsds.tactile.compiled.prepare import prepare
+
+    prepare()
+    return True

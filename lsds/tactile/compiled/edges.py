@@ -1,0 +1,97 @@
+"""Compiled choice of a relief's edges: `lsds.tactile.imprint.layers.Edges` without planes for the gradients."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lsds.support.jit import compiled
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: Number of pixels that are looked at together.
+_CHUNK = 32
+
+
+@compiled
+def edges(
+    curvature: NDArray[np.float32], weight: NDArray[np.float32], most: int, least_weight: np.float32
+) -> tuple[NDArray[np.float32], tuple[float, float, float, float, float]]:
+    """Return the edges of a layer (h, w) as a table (7, n), and their moments, as `lsds.tactile.imprint.layers.Edges`.
+
+    `most` is the number of pixels wanted, and `least_weight` that of a pixel that takes part.
+    """
+    height, width = curvature.shape
+    steep = np.empty((height, width), np.float32)
+    along_x, along_y = np.empty((height, width), np.float32), np.empty((height, width), np.float32)
+    two, eighth = np.float32(2), np.float32(0.125)
+    smooth, step = np.empty(width, np.float32), np.empty(width, np.float32)
+    for y in range(height):
+        here = curvature[y]
+        above = curvature[y - 1] if y > 0 else curvature[min(1, height - 1)]
+        below = curvature[y + 1] if y < height - 1 else curvature[max(height - 2, 0)]
+        for x in range(width):
+            smooth[x] = above[x] + two * here[x] + below[x]
+        for x in range(width):
+            step[x] = below[x] - above[x]
+        to_x, to_y, own, to = along_x[y], along_y[y], weight[y], steep[y]
+        for x in range(1, width - 1):
+            to_x[x] = eighth * (smooth[x + 1] - smooth[x - 1])
+        for x in range(1, width - 1):
+            to_y[x] = eighth * (step[x - 1] + two * step[x] + step[x + 1])
+        to_x[0] = to_x[width - 1] = np.float32(0)
+        to_y[0] = eighth * two * (step[0] + step[1])
+        to_y[width - 1] = eighth * two * (step[width - 1] + step[width - 2])
+        for x in range(width):
+            to[x] = (to_x[x] * to_x[x] + to_y[x] * to_y[x]) * own[x]
+    flat, weights = steep.ravel(), weight.ravel()
+    bound = _bound(flat, most) if flat.size > most else np.float32(0)
+    at = np.empty(flat.size, np.int32)
+    count = 0
+    # Most pixels are flat, and a look at many at once skips them.
+    for begin in range(0, flat.size, _CHUNK):
+        end = min(begin + _CHUNK, flat.size)
+        steeper = 0
+        for i in range(begin, end):
+            steeper += flat[i] > bound
+        if steeper:
+            for i in range(begin, end):
+                if flat[i] > bound and weights[i] > least_weight:
+                    at[count] = i
+                    count += 1
+    table = np.empty((7, count), np.float32)
+    curved, to_x, to_y = curvature.ravel(), along_x.ravel(), along_y.ravel()
+    for k in range(count):
+        i = at[k]
+        table[0, k], table[1, k] = i % width, i // width
+        table[2, k], table[3, k], table[4, k] = curved[i], to_x[i], to_y[i]
+        table[5, k], table[6, k] = weights[i], flat[i]
+    total = x = y = shown = 0.0
+    for k in range(count):
+        total += table[6, k]
+        x += table[6, k] * table[0, k]
+        y += table[6, k] * table[1, k]
+        shown += table[5, k]
+    if total > 0:
+        x, y = x / total, y / total
+    spread = 0.0
+    for k in range(count):
+        spread += table[6, k] * ((table[0, k] - x) ** 2 + (table[1, k] - y) ** 2)
+    return table, (total, x, y, math.sqrt(spread / total) if total > 0 else 0.0, shown)
+
+
+@compiled
+def _bound(steep: NDArray[np.float32], most: int) -> np.float32:
+    """Return the value that about `most` pixels exceed, from every fourth pixel."""
+    some = steep[::4].copy()
+    keep = max(1, most // 4)
+    if some.size <= keep:
+        return np.float32(0)
+    mean = np.float32(some.mean())
+    high = some[some > mean]
+    if high.size > keep:
+        some = high
+    return np.partition(some, some.size - keep)[some.size - keep]
