@@ -14,6 +14,7 @@ from lsds.testing.outcomes import Needs
 REACTS_S = 0.3
 """Time from a command, a stop or an arrival until the state shows it."""
 _SAMPLE_STEP_S = 0.02
+"""Time between two reads of the state while the gripper moves, s; chosen."""
 
 
 def check_gripper_state_is_sound(bench: Bench) -> None:

@@ -22,6 +22,7 @@ from lsds.testing.known_devices import Part
 from lsds.testing.stimulus import cycles, reference
 
 KNOWN_SLIP_M_S = 4e-3
+"""Mean speed of the markers above which `KnownDetector` reports slip, m/s; chosen."""
 
 
 class KnownTracker(Part):

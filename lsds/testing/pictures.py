@@ -16,6 +16,7 @@ BLACK_FRAME_LEVEL = 10
 TILT = 0.05
 """Minimum difference of brightness between top and bottom that is evidence of a lamp, as a share of their sum."""
 _CAMERA_SETTLED_S = 0.6
+"""Time after which the camera's exposure counts as settled, s; chosen."""
 
 
 def check_frames_are_not_black(bench: Bench) -> None:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
 
 _GRAIN = 0x62A1
+"""First part of the seed of an object's grain, which separates it from other random streams; chosen."""
 
 
 def build_surface(options: CellOptions, material: GelMaterial) -> Shape:

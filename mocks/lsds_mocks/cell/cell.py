@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.plant import Plant
 
 KEPT_STEPS = 256
+"""Number of the newest steps whose states a cell keeps for late exposures; chosen."""
 
 
 class Camera(Protocol):

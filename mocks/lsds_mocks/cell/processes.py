@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lsds.contracts import BuildContext, CellTruth
 
 STALE_TRUTH_S = 0.5
+"""Age above which the plant's newest truth counts as stale, s; chosen."""
 
 
 def default_socket() -> str:

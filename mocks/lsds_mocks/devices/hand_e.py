@@ -21,6 +21,7 @@ NAME = "mock-hand-e"
 REGISTER_CYCLE_NS = 5_000_000
 """Registers are refreshed at 200 Hz."""
 ACTIVATION_NS = 1_500_000_000
+"""Duration of an activation, in which the fingers close and open fully, ns; chosen."""
 
 
 class MockHandE:

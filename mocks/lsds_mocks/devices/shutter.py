@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.state import GelState
 
 SNAPSHOTS_KEPT = 64
+"""Number of the newest snapshots that a camera keeps for a later look at their truth; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

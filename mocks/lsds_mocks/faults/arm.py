@@ -13,6 +13,7 @@ from lsds_mocks.faults.plan import Plan
 
 NAME = "arm"
 _LONG_S = 0.1
+"""Time until a delayed command of the arm expires after it is sent, s; chosen."""
 
 
 class _ProtectiveStop(Moved):

@@ -27,8 +27,11 @@ class Entry:
 
 
 FAULT_SHARES = (0.05, 0.1, 0.2, 0.5, 1.0)
+"""Levels of faults that affect a share of the frames or answers, weakest first; chosen."""
 DELAYS_S = (0.02, 0.05, 0.1, 0.2, 0.5)
+"""Levels of faults that delay frames or commands, s, weakest first; chosen."""
 FRAME_COUNTS = (1, 2, 4, 8, 16)
+"""Levels of faults that return the answer of an earlier frame, frames, weakest first; chosen."""
 
 CATALOGUE = (
     # -- camera: images

@@ -13,6 +13,7 @@ from lsds_mocks.faults.plan import Plan
 
 NAME = "gripper"
 OVER_CURRENT = 0x0E
+"""Code gFLT of an over-current, as `Trouble.OVER_CURRENT` of the Robotiq mock."""
 
 
 class _Line(Moved):

@@ -19,7 +19,9 @@ from lsds_mocks.faults.plan import Around, Plan
 Image = NDArray[np.uint8]
 Change = Callable[[Image, "Shown"], NDArray[Any]]
 FLICKER_HZ = 7.0
+"""Frequency at which a flickering image changes its brightness, Hz; chosen."""
 GREY_LEVEL = 128
+"""Grey level of the missing part of a torn image, the middle of 0 to 255."""
 TILE_GRID = (6, 8)
 """Rows and columns of the tiles into which `stuck_dots` divides the image."""
 

@@ -14,6 +14,7 @@ from lsds_mocks.faults.plan import Around, Plan
 
 NAME = "camera"
 FRAMES_KEPT = 64
+"""Maximum number of delayed frames that wait; beyond it, the oldest are lost; chosen."""
 
 
 class Stream(Around):

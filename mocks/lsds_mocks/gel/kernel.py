@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 KERNEL_LENGTHS_M = (1.0e-3, 2.0e-3, 4.0e-3, 8.0e-3)
+"""Lengths l_j of the kernel's Gaussians, m; chosen, and the coefficients are fitted for them."""
 
 
 def basis(xy_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,7 +16,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 OVERLAP_STIFFNESS_PER_M = 570.0
+"""Normal force per volume of overlap and Young's modulus, 1/m; fitted to the reference solution."""
 RIM_SHEAR = 0.68
+"""Weight of the contact's perimeter over area in the shear stiffness; fitted to the reference solution."""
 CONTACT_LEVEL = 0.85
 """Gap at the edge of the contact, as part of the indentation: below 1, since the free surface deforms around it."""
 PRESSURE_EXPONENT = 0.55

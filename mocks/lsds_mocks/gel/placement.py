@@ -27,4 +27,5 @@ class Placement(NamedTuple):
 
 
 _RIM_M = 10e-3
+"""Radius at which a rotation is counted as a distance, m: about that of a pad's rim."""
 ORIGIN = Placement()

@@ -116,7 +116,9 @@ class Unturned(Surface):
 
 
 _LATTICE_M = 0.24e-3
+"""Pitch of the lattice on which an overlap is counted, m; chosen so that it divides the pad's width and height."""
 _PAD_M = (24.96e-3, 20.16e-3)
+"""Width and height of the lattice, m: those of the pad in `GelMaterial`."""
 _ACROSS: NDArray[np.float64] = np.asarray((np.arange(104) - 51.5) * _LATTICE_M, np.float64)
 _ALONG: NDArray[np.float64] = np.asarray((np.arange(84) - 41.5) * _LATTICE_M, np.float64)
 

@@ -27,8 +27,11 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.shapes import Shape
     from lsds_mocks.optics.grain import Grain
 
+#: A bristle slides when the friction limit scales its trial force below this share; 1 less a rounding error.
 SLIDING_SCALE = 1.0 - 1e-9
+#: Share of the pad's length below which an object does not touch the pad; chosen.
 _LEAST_COVERAGE = 0.05
+#: Number of marker fields that are kept, one for each finger.
 _FINGERS = 2
 #: A deflection (m) far below any real one: keeps 0 / 0 out of a bristle at rest.
 _SMALLEST_DEFLECTION_M = 1e-300

@@ -41,6 +41,7 @@ class Want(IntEnum):
 
 
 LARGEST_MESSAGE = 1 << 20
+"""Size of the buffer that receives a packet, bytes; chosen."""
 WANT = struct.Struct("<BB")
 DRIVE = struct.Struct("<B3d")
 FOLLOW = struct.Struct("<Bq2d")

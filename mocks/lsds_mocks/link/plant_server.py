@@ -48,9 +48,13 @@ LAG_NS = 8_000_000
 """Delay of the physics behind the present, long enough for messages of the arm's process to arrive."""
 
 LATEST_STEP_NS = 200_000_000
+"""Delay of a step above which the schedule restarts at the present, ns; chosen."""
 LATE_NS = 20_000_000
+"""Age up to which a request for the gel's state is still answered, ns; chosen."""
 PLANT_STATES_KEPT = 512
+"""Number of the newest scenes that the plant keeps for requests; chosen."""
 NO_TIME_NS = 2**62
+"""Instant of the next exposure when none is requested, ns: later than any clock value."""
 
 
 class _Client:

@@ -30,7 +30,9 @@ from lsds_mocks.link.private_socket import same_user
 T = TypeVar("T")
 
 GREETING_S = 2.0
+"""Time limit for the connection to a plant, its greeting and its reset, s; chosen."""
 PACKET_ANSWER_S = 0.3
+"""Time limit for a plant's answer to a request, s; chosen."""
 
 
 class NoPlant(ConnectFailed):

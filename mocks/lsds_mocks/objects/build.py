@@ -43,3 +43,4 @@ def build_shape(spec: ObjectSpec, length_m: float, rng: np.random.Generator) -> 
 
 
 _ENDLESS_M = 10.0
+"""Length of a box's face, m: longer than any pad, because the plant models the object's ends."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _MOST_SAMPLES = 32_000
 """Maximum number of samples along an axis that OpenCV can look up."""
 _HIGHEST_M = 0.05
+"""Maximum height difference within a height map, m; chosen, since a greater one suggests another unit."""
 
 
 def read_heights(path: Path, range_mm: float) -> NDArray[np.float64]:

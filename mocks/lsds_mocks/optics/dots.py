@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 PHASES = 128
 """Sub-pixel positions per axis: a stamp's centre is at most 1/256 px off."""
 _TABLE = 8192
+"""Number of entries of the table from squared radius to transmission; chosen."""
 _FAR_PX = 1e4
+"""Coordinate to which a marker far outside the image is clipped, px; chosen far beyond any image."""
 
 
 @kept

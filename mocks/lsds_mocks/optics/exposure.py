@@ -9,7 +9,9 @@ import numpy as np
 START_RGB = (0.87, 0.66, 0.66)
 """Gains (R, G, B) of the first frame of a clip that starts dim and red; the second is half way, the third settled."""
 DRIFT_LEVELS = 0.3
+"""Amplitude of the slow drift of brightness at a drift of 1, grey levels; agrees with that of recordings."""
 _MEAN_LEVEL = 120.0
+"""Grey level that converts changes in levels to gains; chosen."""
 
 
 class Brightness:

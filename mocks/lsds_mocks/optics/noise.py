@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SIGMA_RGB = (2.0, 1.1, 2.0)
+"""Standard deviation of the noise in R, G and B at a level of 1, grey levels; published values."""
 NEIGHBOUR_TAP = 0.0822
 """Weight of each neighbour in the filter [t, 1, t]; gives a correlation of 0.16 between neighbouring pixels."""
 _FINE_BITS = 4
@@ -24,7 +25,9 @@ _FINE_BITS = 4
 _GAIN_BITS = 17
 """Fractional bits of a gain, the most with which light times ink times a gain of up to 4 fits into 32 bits."""
 _MARGIN_PX = 192
+"""Excess of the noise field over the image in both directions, px: the range of the window's position; chosen."""
 _WINDOWS = 1021
+"""Number of windows that frames use in turn, after which the noise repeats; chosen, a prime."""
 
 
 class CameraNoise:

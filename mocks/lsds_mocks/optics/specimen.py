@@ -30,6 +30,7 @@ WEAR = (0.0, 0.3)
 _MEAN_PITCH_PX = (32.80, 31.96)
 """Mean marker pitch of the 7 x 9 pad as drawn, pincushion included."""
 _SPECKS = 12
+"""Maximum number of dust specks on a gel, all present at a wear of 1; chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,9 @@ from collections import deque
 from lsds.clock import NS_PER_S
 
 SAMPLES_KEPT = 256
+"""Number of the newest samples of the arm that are kept; chosen."""
 SMOOTHED_S = 0.02
+"""Time constant of the low-pass filter on the arm's acceleration, s; chosen."""
 BLIND_NS = 20_000_000
 """Time for which the last known velocity extrapolates the motion."""
 

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 GRAVITY_M_S2 = 9.81
 """Acceleration of gravity, m/s^2."""
 TOLERANCE_M_S = 1e-11
+"""Residual of the velocity at which the iteration ends, m/s; chosen."""
 _LIFT_ITERATIONS = 60
+"""Maximum number of iterations of a step; chosen."""
 
 
 @dataclass(slots=True)

@@ -24,8 +24,11 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel, Reaction
 
 _EQUILIBRIUM_ITERATIONS = 40
+"""Maximum number of quasi-Newton iterations of a step; chosen."""
 _HALVINGS = 8
+"""Maximum number of trial steps along the direction of an iteration; chosen."""
 _EQUILIBRIUM_TOLERANCE = 1e-9
+"""Residual force at which the iteration ends, relative to friction limit and weight; chosen."""
 _LARGEST_STIFFNESS_N_M = 1e6
 """Upper bound on the learned stiffness, above that of any gel; the difference of two close trials may exceed it."""
 _STIFFNESS_ARM_M = 5e-3

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 FINGERS = 2
 """Number of fingers that carry the object."""
 OPEN_APERTURE_M = 0.05
+"""Aperture of the open fingers at the start, m: the stroke of a Hand-E."""
 STILL_STICKS = 0.1
 """Greatest sticking part of the contact that still counts as gross slip: while a rough or porous surface slides, a cell
 or two may stick briefly at any time."""

@@ -8,7 +8,9 @@ if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
 
 _BISECTIONS = 80
+"""Maximum number of trials in the search for the gel's indentation; chosen."""
 _SQUEEZE_TOLERANCE_M = 1e-13
+"""Residual of the closure at which the search ends, m; chosen."""
 
 
 class Squeeze:

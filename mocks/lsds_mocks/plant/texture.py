@@ -16,11 +16,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TEXTURE_LENGTHS_M = (0.3e-3, 1.0e-3, 3.0e-3, 8.0e-3, 20.0e-3)
+"""Correlation lengths of the random fields, m; chosen."""
 TEXTURE_SHARES = (0.3, 0.4, 0.5, 0.5, 0.5)
 """Standard deviation of each scale, relative to the whole after normalising."""
 ROW_M = 0.05e-3
+"""Pitch of the map's rows, along the object, m; chosen."""
 COLUMN_M = 0.25e-3
+"""Pitch of the map's columns, across the object, m; chosen."""
 WIDTH_M = 24.0e-3
+"""Width of the map across the object, m; chosen, points beyond it take the map's edge."""
 
 
 class Texture:

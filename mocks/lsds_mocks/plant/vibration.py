@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 FREQUENCIES_HZ = (7.3, 12.9, 19.1)
+"""Frequencies of the three sines, Hz; chosen."""
 VIBRATION_SHARES = (0.5, 0.3, 0.2)
+"""Shares of the amplitude that the sines have, in the order of their frequencies; chosen."""
 
 
 class Vibration:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TEXELS_PER_MM = 6
+"""Resolution of a card's picture, texels per millimetre; chosen."""
 PAPER_LEVEL = 225
 """Grey level of paper under the cell's light."""
 CARDBOARD_LEVEL = 118

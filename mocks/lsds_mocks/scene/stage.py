@@ -31,8 +31,11 @@ VIEWPOINT = Viewpoint.looking((0.15, -0.38, 0.17), (0.0, 0.0, 0.15))
 views them obliquely, because a marker viewed face on has two possible poses."""
 
 _LENS_BLUR_PX = 0.55
+"""Standard deviation of the lens's blur, px; chosen."""
 _NOISE_LEVELS = 1.6
+"""Standard deviation of the sensor's noise at a noise of 1, grey levels; chosen."""
 _SPARE = 64
+"""Excess of the noise field over the picture in both directions, px: the range of the window's position; chosen."""
 
 
 def truth_pose(scene: Scene, body: str) -> Pose:

@@ -15,6 +15,7 @@ ACCEPT_QUEUE = 512
 ones, and their clients try again after one second (RFC 6298)."""
 
 _SIOCGIFCONF = 0x8912
+"""Request code of the `ioctl` that lists the network interfaces (linux/sockios.h)."""
 _IFREQ_BYTES = 40
 """Bytes of a `struct ifreq` on 64-bit Linux."""
 

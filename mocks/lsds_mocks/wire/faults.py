@@ -51,6 +51,7 @@ _BY_PROBABILITY = frozenset(
 )
 _BY_DELAY = frozenset({"delay", "split"})
 _NEVER_NS = 2**63
+"""Start of a fault that still awaits its frame, ns: later than any clock value."""
 
 
 class Fault(BaseModel):

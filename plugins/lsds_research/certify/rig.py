@@ -17,6 +17,7 @@ GRIPPER, SENSOR, ARM = "mock-hand-e", "mock-gelsight-mini", "mock-ur5e"
 GRIPPER_TICKS = 225
 """Position ticks of the simulated gripper between open and closed, by default."""
 _FIRST_TICK = 3
+"""Position register of the open simulated gripper, ticks: the default of `mock-hand-e`."""
 _DROPPED = ("cell", "pose_source", "faults", "deadlines")
 """Sections that describe real devices, or faults."""
 

@@ -31,9 +31,11 @@ STAGES = (0.25, 0.6, 1.0)
 POOL = 5_000
 """Uniform points that represent the space: the size of a stratum is its share of them, to one percent."""
 STRATA = 6
+"""Number of strata into which a forest divides the space; chosen."""
 LEAST_STRATUM_RUNS = 4
 """Least number of runs of a stratum."""
 TREES = 40
+"""Number of trees of the forest that predicts the risk; chosen."""
 DOUBT = 0.3
 """Weight of the mean failure rate in the predicted rate of a stratum; chosen."""
 POSTERIOR_DRAWS = 4000

@@ -37,6 +37,7 @@ _COLUMNS = (
     ("range", "95 % interval, or range", ""),
 )
 QUICK_RUNS = 48
+"""Number of lifts of a quick certificate, unless configured; chosen."""
 QUICK = ("cell.simulated.fidelity=winkler", "task.hold_s=0.5")
 NOT_RUN = "not run"
 """Outcome of a scenario whose lift could not begin."""

@@ -26,6 +26,7 @@ MOST_KEYS = 3
 LOSES = 0.9
 """A side is put back if the failure rate stays above this share of the best."""
 MOST_ZONES = 3
+"""Maximum number of zones that a search returns; chosen."""
 SHUFFLES = 19
 """Searches with shuffled outcomes: a zone that beats all of them is due to chance in 1 of 20 campaigns."""
 

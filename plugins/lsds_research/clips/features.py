@@ -24,6 +24,7 @@ CUTS: tuple[tuple[int, int], ...] = ((1, 16), (2, 8), (4, 8))
 """Number of pieces of a clip, and of placements averaged. One piece is as recorded; four cover a whole recording."""
 
 QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.97)
+"""Quantiles of a signal over the frames of a clip that are features; chosen."""
 
 FEATURES: tuple[str, ...] = tuple(
     f"{name} {stat} of {pieces}"

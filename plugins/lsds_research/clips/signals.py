@@ -37,6 +37,7 @@ the displacements). `bent` is the RMS residual of the best affine motion, `bent_
 `even`, 0 to 1, is 1 if all markers move the same way.
 """
 
+#: Minimum number of visible markers for an affine fit of a frame's motion; chosen.
 _LEAST_MARKERS_SEEN = 10
 #: Smaller motion is noise and has no direction (pitches).
 _STILL_PITCHES = 3e-3

@@ -28,8 +28,11 @@ if TYPE_CHECKING:
 APPROACH_M = 4e-3
 """Distance from the object at which the fingers change from fast to slow closing, m."""
 FAST_M_S = 0.1
+"""Speed of the fingers on their way to the object, m/s; chosen."""
 REFERENCE_TIMEOUT_S = 8.0
+"""Longest wait for a settled image of the untouched gel, s; chosen."""
 TRUTH_HZ = 125.0
+"""Rate at which the truth of a simulated cell is sampled, Hz; chosen."""
 
 
 class TrialOptions(BaseModel):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 FORCES_N = (1.0, 3.0, 9.0)
+"""Normal forces per finger at which a plan lists its squeezes, N; chosen."""
 
 
 @dataclass(frozen=True, slots=True)

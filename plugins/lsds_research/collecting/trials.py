@@ -31,7 +31,9 @@ STUDY: tuple[Job, ...] = ("detection", "severity", "pipe")
 HAND_E_TICK_M = 50e-3 / 230
 """A Hand-E's register counts 230 from open to closed."""
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
+"""Five velocities of the arm in the severity protocol (arXiv 2411.07442), m/s."""
 RATES_RAD_S = (0.3, 0.6, 1.0, 1.5, 2.2)
+"""Angular velocities of the grip in the turns, rad/s; chosen, since the paper has no turns."""
 STATIC_GRASPS = 5
 """Number of static grasps of an object."""
 TRAJECTORIES = 10
@@ -41,6 +43,7 @@ GRASP_TICKS = 10
 REPEATS = 5
 """Number of repetitions at each speed."""
 PAUSE_S = 5.0
+"""Duration of the pause after each tick of a GRASP recording, s; chosen."""
 QUICK_OBJECTS = 6
 """Number of training objects in a quick campaign."""
 DRAGS = 12
@@ -54,6 +57,7 @@ FIRM = (1.7, 4.0)
 LOOSE = (0.45, 0.95)
 """Range of the force on slipping objects, relative to the force that carries the object."""
 DRAG_N = (1.0, 9.0)
+"""Range of the normal force per finger on clamped objects, N; chosen."""
 CATCHES = 12
 """Number of catch recordings."""
 CLOSED_TO = (0.8, 5.0)
@@ -73,6 +77,7 @@ G_M_S2 = 9.81
 HELD = (1.8, 4.0)
 """Ratio of force to the force that carries the shaken object, including poured mass and pushes."""
 CATCH_LIFT_M_S = (0.012, 0.06)
+"""Range of the arm's velocity in a catch, m/s; chosen."""
 CHATTER = (0.25, 0.6)
 """Range of the unevenness of simulated surfaces while they slide.
 
@@ -82,6 +87,7 @@ The upper end comes closest to the trembling of markers in the study's released 
 SLOW_CLOSING_M_S = 0.03
 """Speed at which the fingers close on an object (m/s)."""
 TRIAL_REST_S = 0.6
+"""Time at rest that surrounds the moves of a trial, s; chosen."""
 PAST_END_M = 14e-3
 """Travel of the grip after its middle has reached the object's end; the pad is then off the object (m)."""
 SLIDE_M = 45e-3

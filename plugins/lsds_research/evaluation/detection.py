@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 FOLDS = 5
 """Number of folds of the cross-validation."""
 THRESHOLD = 0.5
+"""Probability of slip above which a frame counts as slip: slip is likelier than rest."""
 Row = dict[str, Any]
 
 

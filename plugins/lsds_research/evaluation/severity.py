@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lsds_research.datasets import Dataset
 
 MOVING_RAD_S = 0.05
+"""True angular velocity above which a frame counts as turning, rad/s; chosen."""
 CALIBRATED_ON = 8_000
 """Maximum number of windows for fits whose errors calibrate the intervals of another model. Such fits are slightly
 worse, which makes the intervals conservative."""

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lsds_research.incipient.table import Videos
 
 _LEAF = 5
+"""Minimum number of training windows in a leaf of a tree; chosen."""
 
 
 def fewer(trees: int) -> int:

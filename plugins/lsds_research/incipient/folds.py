@@ -28,6 +28,7 @@ Fit = Callable[["Floats", "NDArray[np.intp]", int], Predict]
 """Fits on x (n, F) and labels (n,) 0 or 1 with a seed; the result gives probabilities of slip (n,)."""
 
 CLIP_FOLDS = 10
+"""Maximum number of folds of a cross-validation; chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ INDEX = "index.csv"
 PROTOCOL = "real"
 _NEEDED = ("video", "recording", "object", "camera", "slip")
 _SHOWN_PROBLEMS = 5
+"""Maximum number of problems that a message lists; chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,6 +37,7 @@ The first is the result, and the only one shown for a shipped model; the others 
 
 CLIP_MODEL = "clips"
 _ROWS_AT_ONCE = 8192
+"""Number of windows that a model scores in one call; chosen."""
 
 
 def applied(named: str, slower: float, videos: Videos, notes: list[str]) -> list[tuple[str, Floats, float]]:

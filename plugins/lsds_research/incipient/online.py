@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 WINDOW_FRAMES = 12
+"""Number of the newest frames over which a window takes its means and maxima; chosen."""
 PER_VIDEO = 24
 """Number of training windows of a video, evenly spaced."""
 

@@ -58,6 +58,7 @@ _COLUMNS = (
 _BY_OBJECT, _ALL = "unseen objects", "all here"
 _CLIPS = sum(times for _, times in CUTS)
 FEW_FRAMES = 12
+"""Number of objects up to which a note states that they are few to train on; chosen."""
 _READING = 400
 """Steps of progress for reading, of a thousand in total."""
 

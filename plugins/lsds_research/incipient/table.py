@@ -24,14 +24,18 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _WINDOW_SEED = 0x3D
+"""First part of the seed that places a random clip; chosen."""
 NUISANCES = ("markers", "brightness", "kept")
 _PLACES = 16
+"""Number of clips along a recording over which a quantile is averaged; chosen."""
 
 MOVED_M = 6.25e-6
 """Motion of a tenth of a pixel; the codec's key frames shift all markers by 0.06 to 0.08 px."""
 
 MOVING_SHARE = 0.75
+"""Quantile over a recording's moving frames to which speeds and probabilities are pooled; chosen."""
 _LEAST_MOVING_MARKERS = 3
+"""Minimum number of moving frames for a quantile over them; chosen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

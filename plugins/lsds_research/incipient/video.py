@@ -23,6 +23,7 @@ COLUMNS_VERSION = 3
 """Version of the columns; a change of it invalidates older caches."""
 
 _LEAST_VIDEO_FRAMES = 12
+"""Minimum number of usable frames of a video after the first; chosen."""
 _PIXELS = slice(None, None, 4)
 
 

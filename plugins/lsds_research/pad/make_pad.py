@@ -23,8 +23,11 @@ _PAD = GelMaterial()
 _SIZES = (1.0, 10.0)
 """Allowed width and height in thicknesses. A smaller pad is a post; for a larger one the matrices become too large."""
 _RATIO = (0.05, 0.4999)
+"""Allowed range of Poisson's ratio, below the incompressible 0.5; chosen."""
 _RATIO_DISTANCE = 1e-3
+"""Minimum difference of two Poisson's ratios of one file; chosen."""
 _PROGRESS_STEPS = 1000
+"""Number of steps of the progress bar; chosen."""
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

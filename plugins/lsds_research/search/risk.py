@@ -30,6 +30,7 @@ _COLUMNS = (
 )
 _WAYS = {"drop": ("holds", "slips little", "ends"), "slip": ("slips little", "holds", "ends")}
 _RUNS_AT_ONCE = 16
+"""Number of runs in a batch when counting; chosen."""
 
 
 class RiskStudy:

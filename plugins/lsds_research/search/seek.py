@@ -17,6 +17,7 @@ START_SHARE = 0.5
 SIGMA = 0.15
 """Initial step of CMA-ES in the unit cube."""
 POPULATION = 8
+"""Number of scenarios in a generation of CMA-ES; chosen."""
 GENERATIONS = 6
 """Number of generations without a worse scenario that ends a descent."""
 START_DISTANCE = 0.35

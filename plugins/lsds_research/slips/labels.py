@@ -33,6 +33,7 @@ NAME = "slip_labels.csv"
 COLUMNS = ("video", "first", "last", "state", "tx_px", "ty_px", "turn_deg", "confidence", "labeller", "note")
 _NEEDED = COLUMNS[:4]
 _SHOWN_PROBLEMS = 5
+"""Maximum number of problems that a message lists; chosen."""
 
 
 class State(IntEnum):

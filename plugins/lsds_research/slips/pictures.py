@@ -46,6 +46,7 @@ _RED_RGB = (255, 0, 0)
 _BLACK_RGB = (0, 0, 0)
 """Black, RGB."""
 _TRACES = ((0, 0, 255), (0, 160, 0), (255, 0, 0))
+"""Colours of the traces of the gel's motion, RGB: x blue, y green, turn red."""
 
 
 def strip(

@@ -38,6 +38,7 @@ _FRAMES_BESIDE = 3
 _FRAMES_APART = 6
 """Maximum distance of two frames in one range, frames."""
 _ARM_PX = 24.0
+"""Distance from a position to the four points whose motion gives the gel's turn there, px of the image; chosen."""
 
 
 class GelStep(NamedTuple):

@@ -77,6 +77,7 @@ ALL = "both"
 CALIBRATED = ("fused", "imprint")
 """Detectors for which `lsds calibrate slip` is tried; by default nothing was fitted on the objects that are scored."""
 _BOOTSTRAP_DRAWS = 300
+"""Number of bootstrap samples of objects from which intervals are computed; chosen."""
 Scores = list[tuple[LabelledRecording, "Floats", "Floats"]]
 """Of each recording what a detector decides (1, 0, NaN) and its score, both (n,)."""
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lsds.contracts.study import Value
 
 PANEL_COLUMNS = 4
+"""Maximum number of panels side by side; chosen."""
 SAFE, NAIVE = "#1a6b34", "#8a2b0f"
 
 

@@ -17,7 +17,9 @@ from lsds.runtime.engine import Engine
 from lsds.runtime.rig import Rig
 from lsds.session.truth_log import TruthLog
 
+#: Speeds of the lifts, m/s: those of the severity protocol.
 SPEEDS_M_S = (0.008, 0.023, 0.038, 0.045, 0.067)
+#: Apertures of the grips, m; chosen.
 APERTURES_M = (0.0242, 0.0238, 0.0236)
 #: Slower motion does not count as sliding (m/s).
 SLIDING_M_S = 2e-3

@@ -34,7 +34,9 @@ if TYPE_CHECKING:
     from lsds_mocks.optics.grain import Grain
 
 FINES = (1, 2, 4)
+"""Refinement factors of the grids, coarsest first; chosen."""
 DEFAULT_TOLERANCE_M = 5e-6
+"""Default RMS error of the dots that the chosen grid may have, m; chosen."""
 _COARSER = 1.15
 """Error of a grid over its difference to the next finer grid: a high quantile of many scenes."""
 _FINER = 0.42
@@ -76,6 +78,7 @@ _HURRY = 1.5
 _SHARP_M = 12e-6
 """Tolerance below which the coarsest grid seldom suffices under faces with a sharp edge."""
 _FINEST_START = ((0.8e-6, 4), (3.5e-6, 2))
+"""Pairs of a tolerance (m) and the refinement factor with which a gel of a smaller tolerance starts; chosen."""
 
 
 class AutoGel:

@@ -27,6 +27,7 @@ MOST_LEGS = 100
 _LEG_REACH_M = 0.2e-3
 """A leg ends when an end of the object has moved this far over the pad: a part of a cell."""
 _STRAIGHT = math.cos(math.radians(20))
+"""Cosine of the largest angle between a leg and a step that continues it, 20 degrees; chosen."""
 _WIGGLE_M = 2e-6
 """A leg ends when its steps off the course add up to this length; smaller trembles do not end it."""
 _OTHER = 0.04

@@ -10,6 +10,7 @@ STRAIN_DOUBTFUL = 0.1
 STRAIN_INVALID = 0.2
 """Indentation over thickness above which the small-strain model is not valid."""
 _AT_WALL_M = 1e-9
+"""Distance from a wall up to which the contact reaches it, m; covers rounding errors only."""
 
 
 def invalid_reasons(strain: float) -> list[str]:

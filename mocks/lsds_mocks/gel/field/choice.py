@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 SWEEPS = 200
+"""Maximum number of sweeps of a solution before it counts as not converged; chosen."""
 _PORTION = 1.5e7
 """Multiplications of one portion of background work: 1 ms."""
 _ENTRY_COST = 300.0

@@ -44,6 +44,7 @@ PARITIES = ((1, 1), (1, -1), (-1, 1), (-1, -1))
 a reflection of y."""
 _SHIPPED = "pad_24.96x20.16x4.00.npz"
 _SAME = 1e-3
+"""Relative difference up to which the proportions of two pads count as equal; chosen."""
 
 
 @dataclass(frozen=True, eq=False)

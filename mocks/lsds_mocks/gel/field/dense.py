@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 
 _TILE_ROWS = 16
+"""Rows and columns of a tile; 16 values of four bytes fill a cache line of 64 bytes."""
 
 
 @njit(cache=True, fastmath=True)  # type: ignore[untyped-decorator]
@@ -215,6 +216,7 @@ def relax(
 
 
 _GROWTH_ROWS = 64
+"""Number of cells of which the size of the arrays is a multiple; chosen."""
 
 
 class Patch:

@@ -25,6 +25,7 @@ BACK_M = 1e-6
 TURN_ARM_M = 2e-3
 """Lever arm that converts rotation to motion."""
 _TURN = math.cos(math.radians(30))
+"""Cosine of the largest angle between an increment and a step that does not end it, 30 degrees; chosen."""
 
 
 class Increment(NamedTuple):

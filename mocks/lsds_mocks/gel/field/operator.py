@@ -141,6 +141,7 @@ def _back(symbol: NDArray[np.complex128]) -> NDArray[np.float32]:
 
 
 _OPERATOR_POINTS = 6
+"""Number of Gauss-Legendre points per axis over which a cell's displacement is averaged; chosen."""
 
 
 def rectangle(

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 NAME = "truth-camera"
 _LEAP_M = 0.005
+"""Motion within an exposure above which a new round of the script has begun, m; chosen."""
 
 
 class SceneView:

@@ -34,6 +34,7 @@ CAMERA_FAULTS: dict[FaultKind, tuple[str, ...]] = dict.fromkeys(
 """Supported faults. Picture faults also affect the pipe; message faults do not."""
 
 _TORN_SHARE = 0.5
+"""Share of its compressed image data that a torn JPEG keeps; chosen."""
 _END_OF_IMAGE = b"\xff\xd9"
 _WAIT_NS = 20_000_000
 """Longest sleep before the camera looks at its state again (ns); chosen."""

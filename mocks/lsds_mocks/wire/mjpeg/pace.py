@@ -18,9 +18,13 @@ none while the last one is in the buffer. It would only make a large picture wai
 late on loopback."""
 
 _NETLINK_SOCK_DIAG = 4
+"""Netlink protocol that reports on sockets (linux/netlink.h)."""
 _SOCK_DIAG_BY_FAMILY = 20
+"""Type of a netlink message about the sockets of an address family (linux/sock_diag.h)."""
 _NLM_F_REQUEST = 1
+"""Flag of a netlink message that requests something (linux/netlink.h)."""
 _ESTABLISHED = 1 << 1
+"""Set of socket states that a query selects, one bit each: established TCP connections, state 1."""
 _HEADER = struct.Struct("=IHHII")
 _REQUEST = struct.Struct("=BBBBI")
 _ANSWER_RQUEUE = _HEADER.size + 4 + 48 + 4

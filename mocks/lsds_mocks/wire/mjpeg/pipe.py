@@ -14,7 +14,9 @@ from lsds.errors import ConnectFailed
 from lsds_mocks.wire.mjpeg.newest import Newest, Picture
 
 _PIPE_POLL_S = 0.1
+"""Longest wait before the pipe's thread checks again for a reader, a picture or the end, s; chosen."""
 _PIPE_BYTES = 64 * 1024
+"""Capacity that is requested for the pipe, bytes; chosen."""
 
 
 class JpegPipe:

@@ -26,8 +26,11 @@ MOST_SILENT = 64
 """Maximum number of clients that have not sent their request yet. One more replaces the oldest of them, so that clients
 that send nothing do not keep out those that do."""
 _NEVER_NS = 2**63
+"""End of a refusal of connections without a time limit, ns: later than any clock value."""
 _SEND_TIMEOUT_S = 10.0
+"""Time limit for sending to a client, and for the picture of a snapshot, s; chosen."""
 _SERVER_POLL_S = 0.2
+"""Longest wait before a thread of the server checks whether it has to end, s; chosen."""
 _COMMON = "Connection: close\r\nServer: lsds-mock\r\nCache-Control: no-store, no-cache\r\nPragma: no-cache\r\n"
 _STATUS: dict[Wish, str] = {
     "bad-request": "400 Bad Request",

@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.robotiq.options import RobotiqOptions
 
 _AT_TARGET_M = 1e-6
+"""Largest difference at which the plant's target counts as the commanded aperture, m; chosen."""
 _MOVING_COUNTS = 10
 """Current register (gCU) during free motion: the manual's frame of a closing gripper has 0x0A."""
 _COUNTS_PER_N = 0.4
+"""Increase of the current register per newton of normal force during motion, gCU/N; chosen."""
 _FOREVER = 2**63
+"""End of a permanent freeze, ns: later than any clock value."""
 
 
 class RegisterMachine:

@@ -41,9 +41,13 @@ KNOWS: dict[FaultKind, tuple[str, ...]] = {
 }
 _CODES = frozenset(int(trouble) for trouble in Trouble)
 _TICK_NS = 20_000_000
+"""Longest interval between two steps of an idle machine, and between two checks for faults, ns; chosen."""
 _BUSY_TICK_NS = 2_000_000
+"""Longest interval between two steps of a busy machine, ns; chosen."""
 _LINE_RETRY_NS = 100_000_000
+"""Pause before a face whose port is taken is opened again, ns; chosen."""
 _URCAP_CLIENTS = 16
+"""Maximum number of clients of the URCap port at once; chosen."""
 
 
 class RobotiqMock:

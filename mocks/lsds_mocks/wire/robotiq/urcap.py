@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.robotiq.machine import RegisterMachine
 
 LONGEST_URCAP_LINE = 1024
+"""Maximum length of an unfinished line, bytes; a longer one is discarded; chosen."""
 
 _BITS = {"ACT": layout.ACT, "GTO": layout.GTO, "ATR": layout.ATR, "ADR": layout.ARD, "ARD": layout.ARD}
 _BYTES = {"POS": layout.POSITION_OFFSET, "SPE": layout.SPEED_OFFSET, "FOR": layout.FORCE_OFFSET}

@@ -49,6 +49,7 @@ UNLOCK_EARLY = (
     "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
 )
 MOST_SECONDARIES = 16
+"""Maximum number of secondary programs at once; chosen."""
 PROTECTIVE_STOP = 209
 """Error code of a protective stop."""
 PATH_CHECK = 204

@@ -41,6 +41,7 @@ class ArmModel:
 
 
 _SLOW_SHOULDER = (math.radians(120), math.radians(120), math.pi, math.pi, math.pi, math.pi)
+"""Speed limits of the joints of UR10e and UR16e, rad/s: base and shoulder are slower than the other joints."""
 MODELS = {
     model.name: model
     for model in (

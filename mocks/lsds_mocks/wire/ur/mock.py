@@ -59,8 +59,11 @@ KNOWS: dict[FaultKind, tuple[str, ...]] = {
 CYCLES_PER_HISTORY_STATE = 5
 """Number of control cycles from one state of the arm in the history to the next: 10 ms."""
 _PRIORITY = 20
+"""Real-time priority of the loop under SCHED_FIFO, 1 to 99; chosen."""
 _SWITCH_S = 100e-6
+"""Interval after which the interpreter offers its lock to another thread, s; chosen."""
 _PR_SET_TIMERSLACK = 29
+"""Option of `prctl` that sets the timer slack of a thread (linux/prctl.h)."""
 
 
 class MockUr:

@@ -25,6 +25,7 @@ LONGEST_BYTES = 1 << 20
 """Unsent bytes above which a client that never reads its answers is disconnected."""
 
 PIECE_BYTES = 1 << 16
+"""Maximum number of bytes that one call sends; chosen."""
 
 ACCEPTED_AT_ONCE = 4
 """Maximum number of clients that a port accepts in one control cycle."""

@@ -13,6 +13,7 @@ Rotation = tuple[Vec, Vec, Vec]
 """Rows of a rotation matrix."""
 
 _SMALL = 1e-12
+"""Angle, or its sine, below which the limits of the formulas for small rotations apply, rad; chosen."""
 
 
 def rotation_of(vector: Sequence[float]) -> Rotation:

@@ -22,6 +22,7 @@ VERSION, CONTROLLER_VERSION, OUTPUTS, INPUTS, START, PAUSE, DATA, TEXT = map(ord
 LARGEST_PACKAGE = 0xFFFF
 """Maximum size of a package, bytes: the size field has 16 bits."""
 RECIPES = 255
+"""Maximum number of input recipes of a client: one byte holds the number of a recipe."""
 
 
 class RtdeFace:

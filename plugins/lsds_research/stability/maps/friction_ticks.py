@@ -9,6 +9,7 @@ from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, GRIP_LIMIT, l
 from lsds_research.stability.study import StabilityStudy
 
 STATIC = 0.55
+"""Static friction of the lifted object, that of the catalogue's PVC pipe."""
 OPEN_TICK = 3
 """Position register of the open simulated gripper, ticks."""
 STROKE_MM = 50.0

@@ -16,6 +16,7 @@ FIXED = "fixed grip"
 FIRM = "firm grip"
 """A fixed grip of 6 mm: it shows which points are physically possible."""
 FIRM_SQUEEZE_MM = 6.0
+"""Squeeze of the firm grip, mm; chosen."""
 SLIP_LIMIT_MM = 12.0
 """Accepted slip of a lift: that of 95 % of the random objects (mm)."""
 GRIP_LIMIT = 3.0

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 NAIVE = {"blobs, nearest": BlobNearest, "pyramidal LK": PyramidFlow}
 INTERVAL_NS = 40_000_000
+"""Time between two frames, ns: a camera at 25 Hz."""
 COVER_PX = 11
 """Radius of the patch that covers a vanished marker."""
 LIMIT_SHARE = 0.02

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from lsds.contracts import DeformationField
 
 TRACKERS = ("lk", "centroid", "dis")
+#: Factors by which the image is reduced for the estimate of depth; chosen.
 SCALES = (4, 8, 16)
 #: Single jumps that a tracker must follow or flag, from half a pitch on (px).
 JUMPS_PX = (18, 24, 30, 36, 41)

@@ -23,6 +23,7 @@ STYLES = {
     "auto": ("*", "tab:green"),
 }
 FLOOR_UM = 1.0
+"""Error of the dots below which differences are not significant, um: about the uncertainty of the reference."""
 
 
 def draw(path: Path, rows: list[dict[str, Value]], chosen: list[dict[str, Value]]) -> None:

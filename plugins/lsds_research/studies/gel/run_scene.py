@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 _PAD_M = (24.96e-3, 20.16e-3)
+"""Width and height of the pad, m: those of `GelMaterial`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

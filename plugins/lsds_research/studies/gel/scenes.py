@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Motion = tuple[float, float, float]
 """Motion of one frame: dx, dy (m) and turn (rad) about the pad's centre."""
 _PAD_LENGTH_M = 20.16e-3
+"""Length of the pad, m: that of `GelMaterial`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from lsds_research.studies.gel.options import GelStudyOptions
 
 TOLERANCES_M = (2e-6, 5e-6, 10e-6, 20e-6)
+"""Tolerances of the automatic gel that are compared, RMS error of the dots in m; chosen."""
 FINEST = 4
+"""Refinement factor of the finest grid, whose solution serves as the truth if no reference is given; chosen."""
 COLUMNS = (
     ("scene", "scene", ""),
     ("model", "model", ""),

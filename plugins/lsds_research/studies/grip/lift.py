@@ -28,6 +28,7 @@ STEADY_GRIP_S = 0.5
 AFTER_SLIP_S = 0.3
 """A closing later than this after the last true slip counts as a closing without slip."""
 SLIPS_M_S = 1e-3
+"""True slip velocity above which the object slips, m/s; chosen."""
 CLOSES_M = 2e-4
 """Minimum step of a closing, about a tick of a Hand-E."""
 CHANGES: dict[str, dict[str, Any]] = {

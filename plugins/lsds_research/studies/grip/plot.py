@@ -9,6 +9,7 @@ from typing import Any
 from lsds.session.pictures.figure import new_figure
 
 LEAST_MM = 0.02
+"""Slip at which smaller slips are drawn on the logarithmic axis, mm; chosen."""
 
 
 def plot_grip(path: Path, rows: Sequence[dict[str, Any]]) -> None:

@@ -19,14 +19,23 @@ DEVELOPMENT = frozenset({0, 1000, 1001, 1002, 1003, 1004, 1005, 1006, 1007})
 SHAPES = ("cylinder", "sphere", "box", "edge")
 TEXTURES = ("smooth", "bumps", "pores", "weave")
 THICKNESS_MM = (8.0, 44.0)
+"""Range of the thickness between the fingers, mm; chosen within the stroke of a Hand-E."""
 MASS_KG = (0.02, 1.2)
+"""Range of the mass, kg; chosen."""
 FRICTION_RANGE = (0.2, 1.1)
+"""Range of the static friction; chosen."""
 KINETIC_SHARE = (0.7, 0.95)
+"""Range of kinetic over static friction; chosen."""
 STIFFNESS_N_MM = (3.0, 1000.0)
+"""Range of the object's stiffness, N/mm; chosen."""
 GRAIN_UM = (0.0, 12.0)
+"""Range of the fine relief of the surface, um; chosen."""
 SQUEEZE_MM = (0.7, 2.8)
+"""Range of the first squeeze, mm; chosen."""
 LIFT_SPEED_RANGE_M_S = (0.02, 0.08)
+"""Range of the arm's velocity in the lift, m/s; chosen."""
 GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity, m/s^2."""
 FIRM_SQUEEZES_MM = (3.0, 6.0, 10.0)
 """Squeezes of a firm grip: an object that none of them holds is left out."""
 

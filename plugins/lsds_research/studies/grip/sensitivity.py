@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     Row = dict[str, Any]
 
 OPTION_FACTORS = (0.7, 1.3)
+"""Factors by which each parameter is multiplied, one at a time; chosen."""
 INSIDE = 1e-3
 """A value beyond an open bound is moved inside it by this share of the parameter."""
 COLUMNS = (

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 MET_MM = 0.05
 """A run reached the friction limit if the object slipped by more than this (mm)."""
 GREW = 1.1
+"""Ratio of peak to first grip above which a grip has grown; chosen."""
 MIDDLE_FRICTION = 0.55
 """Static friction in the middle of the catalogue, used to derive an object's weight from the force it needs."""
 EXPLAINED = (

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     Row = dict[str, Any]
 
 LIFT_SPEED_M_S = 0.038
+"""Speed of the arm in the lift, m/s: the default of `task.lift_speed_m_s`."""
 MET_MM = 0.05
+"""Slip above which a run reached the friction limit, mm; chosen as in the study `grip`."""
 
 
 class Configuration(NamedTuple):

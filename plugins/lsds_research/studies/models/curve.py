@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from lsds_research.studies.models.options import LearningOptions
 
 RECORDING_COUNTS = (1, 2, 4, 8, 15)
+"""Numbers of training objects at which models are scored, up to all fifteen; chosen."""
 SCORES: dict[Job, dict[str, tuple[str, float]]] = {
     "detect": {"accuracy": ("accuracy", 1.0), "auc": ("AUC", 1.0), "false_positive_rate": ("false positive rate", 1.0)},
     "estimate": {

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 SETS = ("baseline", "proposed", "combined", "field")
 CHAIN_LENGTHS = (1, 3, 6, 12, 20)
+"""Lengths of a model's window that are compared, frames; chosen."""
 LEARNERS: dict[Job, tuple[str, ...]] = {
     "detect": ("random-forest", "gradient-boosting", "logistic", "field-mlp", "monotone"),
     "estimate": ("lstm", "mlp", "linear-window", "field-gru"),

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 TIERS: tuple[Tier, ...] = ("markers", "linear", "full")
 FRAME_MS = 40.0
+"""Time between two frames, ms: a camera at 25 Hz."""
 COLUMNS = (
     ("scene", "scene", ""),
     ("tier", "optics", ""),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lsds_mocks.wire.ur.controller import Controller
 
 _TOOL_CONTACT_N = 5.0
+"""Force on the tool above which `tool_contact` detects contact, N; chosen."""
 
 
 class Functions:

@@ -11,7 +11,9 @@ from lsds_mocks.wire.ur.kinematics import JOINTS
 from lsds_mocks.wire.ur.motion.state import ArmMotion, Joints, Step
 
 _DAMPING = 1e-2
+"""Damping factor of the least squares that replace the inverse Jacobian near a singularity; chosen."""
 _NEAR_SINGULAR = 3.0
+"""Ratio of a joint's speed to its limit above which the arm counts as near a singularity; chosen."""
 
 
 class SpeedMode:

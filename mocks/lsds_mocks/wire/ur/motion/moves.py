@@ -17,7 +17,9 @@ LEVER_M = 0.3
 """Radius that converts a rotation of the tool to a path length (m)."""
 
 _CHECKS = 40
+"""Number of equal sections of a path over which the joints' speeds are checked; chosen."""
 _JUMP_RAD = 0.35
+"""Joint motion in a section, beyond a margin on its speed limit, that makes a path unreachable, rad; chosen."""
 
 
 class Before(Protocol):

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from lsds.clock import Clock
 
 COMPILATION_LIMIT_S = 5.0
+"""Time limit for the compilation of a program, s; chosen."""
 LARGEST_BYTES = 64 << 20
+"""Maximum size of a compiled program, bytes; chosen."""
 
 
 class Compilation:

@@ -17,7 +17,9 @@ from lsds_mocks.wire.ur.script.compiler import compile_script
 from lsds_mocks.wire.ur.script.errors import ScriptError
 
 MEMORY_BYTES = 512 << 20
+"""Limit on the address space of the compiling process, bytes; chosen."""
 PROCESSOR_S = 60
+"""Limit on the processor time of the compiling process, s; chosen."""
 LARGE = 100_000
 """Size of a program (characters) after which the process ends to free its memory."""
 

@@ -6,6 +6,7 @@ List functions pay in addition for the size of their arguments if that matters.
 from __future__ import annotations
 
 USUAL = 20
+"""Price of a function that is not in `PRICES`, units of work; chosen."""
 MOVE = 3000
 """Price of any motion, which plans its path at the start."""
 
