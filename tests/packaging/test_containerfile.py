@@ -7,7 +7,10 @@ import re
 import tomllib
 from pathlib import Path
 
+import click
 import pytest
+
+from lsds.cli.main import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -47,3 +50,19 @@ def test_its_python_is_one_that_the_project_supports(steps):
     (image,) = arguments(steps, "FROM")
     version = re.fullmatch(r"docker\.io/library/python:(3\.\d+)-slim", image)[1]
     assert f"Programming Language :: Python :: {version}" in PROJECT["project"]["classifiers"]
+
+
+def test_its_arguments_are_those_of_a_command_that_needs_no_others(steps):
+    (name, *given) = json.loads(arguments(steps, "CMD")[0])
+    assert json.loads(arguments(steps, "ENTRYPOINT")[0]) == ["lsds"]
+    assert PROJECT["project"]["scripts"]["lsds"] == "lsds.cli.main:program"
+    command = cli.get_command(click.Context(cli), name)
+    assert command is not None
+    # Parses the arguments and does not run the command.
+    assert command.make_context(name, given).params
+
+
+def test_the_extra_that_it_installs_exists(steps):
+    (install,) = arguments(steps, "RUN")
+    extras = re.search(r"'\.\[([\w,]+)\]'", install)[1].split(",")
+    assert set(extras) <= PROJECT["project"]["optional-dependencies"].keys()
