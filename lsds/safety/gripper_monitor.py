@@ -90,14 +90,14 @@ class FingersWatch:
 
     def _require_following(self, state: GripperState, now_ns: int) -> None:
         wanted_m = self._asked_m
-        behind = state.aperture_m > wanted_m + self._near_m and state.contact is Contact.NONE and not state.moving
-        behind = behind and self._corrects
+        # Fingers that report motion and do not change their aperture do not follow, either.
+        behind = self._corrects and state.aperture_m > wanted_m + self._near_m and state.contact is Contact.NONE
         if not behind or not self._idle_m - state.aperture_m < self._tick_m:
             self._idle_ns, self._idle_m = (now_ns, state.aperture_m) if behind else (None, math.nan)
             return
         patience_s = PATIENCE_S if self._heard(state) else PATIENCE_UNHEARD_S
         if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(patience_s):
             raise SafetyStop(
-                f"gripper: commanded to {1e3 * wanted_m:.2f} mm, it rests at {1e3 * state.aperture_m:.2f} mm without "
+                f"gripper: commanded to {1e3 * wanted_m:.2f} mm, it stays at {1e3 * state.aperture_m:.2f} mm without "
                 f"contact for {seconds(now_ns - self._idle_ns):.1f} s (is it stuck?)"
             )

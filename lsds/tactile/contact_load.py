@@ -26,10 +26,12 @@ LEAST_VALID_SHARE = 0.5
 """Minimum share of valid markers; with fewer, no load is estimated."""
 
 
-def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) -> ContactLoad | None:
+def load_of(
+    field: DeformationField, metres_per_px: float, shear_n_m3: float, normal: tuple[float, float] | None = None
+) -> ContactLoad | None:
     """Return the force and torque that the object exerts on the gel since the reference; None with too few markers.
 
-    `shear_n_m3` is (G / h), in the config `tactile.shear_kpa_mm`.
+    `shear_n_m3` is (G / h), in the config `tactile.shear_kpa_mm`. `normal` is the normal force and its one sigma (N).
 
     Pressing alone spreads the markers. Off the pad's centre this looks like shear, so subtract the load of a frame in
     which the grip has settled and nothing is lifted (`ContactLoad.since`).
@@ -52,4 +54,5 @@ def load_of(field: DeformationField, metres_per_px: float, shear_n_m3: float) ->
         torque,
         math.hypot(noise_n, SHEAR_SHARE * math.hypot(x, y)),
         math.hypot(noise_n * arm_m, SHEAR_SHARE * torque),
+        *(normal or ()),
     )

@@ -6,7 +6,6 @@ The same object processes the running cell and recordings, frame by frame, so of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lsds.contracts import Observation
@@ -112,10 +111,7 @@ class Perception:
         features = self._features.extract(field, contact)
         evidence = SlipEvidence(field, contact, self._basis)
         imprint = self._imprint.follow(frame, field)
-        load = load_of(field, self.metres_per_px, self._shear_n_m3)
-        normal = normal_force_of(contact, self._pad_m2)
-        if load is not None and normal is not None:
-            load = replace(load, normal_n=normal[0], normal_std_n=normal[1])
+        load = load_of(field, self.metres_per_px, self._shear_n_m3, normal_force_of(contact, self._pad_m2))
         lost = 0.0 if self._followed is None else float((self._followed & ~tracks.valid).mean())
         self._followed = tracks.valid
         shown = Observation(

@@ -41,7 +41,7 @@ def with_fault(name, moment="take up", **keys):
 @pytest.mark.parametrize(
     ("name", "keys", "message"),
     [
-        ("gripper-stuck", {}, "commanded to .* it rests at"),
+        ("gripper-stuck", {}, "commanded to .* it stays at"),
         ("gripper-offset", {"severity": 4}, "its fingers opened from .* no command asked for it"),
         ("gripper-coarse", {"severity": 5, "moment": "lift"}, "wider by more than its resolution"),
         ("detector-none", {}, r"detector 'fused', frame \d+: update\(\) returned NoneType, not Detection"),

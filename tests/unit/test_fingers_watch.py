@@ -53,8 +53,19 @@ def test_fingers_that_do_not_follow_stop_the_cell_though_commands_go_on(hears, p
             send(watch, 19 - t * 2e-3, t)
             watch.check(state(t, 20.0, target_mm=19 - t * 2e-3 if hears else None), t * MS)
 
-    with pytest.raises(SafetyStop, match=rf"commanded to 1\d\.\d\d mm, it rests at 20\.00 mm.*{patience} s"):
+    with pytest.raises(SafetyStop, match=rf"commanded to 1\d\.\d\d mm, it stays at 20\.00 mm.*{patience} s"):
         go_on()
+
+
+def test_fingers_that_report_motion_without_moving_stop_the_cell_and_slow_ones_do_not():
+    slow, frozen = FingersWatch(TICK_M), FingersWatch(TICK_M)
+    send(slow, 10.0, 0)
+    send(frozen, 10.0, 0)
+    for t in range(0, 2000, 20):
+        slow.check(state(t, 20.0 - 2e-3 * t, target_mm=10, moving=True), t * MS)
+    with pytest.raises(SafetyStop, match=r"commanded to 10\.00 mm, it stays at 20\.00 mm"):
+        for t in range(0, 2000, 20):
+            frozen.check(state(t, 20.0, target_mm=10, moving=True), t * MS)
 
 
 def test_a_correction_that_was_lost_is_sent_again_and_a_slow_gripper_has_time_to_follow_it():

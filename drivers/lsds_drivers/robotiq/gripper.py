@@ -37,6 +37,10 @@ ECHO_NS = 50_000_000
 """Time without the echo of an acknowledged request after which the registers count as not refreshed. The manual states
 a refresh rate of 200 Hz ("Control"); ten periods are assumed to cover a URCap's controller, too."""
 
+MOTION_NS = 500_000_000
+"""Time without a change of a status that reports motion after which the registers count as not refreshed; chosen. At the
+slowest speed the position changes by a count every 11 ms."""
+
 _CONTACT = {Detection.CONTACT_OPENING: Contact.OPENING, Detection.CONTACT_CLOSING: Contact.CLOSING}
 
 
@@ -137,6 +141,7 @@ class RobotiqGripper:
             raise self._stale(now) from self._pump.error
         self._require_well(sample.status)
         self._require_echo(sample.t_ns)
+        self._require_motion(sample.t_ns)
         status, figures = sample.status, self._figures
         aperture = figures.aperture_m(status.position)
         goes = status.going and status.activation is Activation.ACTIVE
@@ -231,5 +236,16 @@ class RobotiqGripper:
                 self.device,
                 f"its status does not show a request that it acknowledged {seconds(t_ns - since_ns):.2f} s before: its "
                 "registers stand still",
+                remedy="switch its power off and on",
+            )
+
+    def _require_motion(self, t_ns: int) -> None:
+        """Raise StaleData if the status reports motion and does not change."""
+        since_ns = self._pump.moving_since_ns
+        if since_ns is not None and t_ns - since_ns > MOTION_NS:
+            raise StaleData(
+                self.device,
+                f"its status reports motion and has not changed for {seconds(t_ns - since_ns):.2f} s: its registers "
+                "stand still",
                 remedy="switch its power off and on",
             )

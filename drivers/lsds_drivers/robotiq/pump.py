@@ -6,6 +6,7 @@ newest status; neither waits for a request.
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,11 +24,11 @@ SPACING_NS = 5_000_000
 BACK_OFF_NS = (50_000_000, 1_000_000_000)
 """First and longest pause between attempts to open the port."""
 TRUSTED_NS = 250_000_000
-"""Maximum age of the status on which a write may rely."""
+"""Maximum time since the arrival of the status on which a write may rely."""
 
 
 class Sample(NamedTuple):
-    """A status, its time (ns, the middle of the exchange), and its number."""
+    """A status, the time (ns) at which the gripper had it, and its number."""
 
     t_ns: int
     seq: int
@@ -86,6 +87,7 @@ class Pump:
         self._newest: Sample | None = None
         self._error: DeviceError | None = None
         self._doubtful = False
+        self._fastest_ns = sys.maxsize
         self._last_ns = self._good_ns = self._polled_ns = self._looked_ns = 0
         self._sent: tuple[int, Motion] | None = None
         self._unechoed_ns: int | None = None
@@ -107,6 +109,11 @@ class Pump:
     def unechoed_ns(self) -> int | None:
         """Time (ns) of the first acknowledged request missing in the status; None if it shows the last one."""
         return self._unechoed_ns if self._unechoed_ns is not None else self._life.unanswered_ns
+
+    @property
+    def moving_since_ns(self) -> int | None:
+        """Time (ns) of the last change of a status that reports motion; None if the newest one reports none."""
+        return self._life.moving_since_ns
 
     @property
     def halts(self) -> int:
@@ -330,7 +337,10 @@ class Pump:
         with self._wake:
             last = self._newest
             status = self._life.shown(status, now)
-            self._newest = Sample((began + now) // 2, 0 if last is None else last.seq + 1, status)
+            self._fastest_ns = min(self._fastest_ns, now - began)
+            # A slow answer left the gripper as early as a fast one, and was under way for longer (Cristian 1989). If
+            # the request was slow instead, the status is younger than its stamp, which does no harm.
+            self._newest = Sample(began + self._fastest_ns // 2, 0 if last is None else last.seq + 1, status)
             if last is not None and last.status.echo != status.echo:
                 self._unechoed_ns = None
             self._await_echo(self._newest)
@@ -355,7 +365,7 @@ class Pump:
         self._doubtful = False
 
     def _trusted(self) -> bool:
-        return self._newest is not None and self._clock.now() - self._newest.t_ns <= TRUSTED_NS
+        return self._newest is not None and self._clock.now() - self._looked_ns <= TRUSTED_NS
 
     def _failed(self, error: DeviceError) -> None:
         if isinstance(error, DeviceTimeout):

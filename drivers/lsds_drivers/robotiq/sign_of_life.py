@@ -38,6 +38,14 @@ class SignOfLife:
         """Time (ns) at which the go-to bit was cleared, as long as the status does not show it; None otherwise."""
         return self._since_ns if self._phase is _Phase.CLEARING else None
 
+    @property
+    def moving_since_ns(self) -> int | None:
+        """Time (ns) of the last change of a status that reports motion; None if the newest one reports none."""
+        last = self._last
+        if last is None or not last.going or last.detection is not Detection.MOVING:
+            return None
+        return self._changed_ns
+
     def defers(self, motion: Motion | None) -> bool:
         """Return whether a motion has to wait until the status shows the cleared bit.
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: Number of pixels that are looked at together.
-_CHUNK = 32
+_AT_ONCE = 32
 
 
 @compiled
@@ -26,7 +26,7 @@ def edges(
     """
     height, width = curvature.shape
     steep = np.empty((height, width), np.float32)
-    along_x, along_y = np.empty((height, width), np.float32), np.empty((height, width), np.float32)
+    gradient_x, gradient_y = np.empty(width, np.float32), np.empty(width, np.float32)
     two, eighth = np.float32(2), np.float32(0.125)
     smooth, step = np.empty(width, np.float32), np.empty(width, np.float32)
     for y in range(height):
@@ -37,7 +37,7 @@ def edges(
             smooth[x] = above[x] + two * here[x] + below[x]
         for x in range(width):
             step[x] = below[x] - above[x]
-        to_x, to_y, own, to = along_x[y], along_y[y], weight[y], steep[y]
+        to_x, to_y, own, to = gradient_x, gradient_y, weight[y], steep[y]
         for x in range(1, width - 1):
             to_x[x] = eighth * (smooth[x + 1] - smooth[x - 1])
         for x in range(1, width - 1):
@@ -52,8 +52,8 @@ def edges(
     at = np.empty(flat.size, np.int32)
     count = 0
     # Most pixels are flat, and a look at many at once skips them.
-    for begin in range(0, flat.size, _CHUNK):
-        end = min(begin + _CHUNK, flat.size)
+    for begin in range(0, flat.size, _AT_ONCE):
+        end = min(begin + _AT_ONCE, flat.size)
         steeper = 0
         for i in range(begin, end):
             steeper += flat[i] > bound
@@ -63,24 +63,33 @@ def edges(
                     at[count] = i
                     count += 1
     table = np.empty((7, count), np.float32)
-    curved, to_x, to_y = curvature.ravel(), along_x.ravel(), along_y.ravel()
     for k in range(count):
-        i = at[k]
-        table[0, k], table[1, k] = i % width, i // width
-        table[2, k], table[3, k], table[4, k] = curved[i], to_x[i], to_y[i]
-        table[5, k], table[6, k] = weights[i], flat[i]
-    total = x = y = shown = 0.0
+        y, x = at[k] // width, at[k] % width
+        above, below = abs(y - 1), height - 1 - abs(height - 2 - y)
+        left, right = abs(x - 1), width - 1 - abs(width - 2 - x)
+        table[0, k], table[1, k], table[2, k] = x, y, curvature[y, x]
+        upper, lower = curvature[above], curvature[below]
+        table[3, k] = eighth * (
+            (upper[right] - upper[left])
+            + two * (curvature[y, right] - curvature[y, left])
+            + (lower[right] - lower[left])
+        )
+        table[4, k] = eighth * (
+            (lower[left] - upper[left]) + two * (lower[x] - upper[x]) + (lower[right] - upper[right])
+        )
+        table[5, k], table[6, k] = weights[at[k]], flat[at[k]]
+    total = mean_x = mean_y = shown = 0.0
     for k in range(count):
         total += table[6, k]
-        x += table[6, k] * table[0, k]
-        y += table[6, k] * table[1, k]
+        mean_x += table[6, k] * table[0, k]
+        mean_y += table[6, k] * table[1, k]
         shown += table[5, k]
     if total > 0:
-        x, y = x / total, y / total
+        mean_x, mean_y = mean_x / total, mean_y / total
     spread = 0.0
     for k in range(count):
-        spread += table[6, k] * ((table[0, k] - x) ** 2 + (table[1, k] - y) ** 2)
-    return table, (total, x, y, math.sqrt(spread / total) if total > 0 else 0.0, shown)
+        spread += table[6, k] * ((table[0, k] - mean_x) ** 2 + (table[1, k] - mean_y) ** 2)
+    return table, (total, mean_x, mean_y, math.sqrt(spread / total) if total > 0 else 0.0, shown)
 
 
 @compiled

@@ -176,7 +176,8 @@ class Shown:
     @cached_property
     def sharpness(self) -> float:
         """Sharpness of the image relative to the reference, natural logarithm."""
-        return math.log(max(sharpness(self._frame), _FLAT) / max(self._reference_sharpness, _FLAT))
+        own = sharpness(self._frame, compiled=self.compiled)
+        return math.log(max(own, _FLAT) / max(self._reference_sharpness, _FLAT))
 
     @cached_property
     def layers(self) -> Layers:
@@ -187,9 +188,14 @@ class Shown:
         return Layers(relief, compiled=self.compiled)
 
 
-def sharpness(frame: Frame) -> float:
+def sharpness(frame: Frame, *, compiled: bool = False) -> float:
     """Return the RMS difference of neighbouring pixels relative to their mean; nearly all comes from markers' rims."""
     grey = viewed(frame).half_grey
+    if compiled:
+        from lsds.tactile.compiled.sharpness import squares_of
+
+        squared, total = squares_of(grey)
+        return math.sqrt(squared / grey.size) / max(total / grey.size, 1.0)
     across, down = cv2.norm(grey[:, 1:], grey[:, :-1], cv2.NORM_L2), cv2.norm(grey[1:], grey[:-1], cv2.NORM_L2)
     return math.hypot(across, down) / math.sqrt(grey.size) / max(cv2.mean(grey)[0], 1.0)
 

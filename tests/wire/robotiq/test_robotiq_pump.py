@@ -28,6 +28,7 @@ class FakeTransport:
         self.open_trouble = None
         self.is_open = False
         self.hangs = False
+        self.answer_s = 0.0
         self.gate = threading.Event()
         self.gate.set()
 
@@ -41,7 +42,9 @@ class FakeTransport:
 
     def read(self):
         self._ask()
-        return self.status
+        status = self.status
+        CLOCK.sleep_until(CLOCK.now() + nanoseconds(self.answer_s))
+        return status
 
     def write(self, action, motion):
         self._ask()
@@ -363,6 +366,14 @@ def lively():
         gripper.close()
 
 
+def is_stale(gripper):
+    try:
+        gripper.read()
+    except StaleData:
+        return True
+    return False
+
+
 def stands_still(gripper):
     try:
         gripper.read()
@@ -407,6 +418,33 @@ def test_a_gripper_that_freezes_at_rest_is_noticed(lively):
     assert until(lambda: gripper.read().target_m < 0.011)
     wire.frozen = True
     assert until(lambda: stands_still(gripper), 2)
+
+
+def test_a_gripper_that_freezes_while_it_moves_is_noticed_and_one_that_moves_slowly_is_not(lively):
+    wire, gripper = lively
+    gripper.command(to(0.01))
+    assert until(lambda: gripper.read().target_m < 0.011)
+    wire.status = wire.status._replace(detection=Detection.MOVING, going=True)
+    assert until(lambda: gripper.read().moving)
+    began = CLOCK.now()
+    while CLOCK.now() - began < nanoseconds(0.8):
+        wire.status = wire.status._replace(position=wire.status.position + 1)
+        assert not stands_still(gripper)
+        CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.1))
+    wire.frozen = True
+    assert until(lambda: stands_still(gripper), 2)
+
+
+def test_a_late_answer_gets_the_time_of_its_request(lively):
+    wire, gripper = lively
+    assert until(lambda: gripper.read().seq > 5)
+    wire.answer_s = 0.2
+    # A state of half the exchange's time would be fresh.
+    assert until(lambda: is_stale(gripper))
+    began = CLOCK.now()
+    while CLOCK.now() - began < nanoseconds(0.5):
+        assert is_stale(gripper)
+        CLOCK.sleep_until(CLOCK.now() + nanoseconds(0.01))
 
 
 def test_a_gripper_that_freezes_while_one_position_is_requested_again_and_again_is_noticed(lively):

@@ -89,11 +89,13 @@ class TrackerScore:
 class FrameCost:
     """Result of `measure`. `area_change` is each depth scale's mean area difference to the finest scale.
 
-    `peers` are whole chains of common libraries, timed in turns with ours; empty if the libraries are not installed.
-    `peer_ratio` is the median of the fastest of them over ours, None without any.
+    `portable` is the total without compiled functions, None if there are none. `peers` are whole chains of common
+    libraries, empty if the libraries are not installed. All are timed in turns with ours. `peer_ratio` is the median of
+    the fastest peer over ours, None without any.
     """
 
     total: Cost
+    portable: Cost | None
     peers: tuple[Cost, ...]
     peer_ratio: float | None
     parts: tuple[Cost, ...]
@@ -127,7 +129,10 @@ def measure(seed: int = 0, repeats: int = 10, progress: Callable[[], object] | N
 def _measure(seed: int, repeats: int, progress: Callable[[], object] | None) -> FrameCost:
     host = PluginHost()
     config = load_config(None, [f"seed={seed}"], host=host)
+    plain = load_config(None, [f"seed={seed}", "tactile.arithmetic=portable"], host=host)
+    compiled = use_compiled(config.tactile.arithmetic)
     clip = record(config, host)
+    portable: list[int] = []
     parts: dict[str, list[int]] = {}
     trackers: dict[str, list[int]] = {}
     depth: dict[int, list[int]] = {scale: [] for scale in SCALES}
@@ -139,6 +144,8 @@ def _measure(seed: int, repeats: int, progress: Callable[[], object] | None) -> 
     for _ in range(repeats):
         for name, samples in _time_parts(config, host, clip).items():
             parts.setdefault(name, []).extend(samples)
+        if compiled:
+            portable += _time_parts(plain, host, clip, steps=False)[_WHOLE]
         for name, make in chains.items():
             peers.setdefault(name, []).extend(_time_chain(make(), clip))
         for name, tracker in _candidates(config, host).items():
@@ -150,10 +157,11 @@ def _measure(seed: int, repeats: int, progress: Callable[[], object] | None) -> 
         if progress is not None:
             progress()
     finest = np.array(areas[SCALES[0]])
-    total = _cost("image to command", parts.pop("image to command"))
+    total = _cost(_WHOLE, parts.pop(_WHOLE))
     whole = tuple(_cost(name, samples) for name, samples in peers.items())
     return FrameCost(
         total=total,
+        portable=_cost(f"{_WHOLE}, portable", portable) if portable else None,
         peers=whole,
         peer_ratio=min(peer.p50_us for peer in whole) / total.p50_us if whole else None,
         parts=tuple(_cost(name, samples) for name, samples in parts.items()),
@@ -193,8 +201,11 @@ def record(config: RigConfig, host: PluginHost) -> Clip:
     return Clip(reference, rest, tuple(frames), tuple(truth))
 
 
-def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, list[int]]:
-    """The path of one frame through the loop, and each of its steps."""
+_WHOLE = "image to command"
+
+
+def _time_parts(config: RigConfig, host: PluginHost, clip: Clip, *, steps: bool = True) -> dict[str, list[int]]:
+    """Return the times of the path of one frame through the loop, and of each of its `steps`."""
     rig = Rig(config, host)
     perception = Perception(rig.tracker, rig.sensor.spec, config.tactile)
     perception.start([clip.reference])
@@ -238,9 +249,10 @@ def _time_parts(config: RigConfig, host: PluginHost, clip: Clip) -> dict[str, li
         t = lap("grip belief", t)
         rig.controller.update(grip, wanted)
         lap("controller", t)
-        lap("image to command", begun)
-    _time_steps(config, host, clip, lap)
-    _time_imprint(config, host, clip, lap)
+        lap(_WHOLE, begun)
+    if steps:
+        _time_steps(config, host, clip, lap)
+        _time_imprint(config, host, clip, lap)
     return samples
 
 

@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from lsds.contracts.study import StudyResult, StudyTable
-from lsds_research.studies.frame.cost import FrameCost, measure
+from lsds_research.studies.frame.cost import Cost, FrameCost, measure
 from lsds_research.studies.frame.plot import plot_frame_cost
 
 if TYPE_CHECKING:
@@ -42,7 +42,9 @@ class FrameStudy:
         """Run the simulated cell once and time its frames. Raises DataError if its sensor has no truth."""
         passes = count(1)
         cost = measure(self.options.seed, self.options.repeats, lambda: tick(next(passes), self.options.repeats))
-        parts = [dataclasses.asdict(part) for part in (cost.total, *cost.parts, *cost.depth, *cost.peers)]
+        parts = [
+            dataclasses.asdict(part) for part in (cost.total, *_portable(cost), *cost.parts, *cost.depth, *cost.peers)
+        ]
         trackers = [dataclasses.asdict(score) for score in cost.trackers]
         changes = ", ".join(f"{change:.4f}" for change in cost.area_change)
         return StudyResult(
@@ -54,6 +56,10 @@ class FrameStudy:
             dataclasses.asdict(cost),
             [StudyTable(PARTS, parts)],
         )
+
+
+def _portable(cost: FrameCost) -> tuple[Cost, ...]:
+    return () if cost.portable is None else (cost.portable,)
 
 
 def _compared(cost: FrameCost) -> str:
