@@ -115,9 +115,9 @@ def walk(mass: Floats, share: float, along_limit: bool) -> None:
 
 @compiled
 def needs_of(stick: Floats, slide: Floats, cap: int, shift: int) -> Floats:
-    """Return the mass (loads + limits - 1,) by ln (W / r): of what sticks with loads up to `cap`, and of what slides.
+    """Return the mass (loads + limits - 1,) by ln (W / r), of both hypotheses.
 
-    What slides needs `shift` steps more.
+    Loads above `cap` count as `cap` if the object sticks. A sliding object needs `shift` steps more.
     """
     loads, limits = stick.shape
     mass = np.zeros(loads + limits - 1)

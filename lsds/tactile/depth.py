@@ -145,10 +145,12 @@ class DepthEstimator:
         self._inverse = _pixel_inverse(calibration or PhotometricCalibration(), colours)
         self._reference = colours.reshape(-1, 3).copy()
         self._sampled = np.maximum(colours[_SAMPLE, _SAMPLE].reshape(-1, 3), np.float32(1.0))
-        if self._compiled:
-            self._inverse = self._inverse.reshape(2, 3, *self._shape)
-            self._reference = np.ascontiguousarray(self._reference.T).reshape(3, *self._shape)
-            self._sampled = np.ascontiguousarray(self._sampled.T)
+        #: The same as planes: reference, every `_EVERY`-th pixel of it, and inverse.
+        self._as_planes = (
+            np.ascontiguousarray(self._reference.T).reshape(3, *self._shape),
+            np.ascontiguousarray(self._sampled.T),
+            self._inverse.reshape(2, 3, *self._shape),
+        )
 
     def measure(self, frame: Frame) -> ContactPatch:
         """Return depth (metres, positive where pressed in) and the fraction of the image beyond the threshold."""
@@ -188,7 +190,7 @@ class DepthEstimator:
         from lsds.tactile.compiled.depth import level_depth, slopes_of
 
         colours = self._planes(frame)
-        slopes = slopes_of(colours, self._reference, self._sampled, self._inverse, _EVERY, np.float32(_LEAST_GAIN))
+        slopes = slopes_of(colours, *self._as_planes, _EVERY, np.float32(_LEAST_GAIN))
         depth = self._solver.solve(slopes[0], slopes[1])
         depth *= np.float32(self._pitch_m)
         threshold = np.float32(self._threshold_m)

@@ -38,8 +38,8 @@ ECHO_NS = 50_000_000
 a refresh rate of 200 Hz ("Control"); ten periods are assumed to cover a URCap's controller, too."""
 
 MOTION_NS = 500_000_000
-"""Time without a change of a status that reports motion after which the registers count as not refreshed; chosen. At the
-slowest speed the position changes by a count every 11 ms."""
+"""Time without a change of a status that reports motion after which the registers count as not refreshed (ns); chosen.
+At the slowest speed the position changes by a count every 11 ms."""
 
 _CONTACT = {Detection.CONTACT_OPENING: Contact.OPENING, Detection.CONTACT_CLOSING: Contact.CLOSING}
 
@@ -212,7 +212,7 @@ class RobotiqGripper:
         sample, error = self._pump.newest, self._pump.error
         age = "there is no status yet" if sample is None else f"no status for {seconds(now_ns - sample.t_ns):.2f} s"
         if error is None:
-            return StaleData(self.device, age, remedy="is this computer overloaded?")
+            return StaleData(self.device, age, remedy="late answers? an overloaded computer?")
         return StaleData(self.device, f"{age}: {error.problem}", remedy=error.remedy)
 
     def _require_well(self, status: Status) -> None:

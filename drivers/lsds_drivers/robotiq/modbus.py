@@ -7,6 +7,7 @@ import math
 import select
 import socket
 import time
+from collections import defaultdict, deque
 from typing import TYPE_CHECKING, Any
 
 from lsds.errors import ConnectFailed, DeviceTimeout, ProtocolFault
@@ -35,6 +36,10 @@ QUIET_S = 0.02
 """Silence after which no late answer can arrive (s); a USB adapter may delay an answer by 16 ms."""
 
 
+LATEST_ANSWER_S = 1.0
+"""Time after its request at which an answer cannot arrive any more (s); chosen."""
+
+
 class ModbusTransport:
     """A `Transport` on a serial port or, for tcp://host:port, on a socket that carries the same frames.
 
@@ -56,6 +61,8 @@ class ModbusTransport:
         self._heard = self._answered = False
         self._unsettled = False
         self._unanswered: dict[tuple[int, int], float] = {}
+        self._open: defaultdict[tuple[int, int], deque[float]] = defaultdict(deque)
+        self._asked_s = 0.0
         self._untried = list(_ASKS[_PLAIN : _PLAIN + 2])
         self._ways: tuple[tuple[int, int], ...] = _ASKS[:_PLAIN]
 
@@ -63,6 +70,11 @@ class ModbusTransport:
     def is_open(self) -> bool:
         """Whether requests can be made."""
         return self._client is not None and self._client.socket is not None
+
+    @property
+    def waited_s(self) -> float:
+        """Time (s) since the earliest request that the last answer may belong to: answers arrive in order."""
+        return time.monotonic() - self._asked_s
 
     def open(self, timeout_s: float) -> None:
         """Open port or socket. Raises ConnectFailed with a remedy."""
@@ -113,6 +125,7 @@ class ModbusTransport:
             self._patience.late()
             raise self._spoilt("an answer that belongs to another request")
         if came != count:
+            self._asked_s = min(self._asked_s, self._earliest((function, came)))
             self._untried.clear()
         elif count > _ASKS[0][1]:
             self._ways = _ASKS
@@ -159,6 +172,7 @@ class ModbusTransport:
             self._drain()
             began = time.monotonic()
             self._unanswered[way] = began
+            self._open[way].append(began)
             wait_s = self._wait(self._patience.wait_s)
             answer = ask(*arguments, device_id=self._slave, **keywords)
         except ModbusIOException as error:
@@ -180,8 +194,26 @@ class ModbusTransport:
         if answer.function_code == way[0]:
             self._patience.answered(time.monotonic() - began)
             self._unanswered.pop(way, None)
+            self._asked_s = min(began, self._earliest(way))
             self._answered = True
         return answer
+
+    def _earliest(self, way: tuple[int, int]) -> float:
+        """Return the time of the earliest request that an answer may belong to, and consider it answered.
+
+        Answers arrive in order. If only one request can be meant, the answers to all earlier ones are lost.
+        """
+        asked = self._open[way]
+        while asked and time.monotonic() - asked[0] > LATEST_ANSWER_S:
+            asked.popleft()
+        if not asked:
+            return math.inf
+        certain, earliest = len(asked) == 1, asked.popleft()
+        if certain:
+            for others in self._open.values():
+                while others and others[0] < earliest:
+                    others.popleft()
+        return earliest
 
     def _wait(self, wait_s: float) -> float:
         """Set the time limit for the next answer."""

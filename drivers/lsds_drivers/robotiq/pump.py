@@ -338,6 +338,7 @@ class Pump:
             last = self._newest
             status = self._life.shown(status, now)
             self._fastest_ns = min(self._fastest_ns, now - began)
+            began = min(began, now - nanoseconds(self._transport.waited_s))
             # A slow answer left the gripper as early as a fast one, and was under way for longer (Cristian 1989). If
             # the request was slow instead, the status is younger than its stamp, which does no harm.
             self._newest = Sample(began + self._fastest_ns // 2, 0 if last is None else last.seq + 1, status)

@@ -19,6 +19,11 @@ class Transport(Protocol):
         """True if requests can be made."""
         ...
 
+    @property
+    def waited_s(self) -> float:
+        """Time (s) since the earliest request that the last answer may belong to."""
+        ...
+
     def open(self, timeout_s: float) -> None:
         """Open it. Raises ConnectFailed with a remedy."""
         ...

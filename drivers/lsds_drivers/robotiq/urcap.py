@@ -39,11 +39,17 @@ class UrcapTransport:
         self._patience = Patience(_LEAST_URCAP_WAIT_S, timeout_s)
         self._clock = clock
         self._socket: socket.socket | None = None
+        self._asked_ns = 0
 
     @property
     def is_open(self) -> bool:
         """Whether requests can be made."""
         return self._socket is not None
+
+    @property
+    def waited_s(self) -> float:
+        """Time (s) since the request of the last answer."""
+        return seconds(self._clock.now() - self._asked_ns)
 
     def open(self, timeout_s: float) -> None:
         """Connect. Raises ConnectFailed with a remedy."""
@@ -92,7 +98,7 @@ class UrcapTransport:
             raise self._lost()
         answer = b""
         wait_s = self._patience.wait_s
-        began = self._clock.now()
+        began = self._asked_ns = self._clock.now()
         deadline = began + nanoseconds(wait_s)
         try:
             _drain(connection)

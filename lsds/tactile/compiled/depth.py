@@ -40,7 +40,8 @@ def colours_of(
             to_b[x] = b[x] & own[x]
     for _ in range(halvings):
         level = _halved(level)
-    return _filled(level, coarser, weight)
+    filled: Plane = _filled(level, coarser, weight)
+    return filled
 
 
 @compiled
@@ -151,7 +152,7 @@ def level_depth(depth: Plane, free: int, threshold_m: np.float32, free_level: fl
             for u in range(width):
                 beside = row[max(u - 1, 0)] if part < 0 else row[min(u + 1, width - 1)]
                 to[u * block + s] = row[u] + abs(part) * (beside - row[u])
-    count = 0
+    count = 0.0
     for v in range(height):
         for s in range(block):
             part = (np.float32(s) + half) / np.float32(block) - half
@@ -161,4 +162,4 @@ def level_depth(depth: Plane, free: int, threshold_m: np.float32, free_level: fl
             for x in range(width * block):
                 inside += own[x] + part * (beside[x] - own[x]) > threshold_m
             count += inside
-    return count / (height * block * width * block)
+    return float(count / (height * block * width * block))

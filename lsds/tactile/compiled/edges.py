@@ -103,4 +103,4 @@ def _bound(steep: NDArray[np.float32], most: int) -> np.float32:
     high = some[some > mean]
     if high.size > keep:
         some = high
-    return np.partition(some, some.size - keep)[some.size - keep]
+    return np.float32(np.partition(some, some.size - keep)[some.size - keep])

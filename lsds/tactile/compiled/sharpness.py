@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def squares_of(grey: NDArray[np.uint8]) -> tuple[float, float]:
     """Return the sum of the squared differences of neighbouring pixels (h, w), and the sum of the pixels."""
     height, width = grey.shape
-    squared = total = 0
+    squared = total = 0.0
     for y in range(height):
         row, below = grey[y], grey[min(y + 1, height - 1)]
         across = down = own = np.int32(0)
@@ -27,6 +27,6 @@ def squares_of(grey: NDArray[np.uint8]) -> tuple[float, float]:
             step = np.int32(below[x]) - np.int32(row[x])
             down += step * step
             own += np.int32(row[x])
-        squared += across + down
-        total += own
-    return float(squared), float(total)
+        squared += float(across + down)
+        total += float(own)
+    return squared, total

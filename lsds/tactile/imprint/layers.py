@@ -88,37 +88,37 @@ class Edges:
         self.steepness = math.sqrt(self.total / max(table.shape[1], 1))
 
     def __len__(self) -> int:
-        return self.table.shape[1]
+        return int(self.table.shape[1])
 
     @property
     def x(self) -> Plane:
         """Positions (n,) along x."""
-        return self.table[0]
+        return np.asarray(self.table[0])
 
     @property
     def y(self) -> Plane:
         """Positions (n,) along y."""
-        return self.table[1]
+        return np.asarray(self.table[1])
 
     @property
     def curvature(self) -> Plane:
         """Curvature (n,)."""
-        return self.table[2]
+        return np.asarray(self.table[2])
 
     @property
     def along(self) -> Plane:
         """Gradient (2, n) along x and y."""
-        return self.table[3:5]
+        return np.asarray(self.table[3:5])
 
     @property
     def weight(self) -> Plane:
         """Weight (n,)."""
-        return self.table[5]
+        return np.asarray(self.table[5])
 
     @property
     def squared(self) -> Plane:
         """Squared gradient (n,) times weight."""
-        return self.table[6]
+        return np.asarray(self.table[6])
 
 
 def _moments(table: Plane) -> tuple[float, float, float, float, float]:

@@ -195,7 +195,7 @@ def sharpness(frame: Frame, *, compiled: bool = False) -> float:
         from lsds.tactile.compiled.sharpness import squares_of
 
         squared, total = squares_of(grey)
-        return math.sqrt(squared / grey.size) / max(total / grey.size, 1.0)
+        return float(math.sqrt(squared / grey.size) / max(total / grey.size, 1.0))
     across, down = cv2.norm(grey[:, 1:], grey[:, :-1], cv2.NORM_L2), cv2.norm(grey[1:], grey[:-1], cv2.NORM_L2)
     return math.hypot(across, down) / math.sqrt(grey.size) / max(cv2.mean(grey)[0], 1.0)
 

@@ -93,7 +93,8 @@ class Registration:
         if last is None:
             return None
         problem, gain, compared = last
-        return problem.registered(slip, gain, compared)
+        found: Registered = problem.registered(slip, gain, compared)
+        return found
 
     def _problem(self, level: int) -> Any:
         if level not in self._problems:

@@ -28,7 +28,7 @@ class FakeTransport:
         self.open_trouble = None
         self.is_open = False
         self.hangs = False
-        self.answer_s = 0.0
+        self.answer_s = self.waited_s = 0.0
         self.gate = threading.Event()
         self.gate.set()
 

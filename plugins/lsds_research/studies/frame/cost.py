@@ -89,7 +89,7 @@ class TrackerScore:
 class FrameCost:
     """Result of `measure`. `area_change` is each depth scale's mean area difference to the finest scale.
 
-    `portable` is the total without compiled functions, None if there are none. `peers` are whole chains of common
+    `portable` is the total without compiled functions, None if numba is missing. `peers` are whole chains of common
     libraries, empty if the libraries are not installed. All are timed in turns with ours. `peer_ratio` is the median of
     the fastest peer over ours, None without any.
     """
