@@ -78,6 +78,7 @@ class PluginHost:
         self._notes: list[PluginNote] = []
         self._installed: set[str] = set()
         self._loaded = False
+        self._listed: tuple[object, tuple[Backend, ...]] | None = None
 
     # -- listing ------------------------------------------------------------------------------------------
 
@@ -86,10 +87,17 @@ class PluginHost:
         """All backends that are not blocked, in order of kind and name."""
         self._load()
         # The program itself may register a backend at any time.
-        own = () if self._entry_points is not None else in_program.specs()
-        known = [*self._backends, *(Backend(spec, in_program.DISTRIBUTION, in_program.DISTRIBUTION) for spec in own)]
-        offered = [b for b in known if not self._is_blocked(b.plugin, b.distribution)]
-        return tuple(sorted(offered, key=lambda b: (b.spec.kind, b.spec.name, b.distribution)))
+        own = () if self._entry_points is not None else tuple(in_program.specs())
+        state = (len(self._backends), frozenset(self._blocked), own)
+        if self._listed is None or self._listed[0] != state:
+            known = [
+                *self._backends,
+                *(Backend(spec, in_program.DISTRIBUTION, in_program.DISTRIBUTION) for spec in own),
+            ]
+            offered = [b for b in known if not self._is_blocked(b.plugin, b.distribution)]
+            offered.sort(key=lambda b: (b.spec.kind, b.spec.name, b.distribution))
+            self._listed = state, tuple(offered)
+        return self._listed[1]
 
     @property
     def failures(self) -> tuple[PluginFailure, ...]:
@@ -267,8 +275,9 @@ class PluginHost:
             return
         self._loaded = True
         # First-party plugins first: those that the distribution of the former name still offers are the duplicates.
-        for entry_point in sorted(self._found(), key=lambda found: _distribution(found) != OWN_DISTRIBUTION):
-            name, distribution = entry_point.name, _distribution(entry_point)
+        found = [(entry_point, _distribution(entry_point)) for entry_point in self._found()]
+        for entry_point, distribution in sorted(found, key=lambda each: each[1] != OWN_DISTRIBUTION):
+            name = entry_point.name
             self._installed |= owner_names(name, distribution)
             if self._is_blocked(name, distribution):
                 self._failures.append(PluginFailure(name, distribution, "blocked", blocked=True))

@@ -137,7 +137,7 @@ def test_states_of_either_grid_can_be_looked_at_and_put_back():
 
 
 def friction(mean):
-    return Friction(CellGrid(GelMaterial(), 1), np.zeros(1, np.int32), np.full(1, mean))
+    return Friction(CellGrid(GelMaterial(), 1), np.zeros(1, np.int32), np.full(1, mean), mean)
 
 
 def test_legs_end_at_corners_after_their_length_and_where_friction_changes():

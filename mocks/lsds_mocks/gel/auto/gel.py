@@ -154,7 +154,8 @@ class AutoGel:
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the friction coefficient of each cell."""
         self._main.set_friction(friction)
-        self._friction = Friction(self._main.grid, self._main.cells, np.array(friction, float))
+        own = self._main
+        self._friction = Friction(own.grid, own.cells, np.array(friction, float), own.mean_friction)
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Carry the gel with the object."""

@@ -36,16 +36,12 @@ _OTHER = 0.04
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Friction:
-    """Coefficients (N,) over cells (N,) of a grid."""
+    """Coefficients (N,) over cells (N,) of a grid, and their mean; 0 without cells."""
 
     grid: CellGrid
     cells: NDArray[np.int32]
     values: NDArray[np.float64]
-
-    @property
-    def mean(self) -> float:
-        """Mean of the coefficients; 0 without cells."""
-        return float(self.values.mean()) if self.values.size else 0.0
+    mean: float
 
 
 class Leg(NamedTuple):

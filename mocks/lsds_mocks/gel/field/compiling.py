@@ -44,6 +44,7 @@ def _prepared(material: GelMaterial, fines: tuple[int, ...], kernel: Kernel) -> 
             gel.set_friction(np.full(gel.points_m.shape[1], 0.5))
             gel.trial(0.01 * turn * material.thickness_m, 0.0)
             gel.commit()
+            _ = gel.stick_ratio
         gel.displacement_now(np.zeros((1, 2)))
         gel.depth(gel.state(), x_m, x_m)
     return operators

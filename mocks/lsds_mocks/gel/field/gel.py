@@ -15,7 +15,7 @@ import numpy as np
 
 from lsds_mocks.gel.field.choice import AnyPatch, Effort, Solver
 from lsds_mocks.gel.field.footprint import Footprint
-from lsds_mocks.gel.field.increment import Increment, add_up, carry, notice_sliding, settle
+from lsds_mocks.gel.field.increment import Increment, add_up, carry, notice_sliding, settle, stick_share
 from lsds_mocks.gel.field.operator import Kernel, operator
 from lsds_mocks.gel.field.surface import FieldView
 from lsds_mocks.gel.material import GelMaterial
@@ -90,7 +90,8 @@ class FieldGel:
         self._tried = (0.0, 0.0, 0.0)
         self._first, self._fresh, self._astray = True, True, False
         self._pressed = 0.0
-        self._mean_friction = 0.0
+        self.mean_friction = 0.0
+        """Mean friction coefficient of the cells; 0 without cells."""
         self._gap, self._slope = np.zeros(0), np.zeros((2, 0), np.float32)
         self._resize(np.zeros(0, np.int64), 0)
 
@@ -124,7 +125,7 @@ class FieldGel:
                 if len(kept):
                     new[..., : len(kept)] = getattr(self, name)[..., kept]
                 setattr(self, name, new)
-        self._friction[len(kept) :] = self._mean_friction
+        self._friction[len(kept) :] = self.mean_friction
         self._points = self.grid.centres_m(self._patch.cells)
 
     def solve_in_portions(self, portions: bool) -> None:
@@ -223,7 +224,7 @@ class FieldGel:
     def set_friction(self, friction: NDArray[np.float64]) -> None:
         """Set the friction coefficient of each cell."""
         self._friction[:] = friction
-        self._mean_friction = float(self._friction.mean()) if len(self._friction) else 0.0
+        self.mean_friction = float(friction.sum()) / len(friction) if len(friction) else 0.0
 
     def trial(self, dx_m: float, dy_m: float, dtheta_rad: float = 0.0) -> Reaction:
         """Carry the anchors with the object and solve."""
@@ -336,9 +337,7 @@ class FieldGel:
     @property
     def stick_ratio(self) -> float:
         """Share of the cells in contact that did not slide."""
-        touching = self._touching
-        count = int(np.count_nonzero(touching))
-        return int(np.count_nonzero(touching & ~self._now_sliding)) / count if count else 1.0
+        return float(stick_share(self._traction, self._now_sliding))
 
     @property
     def fully_sliding(self) -> bool:

@@ -134,6 +134,17 @@ def notice_sliding(
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
+def stick_share(traction: NDArray[np.float32], sliding: NDArray[np.bool_]) -> float:
+    """Return the share of the cells in contact that do not slide; 1 without contact."""
+    touching = sticking = 0
+    for i in range(sliding.size):
+        if traction[2, i] > 0:
+            touching += 1
+            sticking += not sliding[i]
+    return sticking / touching if touching else 1.0
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def settle(
     anchor: NDArray[np.float64],
     carried: NDArray[np.float64],
