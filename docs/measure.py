@@ -313,13 +313,13 @@ TRACKERS = {
     "blobs, nearest": "peer: OpenCV blobs, nearest match",
     "pyramidal LK": "peer: pyramidal Lucas-Kanade, frame to frame",
 }
-PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "controller")
+PARTS = ("image to command", "perception", "imprint", "detector", "estimator", "grip belief", "controller")
 
 
 def frame() -> dict[str, Any]:
     """Return trackers and times of the parts."""
     found = result_of("study", "frame", "--repeats", "12", "--no-plot")
-    return {key: found[key] for key in ("trackers", "total", "parts", "peers", "frames")}
+    return {key: found[key] for key in ("trackers", "total", "portable", "parts", "peers", "frames")}
 
 
 def frame_rows(values: dict[str, Any]) -> list[str]:
@@ -330,10 +330,28 @@ def frame_rows(values: dict[str, Any]) -> list[str]:
         f"{100 * row['jump_right']:.0f} % |"
         for label, row in ((label, trackers[name]) for name, label in TRACKERS.items())
     ]
-    parts = {row["name"]: row for row in (values["total"], *values["parts"])}
-    rows += [f"| {name} | {parts[name]['p50_us']:.0f} | {parts[name]['p99_us']:.0f} |" for name in PARTS]
+    parts = {row["name"]: row for row in (values["total"], values["portable"], *values["parts"])}
+    names = (PARTS[0], values["portable"]["name"], *PARTS[1:])
+    rows += [f"| {name} | {parts[name]['p50_us']:.0f} | {parts[name]['p99_us']:.0f} |" for name in names]
     peers = [f"| peer: {row['name']} | {row['p50_us']:.0f} | {row['p99_us']:.0f} |" for row in values["peers"]]
     return rows + peers
+
+
+# -- whole configurations -------------------------------------------------------------------------------------
+
+
+def loop() -> dict[str, Any]:
+    """Return time, slip and grip of each configuration."""
+    return {"configurations": result_of("study", "loop", "--quick", "--no-plot")["configurations"]}
+
+
+def loop_rows(values: dict[str, Any]) -> list[str]:
+    """Return one row a configuration, the quickest first."""
+    return [
+        f"| `{row['detector']}` + `{row['estimator']}`, `{row['controller']}` | {row['frame_us']:.0f} | "
+        f"{100 * row['held']:.0f} % | {row['slip_mm']:.2f} | {row['steady_all']:.2f} | {'yes' if row['front'] else ''} |"
+        for row in sorted(values["configurations"], key=lambda row: row["frame_us"])
+    ]
 
 
 # -- the mocks on the wire ------------------------------------------------------------------------------------
@@ -508,9 +526,10 @@ MEASUREMENTS: dict[str, Measurement] = {
     "arm": Measurement("python -m tests.wire.ur.bench --seconds 60", "figures.md", arm, arm_rows),
     "cameras": Measurement("python -m tests.wire.cameras.bench", "figures.md", cameras, camera_rows),
     "clients": Measurement("python docs/measure.py clients", "clients.md", clients, client_rows),
-    "cost": Measurement("python docs/measure.py cost", "figures.md", cost, cost_rows),
+    "cost": Measurement("python docs/measure.py cost", "speed.md", cost, cost_rows),
     "random": Measurement("lsds " + " ".join(RANDOM), "grip.md", random_objects, random_rows),
-    "frame": Measurement("lsds study frame --repeats 12", "figures.md", frame, frame_rows),
+    "frame": Measurement("lsds study frame --repeats 12", "speed.md", frame, frame_rows),
+    "loop": Measurement("lsds study loop --quick", "speed.md", loop, loop_rows),
     "slip": Measurement("lsds study slip $LSDS_DATA/incipient_slip", "learning.md", slip, slip_rows),
     "detection": Measurement("lsds study models $LSDS_DATA/detection", "learning.md", detection, detection_rows),
     "severity": Measurement("python docs/measure.py severity", "learning.md", severity, severity_rows),

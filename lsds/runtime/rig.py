@@ -439,7 +439,7 @@ def _guarded(call: Callable[[], None], label: str, problems: list[str]) -> Calla
 
 
 def _all_of(calls: list[Callable[[], None]]) -> None:
-    """Make every call, also where an interrupt comes in the middle, and raise that at the end."""
+    """Make every call, even after an interrupt, which is raised at the end."""
     interrupt: BaseException | None = None
     for call in calls:
         try:

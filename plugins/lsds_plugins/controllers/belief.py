@@ -170,8 +170,8 @@ class BeliefController:
         self._quiet_s += dt_s
         if self._quiet_s < options.quiet_s:
             return None
-        # The gripper rounds steps below its tick, so openings are added up; those that it has not carried out are not.
+        # The gripper rounds to its ticks, so openings are added up until they reach the next one.
         base_m = grip.commanded_m if self._opened_to is None else self._opened_to
         farthest_m = grip.commanded_m + max(tick_m, LEAST_STEP_M)
         self._opened_to = min(base_m + options.release_m_s * dt_s, grip.touch_m - least_m, farthest_m)
-        return self._opened_to if self._opened_to > grip.commanded_m else None
+        return self._opened_to if self._opened_to - grip.commanded_m > tick_m / 2 else None
