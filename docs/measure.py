@@ -349,7 +349,8 @@ def loop_rows(values: dict[str, Any]) -> list[str]:
     """Return one row a configuration, the quickest first."""
     return [
         f"| `{row['detector']}` + `{row['estimator']}`, `{row['controller']}` | {row['frame_us']:.0f} | "
-        f"{100 * row['held']:.0f} % | {row['slip_mm']:.2f} | {row['steady_all']:.2f} | {'yes' if row['front'] else ''} |"
+        f"{100 * row['held']:.0f} % | {row['slip_mm']:.2f} | {row['steady_all']:.2f} | "
+        f"{'yes' if row['front'] else ''} |"
         for row in sorted(values["configurations"], key=lambda row: row["frame_us"])
     ]
 
