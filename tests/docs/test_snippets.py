@@ -208,3 +208,14 @@ def test_the_page_about_tests_shows_tests_that_pass(tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert len(snippets) == 4
+
+
+def test_decisions_name_files_that_exist():
+    named = re.compile(r"`((?:lsds|plugins|drivers|mocks|tests|docs|examples)/[\w/.-]+\.(?:py|md|toml))`")
+    missing = [
+        f"{page.name}: {path}"
+        for page in sorted((ROOT / "docs" / "decisions").glob("*.md"))
+        for path in named.findall(page.read_text(encoding="utf-8"))
+        if not (ROOT / path).exists()
+    ]
+    assert missing == []
