@@ -30,16 +30,17 @@ class GripEstimate:
     the aperture last commanded, `measured_m` the newest that the gripper reported, `aperture_m` that at the time of the
     frame, and `touch_m` that at touch.
 
-    Believed: `squeeze_m` is by how much the fingers are closed beyond touch. `load_n` is the load a finger, force and
-    torque together; `load_n_s` its rate, `greatest_n` its maximum of late, and `stale` whether a finger does not show
-    it now. `normal_n` is the normal force by the imprint. `limit_n` is the friction limit of a finger at that squeeze,
-    with its standard deviation `limit_std_n`. `slips` is the probability that the object slides, `slip_m_s` its speed
-    if it does: that of the arm while the object may stand on its support, else at least that of a fall.
-    `required_m(risk, margin, load_n, braking)` returns the least squeeze at which `margin` times the load exceeds the
-    friction limit with at most that probability, for an object that sticks at no more than `load_n`, or slides at any
-    load, which then counts `braking` times; it answers for the newest grip, not for that of `t_ns`. `rising_m` is the
-    squeeze at which a load that rises in the air keeps the share of the friction limit that the grip has carried; 0 if
-    the load does not rise.
+    Believed: `squeeze_m` is by how much the fingers are closed beyond touch. `load_n` is the load a finger, force
+    and torque together; `load_n_s` its rate, `greatest_n` its maximum of late, and `stale` whether a finger does
+    not show it now. `normal_n` is the normal force by the imprint, and `reach_m` the half-length of the contact
+    along the load. `limit_n` is the friction limit of a finger at that squeeze, with its standard deviation
+    `limit_std_n`. `slips` is the probability that the object slides, `slip_m_s` its speed if it does: that of the
+    arm while the object may stand on its support, else at least that of a fall. `required_m(risk, margin, load_n,
+    braking)` returns the least squeeze at which `margin` times the load exceeds the friction limit with at most
+    that probability, for an object that sticks at no more than `load_n`, or slides at any load, which then counts
+    `braking` times; it answers for the newest grip, not for that of `t_ns`. `rising_m` is the squeeze at which a
+    load that rises in the air keeps the share of the friction limit that the grip has carried; 0 if the load does
+    not rise.
 
     With several fingers the belief takes a frame of each at once: `complete` is true in the frame that completes a
     round, and what is believed is that of the last complete one otherwise.
@@ -64,6 +65,7 @@ class GripEstimate:
     rising_m: float = 0.0
     stale: bool = True
     normal_n: float = math.nan
+    reach_m: float = math.nan
     limit_n: float = math.nan
     limit_std_n: float = math.nan
     slips: float = math.nan

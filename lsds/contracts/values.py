@@ -241,13 +241,14 @@ class DeformationField:
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ContactPatch:
     """The contact patch: depth map (h, w) in metres at reduced resolution, and the fraction of the image deeper than
-    the declared threshold."""
+    the declared threshold. `pitch_m` is the width of a depth pixel, NaN if it is not known."""
 
     __repr__ = brief
 
     depth_m: NDArray[np.float32]
     threshold_m: float
     area_fraction: float
+    pitch_m: float = math.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

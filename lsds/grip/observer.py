@@ -136,6 +136,7 @@ class GripObserver:
             "rising_m": rising_m,
             "stale": load.stale,
             "normal_n": load.normal_n,
+            "reach_m": load.reach_m,
             "limit_n": limit_n,
             "limit_std_n": limit_std_n,
             "slips": self.belief.slips,

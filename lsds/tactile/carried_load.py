@@ -12,6 +12,7 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 from lsds.clock import nanoseconds
+from lsds.tactile.contact_reach import reach_of
 from lsds.tactile.soft_finger import pull_of
 
 if TYPE_CHECKING:
@@ -30,15 +31,17 @@ MEDIAN_FRAMES = 3
 class CarriedLoad:
     """`now_n` is the newest load per finger, NaN if unknown.
 
+    `reach_m` is the least reach of a finger's contact along its load (`lsds.tactile.contact_reach`), NaN if unknown.
     `stale` is true if some finger measures no load now, so that its last one is used. `normal_n` is the maximum normal
     force per finger, NaN if no finger estimates one.
     """
 
     def __init__(self) -> None:
-        self.now_n = self.normal_n = math.nan
+        self.now_n = self.normal_n = self.reach_m = math.nan
         self.stale = False
         self._began_ns: int | None = None
         self._zero: dict[str, ContactLoad] = {}
+        self._reach_m: dict[str, float] = {}
         self._last: dict[str, deque[float]] = {}
         self._seen_ns: dict[str, int] = {}
         self._loads: deque[tuple[int, float]] = deque()
@@ -56,6 +59,10 @@ class CarriedLoad:
             if self._seen_ns.get(finger.finger) != finger.observation.t_ns:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
                 self._take(finger.finger, load, t_ns)
+                if zero := self._zero.get(finger.finger):
+                    along = load.since(zero).shear_n
+                    self._reach_m[finger.finger] = reach_of(finger.observation.contact, along)
+        self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
         self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
         self.stale = not self._last.keys() <= measured
         if not self._last:

@@ -184,7 +184,7 @@ class DepthEstimator:
         # The contact's edge runs between depth pixels: a coarse count would jump by whole columns.
         fine = cv2.resize(depth, self._fine, interpolation=cv2.INTER_LINEAR)
         area = np.count_nonzero(fine > self._threshold_m) / fine.size
-        return ContactPatch(depth, self._threshold_m, area)
+        return ContactPatch(depth, self._threshold_m, area, self._pitch_m)
 
     def _measure_compiled(self, frame: Frame) -> ContactPatch:
         from lsds.tactile.compiled.depth import level_depth, slopes_of
@@ -195,7 +195,7 @@ class DepthEstimator:
         depth *= np.float32(self._pitch_m)
         threshold = np.float32(self._threshold_m)
         area = level_depth(depth, self._free, threshold, self.FREE_LEVEL, self._block)
-        return ContactPatch(depth, self._threshold_m, area)
+        return ContactPatch(depth, self._threshold_m, area, self._pitch_m)
 
     def _planes(self, frame: Frame) -> NDArray[np.float32]:
         """Return `_colours` as planes (3, h, w)."""

@@ -61,6 +61,7 @@ GRIP_FIELDS = (
     "rising_m",
     "stale",
     "normal_n",
+    "reach_m",
     "limit_n",
     "limit_std_n",
     "slips",

@@ -42,6 +42,13 @@ LEAST_PROBED_M = 4.5e-4
 """Minimum squeeze to which probing opens, m; a looser grip is not known to touch; chosen."""
 
 
+FULL_REACH_M = 0.012
+"""Half-length of the contact along the load from which on `slip_m` is accepted in full, m. Of 40 slippery spheres of
+development draws 27 were held if all contacts accepted it in full, 27 from 6 mm on, 32 from 12 mm and from 24 mm on."""
+LEAST_SLIP_M = 1e-3
+"""Minimum accepted slip, however small the contact, m; chosen as the way of the take-up during one answer time."""
+
+
 class BeliefOptions(BaseModel):
     """Options of `[controller.belief]`."""
 
@@ -56,7 +63,12 @@ class BeliefOptions(BaseModel):
     )
     certain: float = Field(default=0.07, gt=0, lt=1, description="accepted probability of a slide after an opening")
     growth: float = Field(default=2.0, gt=1, le=3, description="greatest growth of the squeeze in one step")
-    slip_m: float = Field(default=0.006, gt=0, le=0.1, description="accepted slip while the squeeze grows e-fold")
+    slip_m: float = Field(
+        default=0.006,
+        gt=0,
+        le=0.1,
+        description="accepted slip while the squeeze grows e-fold; less on a short contact",
+    )
     quiet_s: float = Field(default=0.3, ge=0, le=60, description="time of certainty before the fingers open")
     release_m_s: float = Field(default=0.004, ge=0, le=0.05, description="greatest opening speed; 0: never open")
 
@@ -112,7 +124,9 @@ class BeliefController:
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * wanted.answer_s, grip.load_n)
         risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
         # A sliding object must also stop within the accepted slip: kinetic energy over weight and distance.
-        braking = 1 + grip.slip_m_s**2 / (2 * GRAVITY_M_S2 * options.slip_m) if math.isfinite(grip.slip_m_s) else 1.0
+        braking = 1.0
+        if math.isfinite(grip.slip_m_s):
+            braking += grip.slip_m_s**2 / (2 * GRAVITY_M_S2 * self._slip_m(grip))
         wanted_m = grip.required_m(risk, options.margin, ahead_n, braking)
         if not wanted.probes:
             wanted_m = max(wanted_m, grip.rising_m)
@@ -125,6 +139,11 @@ class BeliefController:
             self._closed_ns = grip.t_ns
             return grip.commanded_m
         return self._opened(grip, wanted, held_m, tick_m, dt_s)
+
+    def _slip_m(self, grip: GripEstimate) -> float:
+        """Return the accepted slip: a round object that slips by the reach of its contact is squeezed out."""
+        share = min(grip.reach_m / FULL_REACH_M, 1.0) if math.isfinite(grip.reach_m) else 1.0
+        return max(share * self._options.slip_m, LEAST_SLIP_M)
 
     def _is_blind(self, grip: GripEstimate) -> bool:
         """Return whether something is missing without which it does not open."""
@@ -139,7 +158,7 @@ class BeliefController:
         if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES * wanted.answer_s):
             return None
         base_m = grip.squeeze_m if slides and not under_way else max(grip.squeeze_m, held_m)
-        grows = min(grip.slip_m_s * wanted.answer_s / self._options.slip_m, math.log(self._options.growth))
+        grows = min(grip.slip_m_s * wanted.answer_s / self._slip_m(grip), math.log(self._options.growth))
         target_m = min(wanted_m, max(base_m * math.exp(grows), base_m + tick_m))
         allowed_m = self._bearing.allowed_m(wanted.fragile_n, grip.squeeze_m, grip.normal_n, math.nan, held_m)
         self.held_back = target_m > allowed_m

@@ -14,7 +14,7 @@ import numpy as np
 
 from lsds.config.overrides import override_texts
 
-DEVELOPMENT = frozenset({0, 1000, 1001, 1002, 1003, 1004, 1005, 1006, 1007})
+DEVELOPMENT = frozenset({0, *range(1000, 1011)})
 """Draws on which controllers were tuned."""
 SHAPES = ("cylinder", "sphere", "box", "edge")
 TEXTURES = ("smooth", "bumps", "pores", "weave")
