@@ -23,6 +23,7 @@ from lsds.runtime.bring_up_report import Result, bring_up_error
 from lsds.runtime.cell_members import CellMembers
 from lsds.safety.deadlines import CELL_STOP_S, Deadlines
 from lsds.safety.device_calls import CALL_LOOK_S, Call, CellThread
+from lsds.tactile.compiled import use_compiled
 
 if TYPE_CHECKING:
     from lsds.config.model import BackendSection, FaultSection, RigConfig
@@ -89,6 +90,11 @@ class Rig:
         # Imported here: building pydantic models would slow down `import lsds`.
         from lsds.config.own import with_own_backends
 
+        # Compiling takes some 20 s, once on a machine, and must not keep armed devices waiting.
+        if use_compiled(config.tactile.arithmetic):
+            from lsds.grip.compiled_belief import prepare
+
+            prepare()
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
         self.config = config = with_own_backends(config, self.host)

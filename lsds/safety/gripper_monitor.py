@@ -26,7 +26,8 @@ REPEAT_S = 0.4
 PATIENCE_S = 0.4
 """Time for which fingers may rest on nothing, wider than commanded, before they count as not following (s); chosen."""
 PATIENCE_UNHEARD_S = 1.0
-"""The same for a gripper that does not report the target: a retry gets the time of a gripper with 0.2 s latency (s)."""
+"""The same for a gripper that does not report the target, or that reports motion (s): a retry gets the time of a
+gripper with 0.2 s latency."""
 
 
 class FingersWatch:
@@ -95,7 +96,8 @@ class FingersWatch:
         if not behind or not self._idle_m - state.aperture_m < self._tick_m:
             self._idle_ns, self._idle_m = (now_ns, state.aperture_m) if behind else (None, math.nan)
             return
-        patience_s = PATIENCE_S if self._heard(state) else PATIENCE_UNHEARD_S
+        # A gripper that reports motion may be slow to begin, or slow from tick to tick.
+        patience_s = PATIENCE_S if self._heard(state) and not state.moving else PATIENCE_UNHEARD_S
         if self._idle_ns is not None and now_ns - self._idle_ns > nanoseconds(patience_s):
             raise SafetyStop(
                 f"gripper: commanded to {1e3 * wanted_m:.2f} mm, it stays at {1e3 * state.aperture_m:.2f} mm without "

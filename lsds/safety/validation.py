@@ -18,15 +18,17 @@ def validated_tracks(who: str, tracks: object, count: int, seq: int) -> MarkerTr
     """Return the validated tracks. Raises PluginError for another type, or another number of markers than `count`."""
     if not isinstance(tracks, MarkerTracks):
         raise _wrong(who, tracks, "MarkerTracks", seq)
-    shapes = tuple(getattr(part, "shape", ()) for part in (tracks.xy_px, tracks.valid, tracks.flags))
+    shapes = tuple(np.shape(part) for part in (tracks.xy_px, tracks.valid, tracks.flags))
     if shapes != ((count, 2), (count,), (count,)):
         got = ", ".join(map(str, shapes))
         raise PluginError(
             f"{who}, frame {seq}: update() returned xy_px, valid, flags of {got} for {count} markers "
             "(one row for each marker of the reference, in its order)"
         )
+    if not isinstance(tracks.valid, np.ndarray) or tracks.valid.dtype != np.bool_:
+        raise PluginError(f"{who}, frame {seq}: valid is not an array of bool (compare, or use astype(bool))")
     # The sum is NaN or infinite if any position is.
-    if not math.isfinite(tracks.xy_px[tracks.valid].sum()):
+    if not math.isfinite(np.asarray(tracks.xy_px)[tracks.valid].sum()):
         raise PluginError(f"{who}, frame {seq}: a valid marker has no finite position (flag it as lost)")
     return tracks
 

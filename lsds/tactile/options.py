@@ -28,5 +28,5 @@ class TactileOptions(BaseModel):
     depth_scale: Literal[2, 4, 8, 16] = Field(default=8, description="depth is solved at 1/depth_scale of the image")
     arithmetic: Literal["auto", "compiled", "portable"] = Field(
         default="auto",
-        description="inner loops compiled by numba (extra fast) or in OpenCV and NumPy; auto: compiled where installed",
+        description="inner loops compiled by numba (extra fast) or in OpenCV and NumPy; auto: compiled if installed",
     )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -119,8 +121,8 @@ def test_an_empty_image_has_no_motion_in_either() -> None:
 @settings(max_examples=20)
 @given(
     seed=st.integers(0, 2**16),
-    scale=st.sampled_from([4, 8, 16]),
-    size=st.sampled_from([(120, 160), (96, 128), (75, 100), (121, 160)]),
+    scale=st.sampled_from([2, 4, 8, 16]),
+    size=st.sampled_from([(120, 160), (128, 160), (96, 128), (75, 100), (121, 160)]),
 )
 def test_depth_and_contact_are_the_same(seed: int, scale: int, size: tuple[int, int]) -> None:
     frames = [noise(size, seed), noise(size, seed + 1)]
@@ -143,4 +145,30 @@ def test_the_option_chooses(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_numba_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lsds.support.extras.importable", lambda name: False)
     with pytest.raises(MissingExtra, match=r"tactile.arithmetic.*lsds-tactile\[fast\]"):
+        compiled.use_compiled("compiled")
+
+
+def test_nothing_is_compiled_after_the_preparation() -> None:
+    compiled.use_compiled("compiled")
+    found = [
+        function
+        for module in ("carrying", "depth", "edges", "registration", "relief", "sharpness")
+        for name, function in vars(importlib.import_module(f"lsds.tactile.compiled.{module}")).items()
+        if hasattr(function, "signatures") and not name.startswith("_")
+    ]
+    before = [list(function.signatures) for function in found]
+    assert len(found) > 8
+    assert all(before)
+    assert followed(True, Motion(2.0, 1.0, 0.05), Motion(1.0), 3) is not None
+    frames = [noise((128, 160), 1), noise((128, 160), 2)]
+    DepthEstimator(frames[0], METRES_PER_PX, compiled=True).measure(frames[1])
+    assert [list(function.signatures) for function in found] == before
+
+
+def test_a_numba_that_does_not_work_is_no_reason_to_stop(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    monkeypatch.setitem(sys.modules, "lsds.tactile.compiled.prepare", None)
+    compiled._notice.cache_clear()
+    assert not compiled.use_compiled("auto")
+    assert "the frame path is not compiled: numba does not work here" in capsys.readouterr().err
+    with pytest.raises(MissingExtra, match="numba does not work here"):
         compiled.use_compiled("compiled")

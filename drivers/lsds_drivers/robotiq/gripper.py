@@ -212,7 +212,7 @@ class RobotiqGripper:
         sample, error = self._pump.newest, self._pump.error
         age = "there is no status yet" if sample is None else f"no status for {seconds(now_ns - sample.t_ns):.2f} s"
         if error is None:
-            return StaleData(self.device, age, remedy="late answers? an overloaded computer?")
+            return StaleData(self.device, age, remedy="check converter and computer load")
         return StaleData(self.device, f"{age}: {error.problem}", remedy=error.remedy)
 
     def _require_well(self, status: Status) -> None:

@@ -7,7 +7,7 @@ import math
 import select
 import socket
 import time
-from collections import defaultdict, deque
+from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from lsds.errors import ConnectFailed, DeviceTimeout, ProtocolFault
@@ -36,6 +36,12 @@ QUIET_S = 0.02
 """Silence after which no late answer can arrive (s); a USB adapter may delay an answer by 16 ms."""
 
 
+_EXCEPTION = 0x80
+"""Modbus: bit of the function code that marks an exception."""
+QUICK_FACTOR = 2.0
+"""Factor on the fastest answer time up to which an answer is quick; chosen."""
+QUICK_ANSWERS = 3
+"""Number of quick answers in a row after which answers belong to the newest requests; chosen."""
 LATEST_ANSWER_S = 1.0
 """Time after its request at which an answer cannot arrive any more (s); chosen."""
 
@@ -61,8 +67,8 @@ class ModbusTransport:
         self._heard = self._answered = False
         self._unsettled = False
         self._unanswered: dict[tuple[int, int], float] = {}
-        self._open: defaultdict[tuple[int, int], deque[float]] = defaultdict(deque)
-        self._asked_s = 0.0
+        self._open: deque[tuple[tuple[int, int], float]] = deque()
+        self._asked_s, self._fastest_s, self._quick = 0.0, timeout_s, 0
         self._untried = list(_ASKS[_PLAIN : _PLAIN + 2])
         self._ways: tuple[tuple[int, int], ...] = _ASKS[:_PLAIN]
 
@@ -82,6 +88,8 @@ class ModbusTransport:
         from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
         self.close()
+        # Answers to requests of the former connection do not arrive on this one.
+        self._open.clear()
         # pymodbus logs a warning for every damaged answer; here they are counted and reported with the error. They
         # still appear if logging is configured.
         logging.getLogger("pymodbus").addHandler(logging.NullHandler())
@@ -125,7 +133,6 @@ class ModbusTransport:
             self._patience.late()
             raise self._spoilt("an answer that belongs to another request")
         if came != count:
-            self._asked_s = min(self._asked_s, self._earliest((function, came)))
             self._untried.clear()
         elif count > _ASKS[0][1]:
             self._ways = _ASKS
@@ -172,7 +179,9 @@ class ModbusTransport:
             self._drain()
             began = time.monotonic()
             self._unanswered[way] = began
-            self._open[way].append(began)
+            while self._open and began - self._open[0][1] > LATEST_ANSWER_S:
+                self._open.popleft()
+            self._open.append((way, began))
             wait_s = self._wait(self._patience.wait_s)
             answer = ask(*arguments, device_id=self._slave, **keywords)
         except ModbusIOException as error:
@@ -189,31 +198,31 @@ class ModbusTransport:
             raise self._lost() from error
         except (ModbusException, ArithmeticError, LookupError, TypeError, ValueError) as error:
             raise self._spoilt(f"an answer that cannot be decoded ({error})") from error
+        if answer.function_code & ~_EXCEPTION == way[0]:
+            self._attribute(way, began)
         if answer.isError():
             raise self._spoilt("a Modbus exception, which this gripper does not know")
         if answer.function_code == way[0]:
             self._patience.answered(time.monotonic() - began)
             self._unanswered.pop(way, None)
-            self._asked_s = min(began, self._earliest(way))
             self._answered = True
         return answer
 
-    def _earliest(self, way: tuple[int, int]) -> float:
-        """Return the time of the earliest request that an answer may belong to, and consider it answered.
+    def _attribute(self, way: tuple[int, int], began_s: float) -> None:
+        """Note the time of the request that an answer belongs to, and forget it and all earlier ones.
 
-        Answers arrive in order. If only one request can be meant, the answers to all earlier ones are lost.
+        Answers arrive in order. If several requests of one form are open, the answer counts as that to the oldest,
+        unless answers come as quickly after the newest as they usually do, several times in a row.
         """
-        asked = self._open[way]
-        while asked and time.monotonic() - asked[0] > LATEST_ANSWER_S:
-            asked.popleft()
-        if not asked:
-            return math.inf
-        certain, earliest = len(asked) == 1, asked.popleft()
+        now = time.monotonic()
+        same = [asked for form, asked in self._open if form == way and now - asked < LATEST_ANSWER_S]
+        certain = len(same) <= 1
         if certain:
-            for others in self._open.values():
-                while others and others[0] < earliest:
-                    others.popleft()
-        return earliest
+            self._fastest_s = min(self._fastest_s, now - began_s)
+        self._quick = self._quick + 1 if now - began_s < QUICK_FACTOR * self._fastest_s else 0
+        asked_s = began_s if certain or self._quick >= QUICK_ANSWERS else same[0]
+        self._asked_s = max(self._asked_s, asked_s)
+        self._open = deque(each for each in self._open if each[1] > asked_s)
 
     def _wait(self, wait_s: float) -> float:
         """Set the time limit for the next answer."""

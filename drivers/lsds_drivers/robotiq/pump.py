@@ -25,6 +25,9 @@ BACK_OFF_NS = (50_000_000, 1_000_000_000)
 """First and longest pause between attempts to open the port."""
 TRUSTED_NS = 250_000_000
 """Maximum time since the arrival of the status on which a write may rely."""
+OLDEST_TRUSTED_NS = 500_000_000
+"""Maximum age of that status (ns), however late it arrived; chosen. A gripper that has been switched off and on since
+would take a request to activate as one to open."""
 
 
 class Sample(NamedTuple):
@@ -366,7 +369,9 @@ class Pump:
         self._doubtful = False
 
     def _trusted(self) -> bool:
-        return self._newest is not None and self._clock.now() - self._looked_ns <= TRUSTED_NS
+        now = self._clock.now()
+        newest = self._newest
+        return newest is not None and now - self._looked_ns <= TRUSTED_NS and now - newest.t_ns <= OLDEST_TRUSTED_NS
 
     def _failed(self, error: DeviceError) -> None:
         if isinstance(error, DeviceTimeout):

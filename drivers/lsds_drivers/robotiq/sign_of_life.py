@@ -29,7 +29,7 @@ class SignOfLife:
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
         self._phase = _Phase.IDLE
-        self._changed_ns = self._since_ns = 0
+        self._changed_ns = self._since_ns = self._shown_ns = 0
         self._last: Status | None = None
         self._before: Status | None = None
 
@@ -42,9 +42,9 @@ class SignOfLife:
     def moving_since_ns(self) -> int | None:
         """Time (ns) of the last change of a status that reports motion; None if the newest one reports none."""
         last = self._last
-        if last is None or not last.going or last.detection is not Detection.MOVING:
+        if last is None or last.activation is not Activation.ACTIVE:
             return None
-        return self._changed_ns
+        return self._shown_ns if last.going and last.detection is Detection.MOVING else None
 
     def defers(self, motion: Motion | None) -> bool:
         """Return whether a motion has to wait until the status shows the cleared bit.
@@ -100,7 +100,7 @@ class SignOfLife:
         """Process a new status; during a test, return it with the go-to bit and the detection from before the test."""
         changed, self._last = status != self._last, status
         if changed:
-            self._changed_ns = now_ns
+            self._changed_ns = self._shown_ns = now_ns
         if self._phase is _Phase.IDLE:
             return status
         if self._phase is _Phase.CLEARING and not status.going:

@@ -6,8 +6,11 @@ module imports nothing heavy. The others need numba, and are imported if `use_co
 
 from __future__ import annotations
 
+import sys
+from functools import cache
 from typing import Literal
 
+from lsds.errors import MissingExtra
 from lsds.support.extras import importable, require
 
 
@@ -19,7 +22,20 @@ def use_compiled(arithmetic: Literal["auto", "compiled", "portable"]) -> bool:
     if arithmetic == "portable" or (arithmetic == "auto" and not importable("numba")):
         return False
     require("numba", extra="fast", purpose="tactile.arithmetic = 'compiled'")
-    from lsds.tactile.compiled.prepare import prepare
+    try:
+        from lsds.tactile.compiled.prepare import prepare
 
-    prepare()
+        prepare()
+    except Exception as error:
+        reason = f"numba does not work here: {type(error).__name__}: {str(error).partition(chr(10))[0]}"
+        if arithmetic == "compiled":
+            remedy = "repair it, or set tactile.arithmetic = 'portable'"
+            raise MissingExtra(f"tactile.arithmetic = 'compiled': {reason} ({remedy})") from error
+        _notice(reason)
+        return False
     return True
+
+
+@cache
+def _notice(reason: str) -> None:
+    print(f"the frame path is not compiled: {reason}", file=sys.stderr, flush=True)

@@ -14,6 +14,7 @@ from lsds.tactile.compiled.registration import registered
 from lsds.tactile.depth import DepthEstimator
 from lsds.tactile.imprint.carrying import CarriedGel
 from lsds.tactile.imprint.layers import Layers
+from lsds.tactile.imprint.motion import sharpness
 from lsds.tactile.imprint.registration import Registration
 from lsds.tactile.imprint.relief import ReliefMaker
 
@@ -24,11 +25,12 @@ if TYPE_CHECKING:
 @cache
 def prepare() -> None:
     """Compile the functions, or load them from the cache; print a notice if that takes long."""
-    kept = registered.stats.cache_path  # type: ignore[attr-defined]
+    kept = getattr(getattr(registered, "stats", None), "cache_path", None)
     if kept is None or not any(Path(kept).glob("registration.registered-*.nbi")):
         print("compiling the frame path, once on this machine: some 20 s", file=sys.stderr, flush=True)
     frames = [Frame(_image(seq), seq, seq) for seq in range(2)]
     DepthEstimator(frames[0], 1e-4, compiled=True).measure(frames[1])
+    sharpness(frames[0], compiled=True)
     maker = ReliefMaker(compiled=True)
     first, second = (Layers(maker.relief(frame), compiled=True) for frame in frames)
     xy = np.array([[x, y] for y in (20.0, 40.0, 60.0) for x in (20.0, 50.0, 80.0)])

@@ -87,7 +87,7 @@ class ImprintFollower:
         self._faint = FaintDots(reference, image, metres_per_px)
         relief = self._maker.relief(image, self._faint.xy_px, self._faint.radius_px)
         self._residue = DotResidue(reference, relief, metres_per_px)
-        self._sharpness = sharpness(image)
+        self._sharpness = sharpness(image, compiled=compiled)
         self.reset()
 
     def reset(self) -> None:

@@ -57,7 +57,7 @@ class Relief(NamedTuple):
 
 
 class ReliefMaker:
-    """Makes reliefs by a photometric calibration; keeps no state between frames."""
+    """Makes reliefs by a photometric calibration. Compiled functions share a buffer: use it from one thread."""
 
     def __init__(self, calibration: PhotometricCalibration | None = None, *, compiled: bool = False) -> None:
         """`compiled` is whether compiled functions make them: of a frame, and of all that follows from its relief."""

@@ -9,6 +9,7 @@ Student distribution with four degrees of freedom, by maximum likelihood).
 from __future__ import annotations
 
 import math
+import sys
 from statistics import median
 from typing import TYPE_CHECKING
 
@@ -73,7 +74,7 @@ def likelihood(motion: ImprintMotion, share: float = GEL_SHARE, least_m: float =
     few large ones.
     """
     spread = _spread(motion, share, least_m)
-    size = math.log(_determinant(spread))
+    size = math.log(max(_determinant(spread), sys.float_info.min))
     return -0.5 * size - 0.5 * (FREEDOM + 3) * math.log1p(_distance(_step(motion), spread) ** 2 / FREEDOM)
 
 

@@ -77,6 +77,9 @@ def estimate_of(velocity: Velocity, spread: Symmetric) -> SlipEstimate:
     speed = math.hypot(x, y)
     # The speed's variance is that along the motion; at rest, the mean over all directions.
     variance = (x * x * xx + 2 * x * y * xy + y * y * yy) / speed**2 if speed > 0 else (xx + yy) / 2
-    return SlipEstimate(
-        (x, y), (math.sqrt(xx), math.sqrt(yy)), turn, math.sqrt(tt), speed, math.sqrt(max(variance, 0.0))
-    )
+    return SlipEstimate((x, y), (_root(xx), _root(yy)), turn, _root(tt), speed, _root(variance))
+
+
+def _root(variance: float) -> float:
+    """Return a standard deviation; rounding may make a variance negative."""
+    return math.sqrt(max(variance, 0.0))

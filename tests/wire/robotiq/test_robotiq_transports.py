@@ -7,6 +7,7 @@ import socket
 import threading
 
 import pytest
+from lsds_drivers.robotiq import modbus
 from lsds_drivers.robotiq.modbus import ModbusTransport
 from lsds_drivers.robotiq.urcap import UrcapTransport
 
@@ -120,3 +121,26 @@ def test_strings_that_cannot_be_right(answer, error):
             wire.read()
         assert raised.value.remedy
         wire.close()
+
+
+def test_an_answer_counts_as_that_to_the_oldest_open_request_unless_quick_ones_follow_each_other(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(modbus.time, "monotonic", lambda: now[0])
+    transport = modbus.ModbusTransport("fake", "tcp://nowhere:1", 9, 115200, 0.1)
+
+    def ask(way, answered_after_s):
+        began = now[0]
+        transport._open.append((way, began))
+        now[0] += answered_after_s or 0.1
+        if answered_after_s:
+            transport._attribute(way, began)
+        return round(transport.waited_s, 3)
+
+    assert [ask("a", 0.004), ask("b", 0.004)] == [0.004, 0.004]
+    transport._quick = 0
+    ask("a", None)
+    # The answer may be the late one to the lost request.
+    assert ask("a", 0.05) == 0.15
+    assert ask("b", 0.004) == 0.004, "only one request of this form is open"
+    ask("a", None)
+    assert [ask("a", 0.004) for _ in range(4)][-1] == 0.004
