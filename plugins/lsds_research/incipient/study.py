@@ -57,7 +57,7 @@ _COLUMNS = (
 )
 _BY_OBJECT, _ALL = "unseen objects", "all here"
 _CLIPS = sum(times for _, times in CUTS)
-FEW_FRAMES = 12
+FEW_OBJECTS = 12
 """Number of objects up to which a note states that they are few to train on; chosen."""
 _READING = 400
 """Steps of progress for reading, of a thousand in total."""
@@ -253,7 +253,7 @@ def _notes(data: Dataset, videos: Videos) -> list[str]:
     if data.card["failures"]:
         notes.append(f"{len(data.card['failures'])} of {len(listed)} videos could not be used, see stderr")
     objects = len(np.unique(videos.object))
-    if objects <= FEW_FRAMES:
+    if objects <= FEW_OBJECTS:
         notes.append(
             f"{objects} objects are few to train on: a model fitted on others (shipped, or --train) is more reliable"
         )

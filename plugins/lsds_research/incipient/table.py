@@ -34,7 +34,7 @@ MOVED_M = 6.25e-6
 
 MOVING_SHARE = 0.75
 """Quantile over a recording's moving frames to which speeds and probabilities are pooled; chosen."""
-_LEAST_MOVING_MARKERS = 3
+_LEAST_QUANTILE_FRAMES = 3
 """Minimum number of moving frames for a quantile over them; chosen."""
 
 
@@ -153,7 +153,7 @@ def while_moving(values: Floats, moved: NDArray[np.bool_], share: float, least: 
     would seem faster. A quantile does not grow with the number of frames.
     """
     kept = values[moved & np.isfinite(values)]
-    return float(np.quantile(kept, share)) if len(kept) >= _LEAST_MOVING_MARKERS else least
+    return float(np.quantile(kept, share)) if len(kept) >= _LEAST_QUANTILE_FRAMES else least
 
 
 def _mean(values: Floats) -> Floats:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from lsds.contracts.learning import Job, Learner
     from lsds_research.studies.models.options import LearningOptions
 
-RECORDING_COUNTS = (1, 2, 4, 8, 15)
+OBJECT_COUNTS = (1, 2, 4, 8, 15)
 """Numbers of training objects at which models are scored, up to all fifteen; chosen."""
 SCORES: dict[Job, dict[str, tuple[str, float]]] = {
     "detect": {"accuracy": ("accuracy", 1.0), "auc": ("AUC", 1.0), "false_positive_rate": ("false positive rate", 1.0)},
@@ -62,7 +62,7 @@ class LearningStudy:
             tests[Path(options.also).name or "also"] = other
         learners = self._learners()
         job = next(iter(learners.values())).job
-        counts = sorted({min(count, len(np.unique(seen["object"]))) for count in RECORDING_COUNTS})
+        counts = sorted({min(count, len(np.unique(seen["object"]))) for count in OBJECT_COUNTS})
         whole = len(learners) * len(counts) * options.repeats
         rows: list[dict[str, Value]] = []
         fits = (
