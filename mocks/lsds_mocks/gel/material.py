@@ -4,8 +4,8 @@ The reference (pad 24.96 x 20.16 x 4 mm, E = 0.2 MPa, Poisson 0.48, bonded base,
 scenes: a sphere (R 12 mm, 0.4 mm deep: 0.681 N, 1.26 N/mm in shear), a pipe (R 12.5 mm, 0.3 mm: 2.68 N, 3.58 N/mm)
 and a flat punch (10 x 10 mm, 0.15 mm: 1.98 N, 3.2 N/mm). Two laws cover them without a constant per scene:
 
-- normal force = c E x volume of geometric overlap, c = 0.57 /mm (sphere and pipe within 6 %, punch -14 %). For a pipe that
-  is a power law of exponent 3/2 in the indentation, for a sphere 2, for a punch 1;
+- normal force = c E x volume of geometric overlap, c = 0.57 /mm (sphere and pipe within 6 %, punch -14 %). For a pipe
+  that is a power law of exponent 3/2 in the indentation, for a sphere 2, for a punch 1;
 - shear stiffness per area = G (1/h + 0.68 x perimeter/area of the contact) (within 5 %): a sheared layer and a rim.
 
 Both scale with the modulus. Not valid above an indentation of a tenth of the thickness, where a real gel stiffens.
