@@ -13,7 +13,7 @@ from collections import defaultdict
 from pathlib import Path
 
 FILE = Path(__file__).with_name("durations.json")
-SLOW_S = 0.5
+SLOW_S = 0.4
 """A test that takes longer is slow: the others take less than eight minutes on two cores."""
 QUICK_S = 0.2
 """A test that takes longer is not quick."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,7 +71,8 @@ def _table(result: ReplayResult) -> str:
     rows = []
     for name, stream in sorted(result.streams.items()):
         alone = stream.only_recorded + stream.only_replayed
-        largest = "" if stream.identical or not stream.different else f"{stream.largest:.3g} in {stream.where}"
+        size = f"{stream.largest:.3g}" if math.isfinite(stream.largest) else "not a number or another form"
+        largest = f"{size} in {stream.where}" if stream.different and not stream.identical else ""
         first = "" if stream.identical else f"{stream.first_s:.2f} s"
         rows.append((name, str(stream.compared), str(stream.different), str(alone), first, largest))
     text = table(rows, ("stream", "compared", "differ", "in one only", "first", "largest difference"))

@@ -33,7 +33,7 @@ class Grip:
         """Show a frame; return the squeeze (mm) that is commanded then. `slip` None is an abstention."""
         self.t_ns += FRAME_NS
         pulls = None if load_missing else ContactLoad((0.0, load_n), 0.0, 0.01, 0.001, wanted.pop("normal_n", math.nan))
-        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=self.t_ns, load=pulls))
+        finger = SimpleNamespace(finger="left", observation=SimpleNamespace(t_ns=self.t_ns, load=pulls, contact=None))
         estimate = ABSTAINED if slip is None else SlipEstimate((0.0, speed), (std, std), 0.0, 0.0, speed, std)
         score = math.nan if slip is None else 0.95 if slip else 0.02
         detection = Detection(slip, score, 0.5, 0.9, score)

@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
     ],
 )
 def test_a_test_is_quick_usual_or_slow_by_its_duration(node, marks, expected):
-    durations = {"tests/unit/test_a.py::test_half": 0.5, "tests/unit/test_a.py::test_long": 20.0}
+    durations = {"tests/unit/test_a.py::test_half": 0.4, "tests/unit/test_a.py::test_long": 20.0}
     assert tiers.tiers(node, marks, durations) == expected
 
 
