@@ -91,10 +91,14 @@ class Rig:
         from lsds.config.own import with_own_backends
 
         # Compiling takes some 20 s, once on a machine, and must not keep armed devices waiting.
-        if use_compiled(config.tactile.arithmetic):
+        compiled = use_compiled(config.tactile.arithmetic)
+        if compiled:
             from lsds.grip.compiled_belief import prepare
 
             prepare()
+        # A recording keeps what was used, because the two differ in the last digits.
+        tactile = config.tactile.model_copy(update={"arithmetic": "compiled" if compiled else "portable"})
+        config = config.model_copy(update={"tactile": tactile})
         self.host = host or PluginHost()
         self.host.block(config.plugins.block)
         self.config = config = with_own_backends(config, self.host)

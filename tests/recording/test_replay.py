@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -127,3 +129,13 @@ def test_a_job_whose_twist_is_an_array_is_recorded(tmp_path):
     assert session.fault is None
     wanted = [event.wanted for event in Recording(tmp_path / "run.mcap").events() if isinstance(event, JobStepped)]
     assert wanted[0].twist == Twist((0.0, 0.0, 0.01), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("asked", ["auto", "portable"])
+def test_a_recording_keeps_the_arithmetic_that_was_used(tmp_path, asked):
+    pytest.importorskip("numba")
+    path = tmp_path / "run.mcap"
+    run(None, [*SHORT, f"tactile.arithmetic={asked}"], record=path)
+    used = tomllib.loads(Recording(path).header.config)["tactile"]["arithmetic"]
+    assert used == ("portable" if asked == "portable" else "compiled")
+    assert replay(path).identical
