@@ -6,6 +6,7 @@ tracker that does not know views uses it as a plain frame.
 
 from __future__ import annotations
 
+import weakref
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -37,16 +38,17 @@ class ColourPlanes:
 
     def __init__(self) -> None:
         self._buffers: list[NDArray[np.uint8]] = []
-        self._of: Frame | None = None
+        # A plain reference would be a circle, and full garbage collections are suspended while a cell runs.
+        self._of: weakref.ref[ViewedFrame] | None = None
 
-    def of(self, frame: Frame) -> list[NDArray[np.uint8]]:
+    def of(self, frame: ViewedFrame) -> list[NDArray[np.uint8]]:
         """Return the red, green and blue (height, width) of a frame, valid until another frame is asked for."""
-        if self._of is not frame:
+        if self._of is None or self._of() is not frame:
             size = frame.image.shape[:2]
             if not self._buffers or self._buffers[0].shape != size:
                 self._buffers = [np.empty(size, np.uint8) for _ in range(3)]
             cv2.split(frame.image, self._buffers)
-            self._of = frame
+            self._of = weakref.ref(frame)
         return self._buffers
 
 

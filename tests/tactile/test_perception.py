@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -21,7 +23,7 @@ from lsds.tactile.options import TactileOptions
 from lsds.tactile.perception import Perception
 from lsds.tactile.reference import ReferenceCollector, average_frames
 from lsds.tactile.slip_residual import slip_residual
-from lsds.tactile.views import viewed
+from lsds.tactile.views import Viewer, viewed
 
 CONTEXT = BuildContext(VirtualClock(), 0)
 TRACKERS = {
@@ -301,3 +303,18 @@ def test_the_dim_first_frames_are_no_reference():
     enough = [collector.add(Frame(np.full((8, 8, 3), b, np.uint8), i, i)) for i, b in enumerate(brightness)]
     assert enough == [False, False, False, False, False, True]
     assert [frame.seq for frame in collector.frames] == [3, 4, 5]
+
+
+def test_a_viewed_frame_goes_with_its_last_reference():
+    gc.collect()
+    gc.disable()
+    try:
+        viewer = Viewer()
+        frame = viewer.view(Frame(np.zeros((48, 64, 3), np.uint8), 0, 0))
+        assert frame.grey.shape == (48, 64)
+        assert len(frame.half_planes) == 3
+        gone = weakref.ref(frame)
+        del frame
+        assert gone() is None
+    finally:
+        gc.enable()
