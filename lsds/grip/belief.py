@@ -105,7 +105,6 @@ class GripBelief:
         """Take a round: load (N a finger), squeeze at the time of its frames (mm), and the detector's evidence, a
         log-likelihood ratio of slide against stick. `stands`: the arm waits, the object may stand on its support.
         `moved_mm`: by how much the arm has moved at most since the last round."""
-        noise = self.options.noise
         ln_f, ln_g = math.log(max(load_n, LOAD_RANGE_N[0])), self.options.power * math.log(squeeze_mm)
         changed = not abs(squeeze_mm - self._last_s) < 0.02 * squeeze_mm
         rate = (ln_f - self._last_f) / dt_s if math.isfinite(self._last_f) and dt_s > 0 else 0.0
@@ -114,13 +113,20 @@ class GripBelief:
         slid = self.slips
         density = max(1.0 / _RANGE, self._loading(load_n, before_n, moved_mm))
         loading = 1 - self.options.unseen if stands else LOADING_STEADY if rate <= STEADY_1_S else LOADING_RISING
-        if self._compiled:
-            begun = self._advance_compiled(ln_f, ln_g, dt_s, stands, changed, (loading, density))
-            self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
-            self._weigh(evidence, dt_s)
-            return
-        begun = self._drift(dt_s, changed) + self._break_away(ln_f - ln_g, dt_s)
+        advance = self._advance_compiled if self._compiled else self._advance
+        begun = advance(ln_f, ln_g, dt_s, stands, changed, (loading, density))
         self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
+        self._weigh(evidence, dt_s)
+
+    def _advance(
+        self, ln_f: float, ln_g: float, dt_s: float, stands: bool, changed: bool, being_loaded: tuple[float, float]
+    ) -> float:
+        """Advance both hypotheses by a round; return how much began to slide.
+
+        `being_loaded`: the share of sticking objects whose load is below W, and the density of their load.
+        """
+        noise, (loading, density) = self.options.noise, being_loaded
+        begun = self._drift(dt_s, changed) + self._break_away(ln_f - ln_g, dt_s)
         self._stop(ln_g, dt_s, stands)
         hang = _normal(ln_f - self._ln_w, noise)
         below = (self._ln_w > ln_f) * density
@@ -129,18 +135,18 @@ class GripBelief:
         # An object keeps sliding only if it weighs more than friction carries; otherwise it is about to stop.
         heavy = _STOPPING + (1 - _STOPPING) * _below((self._ln_w - ln_f) / (SLIDING_NOISE * noise))
         self.slide *= heavy[:, None] * sliding[None, :]
-        self._weigh(evidence, dt_s)
+        return begun
 
     def _advance_compiled(
         self, ln_f: float, ln_g: float, dt_s: float, stands: bool, changed: bool, being_loaded: tuple[float, float]
     ) -> float:
-        """Advance both hypotheses by a round; return how much began to slide."""
+        """Return the same as `_advance`, by compiled functions."""
         from lsds.grip.compiled_belief import advance
 
         self._walk(dt_s, changed)
         before, grows = self._raise_greatest(ln_f - ln_g, dt_s)
         noise = self.options.noise
-        begun, _, _ = advance(
+        begun: float = advance(
             self.stick,
             self.slide,
             (self._ln_w, self._ln_r, self._ln_need, self._prior_w, self._prior_r),
@@ -150,7 +156,7 @@ class GripBelief:
             (ln_f, noise, SLIDING_NOISE * noise, *being_loaded),
             (_OUTLIER, _STOPPING),
         )
-        return float(begun)
+        return begun
 
     def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""

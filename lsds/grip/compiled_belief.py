@@ -26,8 +26,8 @@ def advance(
     stops: tuple[float, float, float],
     seen: tuple[float, float, float, float, float],
     floors: tuple[float, float],
-) -> tuple[float, float, float]:
-    """Advance both hypotheses (loads, limits) by a round, in place; return what began to slide, and the sums of both.
+) -> float:
+    """Advance both hypotheses (loads, limits) by a round, in place; return how much began to slide.
 
     - `axes`: ln W (loads,), ln r (limits,), ln (W / r) of the diagonals, and the priors of load and limit.
     - `jumps`: share of the load, and of the limit, that is drawn from the prior again.
@@ -67,7 +67,7 @@ def advance(
         heavy[i] = stopping + (1 - stopping) * _below((ln_w[i] - ln_f) / sliding_noise)
     for j in range(limits):
         sliding[j] = _normal(ln_f - ln_r[j] - ln_kinetic, sliding_noise) + unexplained
-    begun = sticks = slides = 0.0
+    begun = 0.0
     moved = np.empty(limits)
     for i in range(loads):
         row, other, own, mass = stick[i], slide[i], prior_w[i], by_w[i]
@@ -84,10 +84,7 @@ def advance(
             back = (other[j] + moved[j]) * share[limits - 1 - j]
             other[j] = (other[j] + moved[j] - back) * heavy[i] * sliding[j]
             row[j] = (row[j] - moved[j] + back) * hang[i]
-        for j in range(limits):
-            sticks += row[j]
-            slides += other[j]
-    return begun, sticks, slides
+    return begun
 
 
 @compiled

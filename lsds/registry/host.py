@@ -87,7 +87,7 @@ class PluginHost:
         """All backends that are not blocked, in order of kind and name."""
         self._load()
         # The program itself may register a backend at any time.
-        own = () if self._entry_points is not None else tuple(in_program.specs())
+        own = () if self._entry_points is not None else in_program.specs()
         state = (len(self._backends), frozenset(self._blocked), own)
         if self._listed is None or self._listed[0] != state:
             known = [

@@ -58,10 +58,7 @@ class CarriedLoad:
             normals.append(load.normal_n)
             if self._seen_ns.get(finger.finger) != finger.observation.t_ns:
                 self._seen_ns[finger.finger] = finger.observation.t_ns
-                self._take(finger.finger, load, t_ns)
-                if zero := self._zero.get(finger.finger):
-                    along = load.since(zero).shear_n
-                    self._reach_m[finger.finger] = reach_of(finger.observation.contact, along)
+                self._take(finger, load, t_ns)
         self.reach_m = min(filter(math.isfinite, self._reach_m.values()), default=math.nan)
         self.normal_n = max(filter(math.isfinite, normals), default=math.nan)
         self.stale = not self._last.keys() <= measured
@@ -77,10 +74,13 @@ class CarriedLoad:
         """Maximum load of the last `REMEMBERED_S`, N; a median suppresses single frames."""
         return max((load for _, load in self._loads), default=math.nan)
 
-    def _take(self, name: str, load: ContactLoad, t_ns: int) -> None:
+    def _take(self, finger: FingerCycle, load: ContactLoad, t_ns: int) -> None:
+        name = finger.finger
         self._began_ns = t_ns if self._began_ns is None else self._began_ns
         if name not in self._zero:
             if t_ns - self._began_ns > nanoseconds(ZERO_S):
                 return
             self._zero[name] = load
-        self._last.setdefault(name, deque(maxlen=MEDIAN_FRAMES)).append(pull_of(load.since(self._zero[name])))
+        carried = load.since(self._zero[name])
+        self._last.setdefault(name, deque(maxlen=MEDIAN_FRAMES)).append(pull_of(carried))
+        self._reach_m[name] = reach_of(finger.observation.contact, carried.shear_n)

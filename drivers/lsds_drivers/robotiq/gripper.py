@@ -140,8 +140,7 @@ class RobotiqGripper:
         if sample is None or now - sample.t_ns > self._stale_ns:
             raise self._stale(now) from self._pump.error
         self._require_well(sample.status)
-        self._require_echo(sample.t_ns)
-        self._require_motion(sample.t_ns)
+        self._require_refreshed(sample.t_ns)
         status, figures = sample.status, self._figures
         aperture = figures.aperture_m(status.position)
         goes = status.going and status.activation is Activation.ACTIVE
@@ -228,24 +227,19 @@ class RobotiqGripper:
                 code="0x07",
             )
 
-    def _require_echo(self, t_ns: int) -> None:
-        """Raise StaleData if the status does not show an acknowledged request, also while newer ones follow it."""
-        since_ns = self._pump.unechoed_ns
-        if since_ns is not None and t_ns - since_ns > ECHO_NS:
-            raise StaleData(
-                self.device,
-                f"its status does not show a request that it acknowledged {seconds(t_ns - since_ns):.2f} s before: its "
-                "registers stand still",
-                remedy="switch its power off and on",
-            )
+    def _require_refreshed(self, t_ns: int) -> None:
+        """Raise StaleData if the registers stand still.
 
-    def _require_motion(self, t_ns: int) -> None:
-        """Raise StaleData if the status reports motion and does not change."""
-        since_ns = self._pump.moving_since_ns
-        if since_ns is not None and t_ns - since_ns > MOTION_NS:
-            raise StaleData(
-                self.device,
-                f"its status reports motion and has not changed for {seconds(t_ns - since_ns):.2f} s: its registers "
-                "stand still",
-                remedy="switch its power off and on",
-            )
+        Either the status does not show an acknowledged request, also while newer ones follow it, or it reports motion
+        and does not change.
+        """
+        for since_ns, limit_ns, what in (
+            (self._pump.unechoed_ns, ECHO_NS, "does not show a request that it acknowledged {:.2f} s before"),
+            (self._pump.moving_since_ns, MOTION_NS, "reports motion and has not changed for {:.2f} s"),
+        ):
+            if since_ns is not None and t_ns - since_ns > limit_ns:
+                raise StaleData(
+                    self.device,
+                    f"its status {what.format(seconds(t_ns - since_ns))}: its registers stand still",
+                    remedy="switch its power off and on",
+                )
