@@ -12,14 +12,16 @@ from lsds.cli.help_text import with_paragraph
 from lsds.cli.model_flags import flags, given, written_files, written_flags
 from lsds.cli.output import require_writable
 from lsds.cli.plugged import host_of
+from lsds.clock import NS_PER_S, perf_ns
 from lsds.config.overrides import apply_overrides
 from lsds.errors import ConfigError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-_OUTPUTS = ("plot", "no_plot", "csv_file", "json_file")
-_TAKEN = ("--set", "--seed", "--plot", "--no-plot", "--csv", "--json", "--help", "overrides", "seed", *_OUTPUTS)
+_OUTPUTS = ("plot", "no_plot", "csv_file", "json_file", "report")
+_FLAGS = ("--set", "--seed", "--plot", "--no-plot", "--csv", "--json", "--report", "--help")
+_TAKEN = (*_FLAGS, "overrides", "seed", *_OUTPUTS)
 """Flags and parameters common to all studies. An option with such a name is set by `--set`, `seed` by `--seed`."""
 
 
@@ -39,18 +41,20 @@ def study_command(
     the default of `--plot`, `doing` the label of the progress bar.
     """
     params = [*flags(model, positional, _TAKEN), *_common(model, picture)]
-    files = [*([] if picture else ["--plot"]), "--csv", "--json", *written_flags(model)]
+    files = [*([] if picture else ["--plot"]), "--csv", "--json", "--report", *written_flags(model)]
     default = f"{picture} (see --plot), and" if picture else "nothing, except"
     text = with_paragraph(text, f"Writes: {default} the files of {', '.join(files[:-1])} and {files[-1]}.")
 
     def callback(overrides: tuple[str, ...], seed: int | None, **values: Any) -> None:
         from lsds.cli.study_output import run_study, show_study
+        from lsds.cli.study_report import Made, require_report, write_report
 
         ctx = click.get_current_context()
         outputs = {key: values.pop(key) for key in _OUTPUTS}
         plot = outputs["plot"] or (None if outputs["no_plot"] else picture)
         for file in (plot, outputs["csv_file"], outputs["json_file"]):
             require_writable(file)
+        require_report(outputs["report"])
         options = given(model, values)
         if seed is not None and _has_seed(model):
             options["seed"] = seed
@@ -59,8 +63,14 @@ def study_command(
         _require_all(ctx, model, options)
         for written in written_files(model, options):
             require_writable(written)
-        result = run_study(host_of(ctx), study or name, options, _run_seed(model, options, seed), doing)
+        run_seed, begun_ns = _run_seed(model, options, seed), perf_ns()
+        result = run_study(host_of(ctx), study or name, options, run_seed, doing)
+        took_s = (perf_ns() - begun_ns) / NS_PER_S
         show_study(result, plot, outputs["csv_file"], outputs["json_file"], asked=outputs["plot"] is not None)
+        if outputs["report"] is not None:
+            complete = {} if model is None else model.model_validate(options).model_dump(mode="json")
+            write_report(result, Made(study or name, complete, run_seed, took_s), outputs["report"])
+            click.echo(f"report: {outputs['report']}", err=True)
 
     return click.Command(name, params=params, callback=callback, help=text)
 
@@ -92,6 +102,12 @@ def _common(model: type[BaseModel] | None, picture: Path | None) -> list[click.P
         click.Option(["--no-plot"], is_flag=True, help="Draw nothing.", hidden=picture is None),
         click.Option(["--csv", "csv_file"], metavar="FILE", help="Write the table as CSV."),
         click.Option(["--json", "json_file"], metavar="FILE", help="Write the result as JSON to FILE; '-' is stdout."),
+        click.Option(
+            ["--report"],
+            type=click.Path(dir_okay=False, path_type=Path),
+            metavar="F.html",
+            help="Write one page: tables, picture, a plot of the rows, options and versions.",
+        ),
     ]
 
 

@@ -67,6 +67,14 @@ def _draw(result: StudyResult, plot: Path, *, err: bool, asked: bool) -> None:
         if asked:
             click.echo("no picture: this study does not draw one", err=True)
         return
+    drawn(result, plot)
+    click.echo(f"picture: {plot}", err=err)
+
+
+def drawn(result: StudyResult, plot: Path) -> None:
+    """Draw a result that has a picture. Raises DataError if the file cannot be written, and MissingExtra."""
+    if result.draw is None:
+        return
     try:
         result.draw(plot)
     except ModuleNotFoundError as error:
@@ -75,15 +83,15 @@ def _draw(result: StudyResult, plot: Path, *, err: bool, asked: bool) -> None:
         raise missing from error
     except (OSError, ValueError) as error:
         raise DataError(f"{plot}: the picture cannot be written: {error}") from error
-    click.echo(f"picture: {plot}", err=err)
 
 
 def _text(part: StudyTable) -> str:
-    shown = [tuple(_shown(row.get(key), form) for key, _, form in part.columns) for row in part.rows]
-    return table(shown, tuple(heading for _, heading, _ in part.columns))
+    cells = [tuple(shown(row.get(key), form) for key, _, form in part.columns) for row in part.rows]
+    return table(cells, tuple(heading for _, heading, _ in part.columns))
 
 
-def _shown(value: object, form: str) -> str:
+def shown(value: object, form: str) -> str:
+    """Return a cell of a table as text."""
     if value is None:
         return "-"
     if isinstance(value, bool):

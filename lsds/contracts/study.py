@@ -25,7 +25,7 @@ class StudyResult:
     `rows` and `columns` are the main table, as in `StudyTable`; it is also written as CSV. `more` are further tables,
     printed before it. `draw` writes a PNG; None if there is nothing to draw. `title` states in one line what was
     measured, and that it was simulated if so. `notes` are printed below the tables, `warnings` go to stderr, `details`
-    to the JSON.
+    to the JSON. The page of `--report` plots the rows, or `details["runs"]` where that is a list of single runs.
     """
 
     title: str

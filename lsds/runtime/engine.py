@@ -257,7 +257,8 @@ class Engine:
         """Take new frames all the way to the gripper."""
         if new and self.events.used:
             frames = tuple((line.finger.name, frame) for line, frame in new)
-            self.events.publish(FramesRead(now_ns, frames, depends))
+            # A recorder compresses the images when the answer to them has been sent.
+            self.events.publish(FramesRead(now_ns, frames, depends), wake=False)
         seeing = [line for line, frame in new if line.take(frame, now_ns, depends=depends) is not None]
         if seeing:
             self._answer(seeing, now_ns, started)

@@ -10,6 +10,9 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
+LONGEST_SLEEP_S = 0.05
+"""Longest time for which an item waits in the queue of a sleeping observer, s; chosen: two frames of a camera."""
+
 
 @dataclass(frozen=True, slots=True)
 class ObserverStatistics:
@@ -47,11 +50,15 @@ class Observers(Generic[T]):
         """Whether anybody observes."""
         return bool(self._outlets)
 
-    def publish(self, item: T) -> None:
-        """Pass an item to every observer. Never raises and never waits for a threaded observer."""
+    def publish(self, item: T, *, wake: bool = True) -> None:
+        """Pass an item to every observer. Never raises and never waits for a threaded observer.
+
+        With `wake=False` a sleeping thread takes the item together with the next one, or after `LONGEST_SLEEP_S`: what
+        it does with a new frame does not compete for the processor with the answer to that frame.
+        """
         if not self._closed:
             for outlet in self._outlets:
-                outlet.put(item)
+                outlet.put(item, wake)
 
     def statistics(self) -> tuple[ObserverStatistics, ...]:
         """Return the statistics of each observer, in the order in which they were added."""
@@ -82,7 +89,7 @@ class _Outlet(Generic[T]):
         self._dropped = 0
         self._failure = ""
 
-    def put(self, item: T) -> None:
+    def put(self, item: T, wake: bool) -> None:
         self._deliver(item)
 
     def close(self, timeout_s: float) -> None:
@@ -126,13 +133,14 @@ class _ThreadedOutlet(_Outlet[T]):
         self._thread = threading.Thread(target=self._pump, name=f"lsds-observer-{name}", daemon=True)
         self._thread.start()
 
-    def put(self, item: T) -> None:
+    def put(self, item: T, wake: bool) -> None:
         with self._changed:
             if len(self._items) >= self._room:
                 self._items.popleft()
                 self._overflow += 1
             self._items.append(item)
-            self._changed.notify()
+            if wake:
+                self._changed.notify()
 
     def close(self, timeout_s: float) -> None:
         with self._changed:
@@ -152,7 +160,7 @@ class _ThreadedOutlet(_Outlet[T]):
         while True:
             with self._changed:
                 while not self._items and not self._ended:
-                    self._changed.wait()
+                    self._changed.wait(LONGEST_SLEEP_S)
                 if not self._items:
                     break
                 item = self._items.popleft()

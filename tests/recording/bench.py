@@ -1,10 +1,12 @@
-"""Measure recordings: `python -m tests.recording.bench [--kills N] [--full N] [--hours H] [--json FILE]`, from the
-repository's root.
+"""Measure recordings: `python -m tests.recording.bench [--kills N] [--full N] [--hours H] [--pairs N] [--json FILE]`,
+from the repository's root.
 
 `--kills`: a process records two fingers at 25 Hz in real time, behind the queue of a run, and is killed (SIGKILL) at a
 random moment; `--full`: its disk is full at a random moment (a limit of the file's size). The events that it published
 and those of the file are compared one by one. `--hours`: the same events as fast as they can be written, on the
-writer's own clock, and the memory of the process at moments of recorded time.
+writer's own clock, and the memory of the process at moments of recorded time. `--pairs`: the pipe is lifted in real
+time without and with a recording in turns, by two fingers in one process and by the wire rig; the time from image to
+command, and the time that the loop spends on events.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
@@ -35,7 +38,10 @@ from lsds.runtime.observers import Observers
 from lsds.session.recording import writer as writing
 from lsds.session.recording.reader import Recording
 from lsds.session.recording.writer import RecordingWriter
+from lsds.session.run import run
+from tests.recording.doctor import examined
 from tests.recording.feeding import keep_lap, laps, load_lap, time_of
+from tests.wire.test_wire_rig import RIG, flags, lsds
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST_S = 3.0
@@ -44,6 +50,8 @@ LARGEST_BYTES = 12_000_000
 """Largest room on a full disk, bytes: what two fingers fill in two seconds."""
 AT_ONCE = 2
 """Processes that record at the same time."""
+TWO_FINGERS = ("sensors.left.backend=mock-gelsight-mini", "sensors.right.backend=mock-gelsight-mini")
+"""Config keys of a cell with two fingertips, each at 25 Hz."""
 MOMENTS_MIN = (1, 2, 5, 15, 30, 45, 60)
 """Moments at which the memory is read, minutes of recorded time."""
 
@@ -89,13 +97,14 @@ def ended(folder, lap, images, number, full):
         published = [each for each in published if each[1] <= ended_ns]
     try:
         stored = list(Recording(path).events())
+        sick = examined(path).problems
     except DataError as error:
         # Killed before the first chunk: the header alone is in the file.
         return (ended_ns - published[0][1]) * 1e-9, str(error)
     finally:
         path.unlink()
     wrong = "" if all(map(matches, stored, published)) else "an event differs"
-    wrong = wrong or same_images(stored, images)
+    wrong = wrong or same_images(stored, images) or "; ".join(sick)
     kept = len(stored)
     return max(0.0, (ended_ns - published[kept][1]) * 1e-9 if kept < len(published) else 0.0), wrong
 
@@ -157,6 +166,57 @@ def long_run(folder, lap, hours, images):
     return {"rss_mb": rss, "rss_after_close_mb": rss_mb(), "file_mb": path.stat().st_size * 1e-6, "images": images}
 
 
+def pairs(folder, count):
+    """Return the times from image to command without and with a recording in turns, and those of publishing."""
+    found = {}
+    for rig, lifted in (("two fingers in one process", cell_run), ("wire rig, seven processes", wire_run)):
+        times = {"without": [], "with": []}
+        extra = []
+        for number in range(count):
+            # Each is first in every second pair: of two equal runs with one seed, the first has shorter times.
+            for kind, own in list(times.items())[:: (-1) ** number]:
+                path = folder / f"{rig[:4]}-{kind}-{number}"
+                path.mkdir()
+                frame_to_command_us, more = lifted(path, number, path / "run.mcap" if kind == "with" else None)
+                own.append(frame_to_command_us)
+                extra += [more] if kind == "with" else []
+        found[rig] = {
+            f"{kind}_{name}_ms": [round(each[name] * 1e-3, 2) for each in own]
+            for kind, own in times.items()
+            for name in ("p50", "p99")
+        } | {"recorder": extra}
+    return found
+
+
+def cell_run(folder, number, path):
+    """Lift in the simulated cell in real time; return image to command and the loop's time for the recorder."""
+    spent = []
+    publish = Observers.publish
+
+    def timed(self, item, **flags):
+        begin_ns = time.perf_counter_ns()
+        publish(self, item, **flags)
+        spent.append(time.perf_counter_ns() - begin_ns)
+
+    with patch.object(Observers, "publish", timed):
+        summary = run(None, [*TWO_FINGERS, "clock=wall", "task.hold_s=1", f"seed={number}"], record=path).summary
+    frames = summary["cycles"]
+    return summary["frame_to_command_us"], {
+        "loop_us_per_cycle": round(sum(spent) * 1e-3 / frames, 1),
+        "lost": (summary["recording"] or {}).get("dropped", 0),
+    }
+
+
+def wire_run(folder, number, path):
+    """Lift with real drivers on wire mocks, each in its own process."""
+    extra = [] if path is None else ["--record", path]
+    lift = lsds("run", RIG, *flags(folder), "--no-plot", "--json", folder / "run.json", "--seed", number, *extra)
+    _, err = lift.communicate(timeout=120)
+    summary = json.loads((folder / "run.json").read_text())
+    assert lift.returncode in (0, 8), err
+    return summary["frame_to_command_us"], {"lost": (summary["recording"] or {}).get("dropped", 0)}
+
+
 def rss_mb():
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() * 1e-6
@@ -167,6 +227,7 @@ def main():
     parser.add_argument("--kills", type=int, default=0)
     parser.add_argument("--full", type=int, default=0)
     parser.add_argument("--hours", type=float, default=0)
+    parser.add_argument("--pairs", type=int, default=0)
     parser.add_argument("--images", choices=["lossless", "jpeg"], default="jpeg", help="of --hours")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--feed", nargs=2, type=Path, help=argparse.SUPPRESS)
@@ -184,6 +245,8 @@ def main():
         for key, count in (("kills", asked.kills), ("full", asked.full)):
             if count:
                 found[key] = campaign(folder, lap, events, count, key == "full")
+        if asked.pairs:
+            found["pairs"] = pairs(folder, asked.pairs)
         if asked.hours:
             del events
             found["hours"] = long_run(folder, lap, asked.hours, asked.images)

@@ -93,3 +93,27 @@ def test_a_name_is_taken_once():
     observers.add("a", print)
     with pytest.raises(ValueError, match="already"):
         observers.add("a", print)
+
+
+def test_an_item_that_wakes_nobody_comes_with_the_next_one():
+    seen, all_seen = [], threading.Event()
+
+    def observe(item):
+        seen.append(item)
+        if item == "answer":
+            all_seen.set()
+
+    with Observers(threaded=True) as observers:
+        observers.add("all", observe)
+        observers.publish("frame", wake=False)
+        observers.publish("answer")
+        assert all_seen.wait(5)
+    assert seen == ["frame", "answer"]
+
+
+def test_an_item_that_wakes_nobody_is_not_forgotten():
+    all_seen = threading.Event()
+    with Observers(threaded=True) as observers:
+        observers.add("all", lambda item: all_seen.set())
+        observers.publish("frame", wake=False)
+        assert all_seen.wait(5)

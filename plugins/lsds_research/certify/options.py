@@ -21,7 +21,7 @@ class CertifyOptions(BaseModel):
     \b
     Examples:
       lsds study certify --quick
-      lsds study certify rig.toml --budget 10min --page certificate.html
+      lsds study certify rig.toml --budget 10min --report certificate.html
       lsds study certify rig.toml --space objects.toml --runs 300 \\
           --found failures
       lsds study certify --budget 5min --plain
@@ -53,9 +53,6 @@ class CertifyOptions(BaseModel):
         default="", description="folder for the worst failures", json_schema_extra={"metavar": "FOLDER", "writes": True}
     )
     most: int = Field(default=5, ge=0, le=100, description="number of failures to save")
-    page: str = Field(
-        default="", description="also write the report as a page", json_schema_extra={"metavar": "HTML", "writes": True}
-    )
     settings: Settings = []
     quick: bool = Field(default=False, description="48 lifts of one second")
     jobs: Jobs = Field(default_factory=processes, description="processes that lift")

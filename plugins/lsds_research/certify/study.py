@@ -21,7 +21,6 @@ from lsds.session.verdict import Outcome
 from lsds_research.certify.duration import seconds_of
 from lsds_research.certify.objects import OBJECTS, completed
 from lsds_research.certify.options import CertifyOptions
-from lsds_research.certify.page import write_page
 from lsds_research.certify.plot import plot_certificate
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import RUNS_PER_BATCH, Estimate, plain, sequential
@@ -94,8 +93,6 @@ class CertifyStudy:
         ]
         draw_rows = partial(plot_certificate, rows=rows, estimate=estimate)
         title = f"certificate of {own.rig or 'the simulated cell'}: {estimate.runs} lifts (simulated)"
-        if own.page:
-            write_page(Path(own.page), title, figures, notes, draw_rows)
         return StudyResult(
             title,
             _COLUMNS,
@@ -128,10 +125,8 @@ class CertifyStudy:
 
         A lift that cannot run does not drop anything: a mistake in the config would give a perfect certificate.
         """
-        from lsds.cli.output import require_writable
         from lsds.config import load_config
 
-        require_writable(self._options.page or None)
         middle = complete(point_to_scenario(self._space, [0.5] * len(self._space)))
         load_config(None, [*override_texts(middle), *limits.overrides(), *settings])
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
 import html
 import json
 import re
@@ -16,6 +14,7 @@ from lsds.session.recording.report import tables
 from lsds.session.recording.report.figure import STAGE_PLACE, figure_of
 from lsds.session.recording.report.gather import gather
 from lsds.support.extras import require
+from lsds.support.plotly_js import plotly_js
 
 if TYPE_CHECKING:
     from lsds.session.recording.report.gather import RunData
@@ -56,7 +55,7 @@ def write_report(recording: str | Path, out: str | Path, summary: dict[str, Any]
 
 def page_of(data: RunData) -> str:
     """Return the page."""
-    library, version = _library()
+    library, version = plotly_js()
     outcome, reasons = tables.outcome_of(data)
     events, left_out = tables.listed(data)
     title = f"{data.path.name}: {outcome}"
@@ -114,14 +113,6 @@ def _data(data: RunData) -> str:
     }
     # A "</script>" inside of a value would end the element that holds it.
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-
-
-def _library() -> tuple[str, str]:
-    """Return plotly.js, compressed and as base64, and its version."""
-    from plotly.offline import get_plotlyjs, get_plotlyjs_version  # type: ignore[import-untyped]
-
-    packed = gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)
-    return base64.b64encode(packed).decode("ascii"), str(get_plotlyjs_version())
 
 
 def _file(name: str) -> str:
