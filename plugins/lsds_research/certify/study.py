@@ -19,13 +19,13 @@ from lsds.contracts.study import StudyResult
 from lsds.registry.host import PluginHost
 from lsds.session.verdict import Outcome
 from lsds_research.certify.duration import seconds_of
-from lsds_research.certify.objects import OBJECTS, completed
 from lsds_research.certify.options import CertifyOptions
 from lsds_research.certify.plot import plot_certificate
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import RUNS_PER_BATCH, Estimate, plain, sequential
 from lsds_research.certify.zones import Zone, zones
 from lsds_research.search.files import save_scenario
+from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
 from lsds_research.search.space import point_to_scenario, read_space

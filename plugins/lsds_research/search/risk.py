@@ -6,18 +6,17 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict
 from functools import partial
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
+from lsds_research.search.objects import FIRM, chosen_space, completed
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
-from lsds_research.search.space import DEFAULT, read_space
 from lsds_research.search.split import Points, Probability, counted, split
 
 _COLUMNS = (
@@ -39,19 +38,21 @@ class RiskStudy:
     def __init__(self, options: RiskOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
         self._runs, self._plain = (20, True) if options.quick else (options.runs, options.plain)
-        self._space = read_space(Path(options.space)) if options.space else DEFAULT
+        self._space = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
-        scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster)
+        firm, complete = (FIRM, completed) if own.random else ((), dict)
+        scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, firm)
         draw = _counting if self._plain else split
         answered, probability = scenarios.answer(
             self._space,
             draw(len(self._space), self._runs, self._seed),
             self._margin,
             lambda done, asked: tick(done, max(self._runs, asked)),
+            complete,
         )
         rows = list(chain.from_iterable(answered))
         margins = [[self._margin(row) for row in batch] for batch in answered]

@@ -45,6 +45,11 @@ class RiskOptions(BaseModel):
         description="TOML file of ranges as for lsds study search; default: the space of lsds study search",
         json_schema_extra={"metavar": "FILE"},
     )
+    random: bool = Field(
+        default=False,
+        description="draw shape, size, mass, friction, stiffness, relief and gel instead of objects of the catalogue; "
+        "what a firm grip does not hold either is no failure",
+    )
     runs: int = Field(
         default=100, ge=20, le=1_000_000, description="number of scenarios per level, or in total with --plain"
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds_research.cluster import shared_out
 from lsds_research.run_store import add_run, read_runs
-from lsds_research.search.robustness import Limits, least, run_scenario
+from lsds_research.search.robustness import STOPPED_MARGIN, Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
 
 if TYPE_CHECKING:
@@ -19,12 +19,28 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Scenarios:
-    """The runs of scenarios with common `settings` (config keys), by key."""
+NOT_HOLDABLE = "no firm grip holds it"
+"""Outcome of a scenario that fails, and with a firm grip as well."""
 
-    def __init__(self, limits: Limits, settings: Sequence[str], out: str, jobs: int, cluster: str) -> None:
+
+class Scenarios:
+    """The runs of scenarios with common `settings` (config keys), by key.
+
+    `firm` are the config keys of lifts with a firm grip. A scenario that fails is repeated with each; if none of them
+    holds the object, it counts as stopped.
+    """
+
+    def __init__(
+        self,
+        limits: Limits,
+        settings: Sequence[str],
+        out: str,
+        jobs: int,
+        cluster: str,
+        firm: Sequence[tuple[str, ...]] = (),
+    ) -> None:
         """Raises DataError if the file `out` cannot be read; an empty name stores nothing."""
-        self._limits, self._settings = limits, tuple(settings)
+        self._limits, self._settings, self._firm = limits, tuple(settings), firm
         self._jobs, self._cluster = jobs, cluster
         self._kept = Path(out) if out else None
         self._known = read_runs(self._kept)
@@ -41,9 +57,26 @@ class Scenarios:
             way, margin = least(outcome["margins"])
             row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | outcome
             self._known[self._key(scenario)] = row
-            add_run(self._kept, self._key(scenario), row)
             done(count)
+        self._excuse([key for key in missing if self._known[key]["margin"] < 0])
+        for key in missing:
+            add_run(self._kept, key, self._known[key])
         return [self._known[key] for key in keys]
+
+    def _excuse(self, failed: Sequence[str]) -> None:
+        """Repeat scenarios that failed with firm grips; what none of them holds counts as stopped."""
+        firm = [
+            (self._known[key]["scenario"], self._limits, (*self._settings, *grip))
+            for key in failed
+            for grip in self._firm
+        ]
+        holdable = set() if self._firm else set(failed)
+        for (scenario, _, _), result in shared_out(run_scenario, firm, self._jobs, self._cluster):
+            if result is not None and result["margins"].get("holds", -1.0) > 0:
+                holdable.add(self._key(scenario))
+        for key in set(failed) - holdable:
+            margins = {"named": STOPPED_MARGIN}
+            self._known[key] |= {"margins": margins, "way": "named", "margin": STOPPED_MARGIN, "outcome": NOT_HOLDABLE}
 
     def answer(
         self,
@@ -72,7 +105,7 @@ class Scenarios:
                 return found, end.value
 
     def _key(self, scenario: Scenario) -> str:
-        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings])
+        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings, bool(self._firm)])
 
 
 def _ahead(tick: Callable[[int, int], None], before: int, asked: int, done: int) -> None:

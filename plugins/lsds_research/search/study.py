@@ -17,13 +17,14 @@ from lsds.contracts.study import StudyResult
 from lsds.session.run import run
 from lsds.support.extras import importable
 from lsds_research.search.files import save_scenario
+from lsds_research.search.objects import FIRM, chosen_space, completed
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import DEFAULT, Scenario, read_space
+from lsds_research.search.space import Scenario
 
 _COLUMNS = (
     ("failure", "failure", ""),
@@ -43,17 +44,20 @@ class SearchStudy:
         self._options, self._seed = options, context.seed
         self._runs = 48 if options.quick else options.runs
         self._most = min(1, options.most) if options.quick else options.most
-        self._space = read_space(Path(options.space)) if options.space else DEFAULT
+        self._space = chosen_space(options.space, random=options.random)
+        self._complete = completed if options.random else dict
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
         self._settings = tuple(options.settings)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
-        self._scenarios = Scenarios(self._limits, self._settings, options.out, options.jobs, options.cluster)
+        self._scenarios = Scenarios(
+            self._limits, self._settings, options.out, options.jobs, options.cluster, FIRM if options.random else ()
+        )
         batches = seek(len(self._space), self._runs, self._seed)
         answered, _ = self._scenarios.answer(
-            self._space, batches, itemgetter("margin"), lambda done, _: tick(done, self._runs)
+            self._space, batches, itemgetter("margin"), lambda done, _: tick(done, self._runs), self._complete
         )
         rows = list(chain.from_iterable(answered))
         found = self._found(rows)

@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 from lsds_research.certify.duration import seconds_of
-from lsds_research.certify.objects import OBJECTS, completed
 from lsds_research.certify.rig import simulated_rig
 from lsds_research.certify.sequential import Estimate
 from lsds_research.certify.study import _undecided
+from lsds_research.search.objects import OBJECTS, completed
 from lsds_research.search.space import point_to_scenario
 
 from lsds.cli.main import main

@@ -16,25 +16,37 @@ LIFT = ["study", "grip", "--controller", "belief", "--object", "pvc-pipe", "--sq
 LIFT += ["--speed", "0.08", "--speed", "0.06", "--with", "task.lift_s=0.6", "--with", "task.hold_s=0.2"]
 
 
+def figures(folder, *place):
+    """Return the runs of the study at a place; the figures of the machine differ."""
+    file = folder / f"{len(list(folder.iterdir()))}.json"
+    assert main([*LIFT, *place, "--json", str(file)]) == 0
+    runs = sorted(json.loads(file.read_text())["runs"], key=lambda run: run["speed_m_s"])
+    return [{name: run[name] for name in run.keys() - {"frame_us", "cost"}} for run in runs]
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_two_dask_workers_find_what_this_machine_finds(tmp_path, installed_host):
     distributed = pytest.importorskip("distributed")
-    figures = []
+    here = figures(tmp_path, "--jobs", "1")
+    assert len(here) == 2
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, scheduler_port=0
     ) as cluster:
-        for place in ([], ["--cluster", cluster.scheduler_address]):
-            file = tmp_path / f"{len(place)}.json"
-            assert main([*LIFT, "--jobs", "1", *place, "--json", str(file)]) == 0
-            runs = sorted(json.loads(file.read_text())["runs"], key=lambda run: run["speed_m_s"])
-            # Figures of the machine differ.
-            figures.append([{name: run[name] for name in run.keys() - {"frame_us", "cost"}} for run in runs])
-    assert len(figures[0]) == 2
-    assert figures[0] == figures[1]
+        assert figures(tmp_path, "--jobs", "1", "--cluster", cluster.scheduler_address) == here
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+@pytest.mark.filterwarnings("ignore")
+def test_ray_and_two_processes_find_what_one_process_finds(tmp_path, installed_host):
+    pytest.importorskip("ray", reason="needs the extra ray")
+    here = figures(tmp_path, "--jobs", "1")
+    assert figures(tmp_path, "--jobs", "2") == here
+    assert figures(tmp_path, "--cluster", "ray") == here
 
 
 def test_ray_is_joined_and_left(monkeypatch):
-    """Ray itself is large, and is tried by hand: a stand-in shows what is asked of it."""
+    """Ray itself is large: a stand-in shows what is asked of it."""
     calls = []
     ray = types.ModuleType("ray")
     ray.init = lambda **options: calls.append(options["address"])

@@ -1,13 +1,20 @@
 """The space of random objects as axes: what a stranger may put between the fingers, from no catalogue.
 
+A failure with an object that no firm grip holds is none of the controller's.
+
 The ranges are those of the study `grip` (`lsds_research.studies.grip.random_objects`). Some keys depend on others: a
 sphere is as long as it is thick, and kinetic friction is a share of the static one.
 """
 
 from __future__ import annotations
 
-from lsds_research.search.space import Axis, Scenario
+from pathlib import Path
+
+from lsds.config.overrides import override_texts
+from lsds.errors import DataError
+from lsds_research.search.space import DEFAULT, Axis, Scenario, read_space
 from lsds_research.studies.grip.random_objects import (
+    FIRM_SQUEEZES_MM,
     FRICTION_RANGE,
     GRAIN_UM,
     KINETIC_SHARE,
@@ -45,6 +52,19 @@ OBJECTS = (
     Axis("task.lift_speed_m_s", *LIFT_SPEED_RANGE_M_S, usual=0.038),
     Axis("seed", 0, 1000, usual=0, whole=True),
 )
+
+FIRM = tuple(
+    tuple(override_texts({"controller.enabled": False, "task.first_squeeze_m": squeeze_mm * 1e-3}))
+    for squeeze_mm in FIRM_SQUEEZES_MM
+)
+"""Config keys of each lift with a firm grip."""
+
+
+def chosen_space(file: str, *, random: bool) -> tuple[Axis, ...]:
+    """Return the space of a file, that of random objects, or the default. Raises DataError."""
+    if file and random:
+        raise DataError(f"--space {file} and --random are two spaces: leave one out")
+    return OBJECTS if random else read_space(Path(file)) if file else DEFAULT
 
 
 def completed(scenario: Scenario) -> Scenario:

@@ -1,0 +1,85 @@
+"""The search over random objects: its space, and that a failure counts only where a firm grip holds the object."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from lsds_research.search import scenarios
+from lsds_research.search.objects import FIRM, OBJECTS, chosen_space, completed
+from lsds_research.search.robustness import STOPPED_MARGIN, Limits
+from lsds_research.search.scenarios import NOT_HOLDABLE, Scenarios
+from lsds_research.search.space import DEFAULT, point_to_scenario
+
+from lsds.cli.main import main
+from lsds.config import load_config
+from lsds.config.overrides import override_texts
+from lsds.errors import DataError
+
+MASS, FRICTION = "cell.simulated.mass_kg", "cell.simulated.static_friction"
+
+
+@pytest.fixture
+def lifts(monkeypatch):
+    """Lifts that fail above 1 kg; a firm grip holds what has a friction above 0.5."""
+    asked = []
+
+    def lifted(lift):
+        scenario, _, settings = lift
+        asked.append((scenario, settings))
+        is_firm = "controller.enabled=false" in settings
+        holds = scenario[MASS] < 1 or (is_firm and scenario[FRICTION] > 0.5)
+        return {"margins": {"holds": 1.0 if holds else -1.0}, "outcome": "held" if holds else "dropped", "fault": None}
+
+    monkeypatch.setattr(scenarios, "run_scenario", lifted)
+    return asked
+
+
+def rows(file="", firm=FIRM):
+    light, heavy, hopeless = {MASS: 0.5, FRICTION: 0.3}, {MASS: 1.5, FRICTION: 0.8}, {MASS: 1.5, FRICTION: 0.3}
+    return Scenarios(Limits(), (), file, 1, "", firm).rows([light, heavy, hopeless], lambda done: None)
+
+
+def test_what_no_firm_grip_holds_is_no_failure(lifts):
+    light, heavy, hopeless = rows()
+    assert (light["margin"], heavy["margin"]) == (1.0, -1.0)
+    assert (hopeless["margin"], hopeless["outcome"]) == (STOPPED_MARGIN, NOT_HOLDABLE)
+    assert len(lifts) == 3 + 2 * len(FIRM)
+    assert rows(firm=())[2]["margin"] == -1.0
+
+
+def test_the_answer_about_a_firm_grip_is_stored(lifts, tmp_path):
+    file = str(tmp_path / "runs.jsonl")
+    first = rows(file)
+    count = len(lifts)
+    assert rows(file) == first
+    assert len(lifts) == count
+
+
+def test_every_random_object_is_a_config():
+    for point in np.random.default_rng(5).random((20, len(OBJECTS))):
+        scenario = completed(point_to_scenario(OBJECTS, point))
+        for firm in ((), *FIRM):
+            load_config(None, [*override_texts(scenario), *firm])
+
+
+def test_a_space_is_one_of_three(tmp_path):
+    file = tmp_path / "space.toml"
+    file.write_text('"task.lift_s" = [1.0, 2.0]\n')
+    assert chosen_space("", random=False) == DEFAULT
+    assert chosen_space("", random=True) == OBJECTS
+    assert [axis.key for axis in chosen_space(str(file), random=False)] == ["task.lift_s"]
+    with pytest.raises(DataError, match="leave one out"):
+        chosen_space(str(file), random=True)
+
+
+@pytest.mark.slow
+def test_search_and_risk_draw_random_objects(tmp_path):
+    for study, more in (("search", ["--runs", "8", "--most", "0"]), ("risk", ["--plain", "--runs", "20"])):
+        file = tmp_path / f"{study}.json"
+        short = ["--with", "task.hold_s=0.1", "--jobs", "1"]
+        assert main(["study", study, "--random", *more, *short, "--no-plot", "--json", str(file)]) == 0
+        runs = json.loads(file.read_text())["runs"]
+        assert {"cell.simulated.shape", "cell.simulated.mass_kg"} <= runs[0]["scenario"].keys()
+        assert len({run["scenario"]["cell.simulated.shape"] for run in runs}) > 1
