@@ -6,6 +6,7 @@ holds all that a run depends on, its seed too.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
@@ -65,11 +66,11 @@ def _on_ray(work: Callable[[Item], Result], items: Sequence[Item], cluster: str)
     import ray
 
     try:
-        ray.init(address=None if cluster == "ray" else cluster, log_to_driver=False, logging_level="ERROR")
+        ray.init(address=None if cluster == "ray" else cluster, log_to_driver=False, logging_level=logging.ERROR)
     except (OSError, ValueError, ConnectionError) as error:
         raise DataError(f"{cluster}: no Ray cluster answers ({error}); start one: ray start --head") from error
     try:
-        task = ray.remote(_with_item)
+        task: Any = ray.remote(_with_item)
         waiting = [task.remote(work, item) for item in items]
         while waiting:
             ready, waiting = ray.wait(waiting)

@@ -15,8 +15,8 @@ from lsds.contracts import BuildContext
 from lsds.errors import ModelError
 
 CARD = {
-    "offset": -1.0,
-    "slope": 0.7,
+    "trees": [-2.0, 1.0],
+    "imprint": [-3.5, 2.3],
     "trees_limit": 0.02,
     "imprint_limits": [0.3, 10.0],
     "threshold": 0.6,
@@ -43,10 +43,21 @@ def test_trees_alone_are_not_believed_without_limit():
     assert FUSION.probability(0.9, math.nan) < FUSION.threshold < FUSION.probability(0.9, 3.0)
 
 
+@given(probabilities, scores)
+def test_either_piece_of_evidence_is_enough(trees, score):
+    both = FUSION.probability(trees, score)
+    assert both >= FUSION.probability(0.0, score) - 1e-12
+    assert both >= FUSION.probability(trees, 0.0) - 1e-12
+    assert FUSION.probability(1.0, 1.0) > FUSION.threshold
+    assert FUSION.probability(0.0, 10.0) > FUSION.threshold
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"slope": None}, "incomplete"),
+        ({"trees": None}, "incomplete"),
+        ({"imprint": [1.0]}, "incomplete"),
+        ({"imprint": [0.0, -1.0]}, "exclude"),
         ({"imprint_limits": [1.0]}, "incomplete"),
         ({"imprint_limits": [0.0, 1.0]}, "exclude"),
         ({"threshold": 1.0}, "exclude"),

@@ -1,9 +1,10 @@
-"""Detector `fused`: trained trees and the untrained detector `imprint`, as two independent pieces of evidence.
+"""Detector `fused`: trained trees and the untrained detector `imprint`, either of which may show a slip.
 
-The log-odds of the trees and the logarithm of the score of `imprint` are added. The trees saw few real frames, so they
-are not believed beyond certain odds; `imprint` knows nothing of the markers. The model's card holds the logistic
-function that turns the sum into a probability, fitted on real frames with each object left out of the trees in turn
-(`real.fusion`). Without an imprint its term is the least there is, which raises the threshold of the trees.
+An object that chatters drags the dots and leaves no travelling imprint; one that turns or slides with its relief moves
+the imprint, and the dots may rest. So each has its own probability of slip, and a slip is seen if either sees it
+(noisy-or, Pearson 1988, section 4.3.2). The trees saw few real frames, so they are not believed beyond certain odds,
+and an imprint that rests, or that cannot be seen, counts against them. The parameters are fitted on real frames with
+each object left out of the trees in turn; they are in the model's card (`real.fusion`).
 """
 
 from __future__ import annotations
@@ -21,14 +22,16 @@ from lsds_plugins.detectors.learned import LearnedDetector, LearnedOptions
 
 @dataclass(frozen=True, slots=True)
 class Fusion:
-    """Log-odds of slip: `offset + slope * (log-odds of the trees + ln(score of imprint))`.
+    """Probability of slip: 1 - (1 - p_trees) (1 - p_imprint).
 
-    The trees' probability is kept within `trees_limit` of 0 and 1, the score within `imprint_limits`. Slip is reported
-    above the probability `threshold`.
+    The log-odds of p_trees are `trees[0] + trees[1] * (log-odds of the trees + min(ln s, 0))` with the score s of
+    `imprint`, which is below 1 at rest; those of p_imprint are `imprint[0] + imprint[1] * ln s`. The trees' probability
+    is kept within `trees_limit` of 0 and 1, the score within `imprint_limits`. Slip is reported above the probability
+    `threshold`.
     """
 
-    offset: float
-    slope: float
+    trees: tuple[float, float]
+    imprint: tuple[float, float]
     trees_limit: float
     imprint_limits: tuple[float, float]
     threshold: float
@@ -37,26 +40,33 @@ class Fusion:
     def of_card(cls, values: Mapping[str, Any]) -> Self:
         """Return the fusion that a model card holds. Raises ModelError."""
         try:
-            low, high = values["imprint_limits"]
-            numbers = [float(values[name]) for name in ("offset", "slope", "trees_limit", "threshold")]
-            limits = float(low), float(high)
+            trees, imprint, limits = (_pair(values[name]) for name in ("trees", "imprint", "imprint_limits"))
+            trees_limit, threshold = (float(values[name]) for name in ("trees_limit", "threshold"))
         except (KeyError, TypeError, ValueError) as error:
             raise ModelError(f"real.fusion of the card of 'fused' is incomplete: {error!r} (train it again)") from error
-        offset, slope, trees_limit, threshold = numbers
-        if not (0 < trees_limit < 0.5 and 0 < limits[0] < limits[1] and 0 < threshold < 1):
+        usable = trees[1] > 0 and imprint[1] > 0 and 0 < trees_limit < 0.5 and 0 < limits[0] < 1 < limits[1]
+        if not (usable and 0 < threshold < 1):
             raise ModelError(f"real.fusion of the card of 'fused' has limits that exclude all: {dict(values)}")
-        return cls(offset, slope, trees_limit, limits, threshold)
+        return cls(trees, imprint, trees_limit, limits, threshold)
 
-    def evidence(self, probability: float, imprint_score: float) -> float:
-        """Return the sum of the two logarithms; NaN for a missing score of the imprint counts as its least."""
+    def evidence(self, probability: float, imprint_score: float) -> tuple[float, float]:
+        """Return the two arguments of the log-odds; NaN for a missing score of the imprint counts as its least."""
         kept = min(max(probability, self.trees_limit), 1.0 - self.trees_limit)
         low, high = self.imprint_limits
-        score = min(max(imprint_score, low), high) if math.isfinite(imprint_score) else low
-        return math.log(kept / (1.0 - kept)) + math.log(score)
+        score = math.log(min(max(imprint_score, low), high) if math.isfinite(imprint_score) else low)
+        return math.log(kept / (1.0 - kept)) + min(score, 0.0), score
 
     def probability(self, probability: float, imprint_score: float) -> float:
-        """Return the probability of slip among frames as those that the function was fitted on."""
-        return 1.0 / (1.0 + math.exp(-(self.offset + self.slope * self.evidence(probability, imprint_score))))
+        """Return the probability of slip among frames as those that the parameters were fitted on."""
+        trees, imprint = self.evidence(probability, imprint_score)
+        neither = 1.0 + math.exp(self.trees[0] + self.trees[1] * trees)
+        neither *= 1.0 + math.exp(self.imprint[0] + self.imprint[1] * imprint)
+        return 1.0 - 1.0 / neither
+
+
+def _pair(values: Any) -> tuple[float, float]:
+    first, second = values
+    return float(first), float(second)
 
 
 class FusedDetector:

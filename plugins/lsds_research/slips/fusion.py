@@ -11,7 +11,7 @@ from lsds_plugins.detectors.fused import Fusion
 
 from lsds.calibration.thresholds import Budget, threshold
 from lsds.errors import DataError
-from lsds_research.slips.reliability import logistic_weights, reliability
+from lsds_research.slips.reliability import reliability
 from lsds_research.slips.score import Counts, counted, scored_frames
 
 if TYPE_CHECKING:
@@ -25,6 +25,10 @@ TREES_LIMIT = 0.02
 """Least distance of the trees' probability from 0 and 1: they are fitted on some 50 real slips."""
 IMPRINT_LIMITS = (0.3, 10.0)
 """Score of `imprint` below which the imprint rests, and that of an imprint that was too fast to follow."""
+BEGIN = (-3.0, 1.0, -3.0, 2.0)
+"""Offsets and slopes with which the fit begins; chosen."""
+NEAREST = 1e-6
+"""Minimum distance of a probability from 0 and 1 in the fit; chosen."""
 ALARMS = 5.0
 """False alarms per 100 moving frames at the fitted threshold, with objects left out."""
 
@@ -35,7 +39,7 @@ def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floa
     `scores` (n,) of each recording are those of trees that were fitted without its object. Raises DataError if the
     recordings do not show both slip and sticking.
     """
-    plain = Fusion(0.0, 1.0, TREES_LIMIT, IMPRINT_LIMITS, 0.5)
+    plain = Fusion((0.0, 1.0), (0.0, 1.0), TREES_LIMIT, IMPRINT_LIMITS, 0.5)
     rows = [_rows(plain, own, score) for own, score in zip(recordings, scores, strict=True)]
     left_out: list[Floats] = [np.empty(0)] * len(recordings)
     for name in {own.object for own in recordings}:
@@ -51,13 +55,15 @@ def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floa
     least = threshold(np.concatenate(moving), np.empty(0), Budget(ALARMS))
     if not 0 < least < 1:
         raise DataError("the labelled recordings move too little to set a threshold")
-    offset, slope = _weights(recordings, rows).tolist()
-    fusion = replace(plain, offset=round(offset, 3), slope=round(slope, 3), threshold=round(least, 3))
+    found = [round(value, 3) for value in _weights(recordings, rows).tolist()]
+    fusion = replace(plain, trees=(found[0], found[1]), imprint=(found[2], found[3]), threshold=round(least, 3))
     counts = Counts()
     for own, score in zip(recordings, left_out, strict=True):
         counts += counted(own.with_slip(np.where(np.isfinite(score), score > least, np.nan)))
     return {
         **asdict(fusion),
+        "trees": list(fusion.trees),
+        "imprint": list(fusion.imprint),
         "imprint_limits": list(IMPRINT_LIMITS),
         "found": round(counts.recall, 4),
         "noticed": round(counts.noticed_share, 4),
@@ -67,28 +73,38 @@ def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floa
 
 
 def _rows(plain: Fusion, own: LabelledRecording, score: Floats) -> Floats:
-    """Return the rows (n, 2) of the logistic function, one and the evidence; NaN if the trees abstain."""
+    """Return the evidence of trees and imprint (n, 2); NaN if the trees abstain."""
     imprint = own.outputs.score["imprint"]
     rows = [
-        (1.0, plain.evidence(trees, other)) if np.isfinite(trees) else (np.nan, np.nan)
+        plain.evidence(trees, other) if np.isfinite(trees) else (np.nan, np.nan)
         for trees, other in zip(score.tolist(), imprint.tolist(), strict=True)
     ]
     return np.array(rows, float).reshape(-1, 2)
 
 
 def _weights(recordings: Sequence[LabelledRecording], rows: Sequence[Floats]) -> Floats:
-    """Return offset and slope (2,), fitted on all scored frames with an answer."""
+    """Return offset and slope of the trees and of the imprint (4,), fitted on all scored frames with an answer."""
+    from scipy.optimize import minimize
+
     used, slips = [], []
     for own, row in zip(recordings, rows, strict=True):
         frames = scored_frames(own.intervals, own.outputs.moved_px)
         kept = (frames.slip | frames.moving | frames.still) & np.isfinite(row[:, 0])
         used.append(row[kept])
-        slips.append(frames.slip[kept].astype(float))
-    labels = np.concatenate(slips)
+        slips.append(frames.slip[kept])
+    evidence, labels = np.concatenate(used), np.concatenate(slips)
     if not 0 < labels.sum() < len(labels):
         raise DataError("the labelled recordings do not show both slip and sticking")
-    return logistic_weights(np.concatenate(used), labels)
+
+    def surprise(weights: Floats) -> float:
+        probability = np.clip(_probability(evidence, weights), NEAREST, 1 - NEAREST)
+        return -float(np.sum(np.log(np.where(labels, probability, 1 - probability))))
+
+    found = minimize(surprise, BEGIN, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-3, "fatol": 1e-3})
+    return np.asarray(found.x)
 
 
 def _probability(rows: Floats, weights: Floats) -> Floats:
-    return np.asarray(1 / (1 + np.exp(-rows @ weights)))
+    """Return the probability of slip (n,) for evidence (n, 2), as `Fusion.probability`."""
+    neither = (1 + np.exp(weights[0] + weights[1] * rows[:, 0])) * (1 + np.exp(weights[2] + weights[3] * rows[:, 1]))
+    return np.asarray(1 - 1 / neither)
