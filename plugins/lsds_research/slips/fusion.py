@@ -25,9 +25,9 @@ TREES_LIMIT = 0.02
 """Least distance of the trees' probability from 0 and 1: they are fitted on some 50 real slips."""
 IMPRINT_LIMITS = (0.3, 10.0)
 """Score of `imprint` below which the imprint rests, and that of an imprint that was too fast to follow."""
-BEGIN = (-3.0, 1.0, -3.0, 2.0)
+FIRST_WEIGHTS = (-3.0, 1.0, -3.0, 2.0)
 """Offsets and slopes with which the fit begins; chosen."""
-NEAREST = 1e-6
+LEAST_FITTED = 1e-6
 """Minimum distance of a probability from 0 and 1 in the fit; chosen."""
 ALARMS = 5.0
 """False alarms per 100 moving frames at the fitted threshold, with objects left out."""
@@ -97,10 +97,10 @@ def _weights(recordings: Sequence[LabelledRecording], rows: Sequence[Floats]) ->
         raise DataError("the labelled recordings do not show both slip and sticking")
 
     def surprise(weights: Floats) -> float:
-        probability = np.clip(_probability(evidence, weights), NEAREST, 1 - NEAREST)
+        probability = np.clip(_probability(evidence, weights), LEAST_FITTED, 1 - LEAST_FITTED)
         return -float(np.sum(np.log(np.where(labels, probability, 1 - probability))))
 
-    found = minimize(surprise, BEGIN, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-3, "fatol": 1e-3})
+    found = minimize(surprise, FIRST_WEIGHTS, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-3, "fatol": 1e-3})
     return np.asarray(found.x)
 
 
