@@ -31,6 +31,10 @@ LOAD_RANGE_N = (0.02, 25.0)
 """Smallest and largest load W per finger on the grid, N; chosen."""
 LIMIT_RANGE = (0.01, 30.0)
 """Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
+LEAST_FRICTION = 0.2
+"""Least coefficient of friction of gel and object: the least of the random objects."""
+NORMAL_SPREAD = 0.35
+"""Relative standard deviation of the normal force by the imprint: that of small balls, the largest (simulated)."""
 HEAVIER = 0.4
 """Exponent of the load by which its prior density falls; chosen."""
 LOADING_RISING = 0.3
@@ -157,6 +161,16 @@ class GripBelief:
             (_OUTLIER, _STOPPING),
         )
         return begun
+
+    def know_normal(self, normal_n: float, squeeze_mm: float) -> None:
+        """Take the normal force at a squeeze, once for a grip: the limit is at least `LEAST_FRICTION` times it.
+
+        Friction that jumps later, as on a surface that gets wet, may be less.
+        """
+        least = math.log(LEAST_FRICTION * normal_n) - self.options.power * math.log(squeeze_mm)
+        share = _below((self._ln_r - least) / NORMAL_SPREAD) + _OUTLIER
+        total = float((self.stick @ share).sum() + (self.slide @ share).sum())
+        self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
 
     def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""

@@ -9,9 +9,6 @@ from statistics import median
 HARDEST_OBJECT_N_M = 2350.0
 """Normal force over squeeze of the hardest object, N/m (simulated: 1700 to 2350 for flat faces, less for round
 ones)."""
-LEAST_FRICTION = 0.3
-"""Minimum friction coefficient of gel and object; chosen. The normal force of an object that slides is at most its load
-over this."""
 SAFE = 0.85
 """Share of the limit of a fragile object that is used, because imprint and ticks are inexact; chosen."""
 STEEPNESS = 1.3
@@ -22,19 +19,14 @@ OPENS_AFTER_FRAMES = 3
 """Minimum number of such frames before the limit may fall below the commanded squeeze; chosen."""
 
 
-def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float) -> float:
+def allowed_squeeze_m(fragile_n: float, squeeze_m: float, normal_n: float) -> float:
     """Return the greatest squeeze (m) with at most `fragile_n` of normal force.
 
-    `squeeze_m` is that of now and `normal_n` what is measured at it, NaN if nothing is; `limit_n_m` the friction limit
-    (load over squeeze, in calibrated newtons), NaN if not known.
+    `squeeze_m` is that of now and `normal_n` what is measured at it, NaN if nothing is.
     """
     if not math.isfinite(fragile_n):
         return math.inf
-    force_n = normal_n
-    if not math.isfinite(force_n):
-        force_n = HARDEST_OBJECT_N_M * squeeze_m
-        if limit_n_m > 0:
-            force_n = min(force_n, limit_n_m / LEAST_FRICTION * squeeze_m)
+    force_n = normal_n if math.isfinite(normal_n) else HARDEST_OBJECT_N_M * squeeze_m
     share = SAFE * fragile_n / max(force_n, 1e-6)
     return squeeze_m * (share ** (1 / STEEPNESS) if share > 1 else share)
 
@@ -46,14 +38,12 @@ class Bearing:
         # Of each frame with a normal force: that force over squeeze to the power of `STEEPNESS`.
         self._stiffness: deque[float] = deque(maxlen=MEDIAN_OF_FRAMES)
 
-    def allowed_m(
-        self, fragile_n: float, squeeze_m: float, normal_n: float, limit_n_m: float, commanded_m: float
-    ) -> float:
+    def allowed_m(self, fragile_n: float, squeeze_m: float, normal_n: float, commanded_m: float) -> float:
         """Take a frame; return the greatest squeeze (m). One that is commanded is not taken back for a guess."""
         if not math.isfinite(fragile_n):
             return math.inf
         if math.isfinite(normal_n):
             self._stiffness.append(normal_n / squeeze_m**STEEPNESS)
         by_imprint_n = median(self._stiffness) * squeeze_m**STEEPNESS if self._stiffness else math.nan
-        allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n, limit_n_m)
+        allowed_m = allowed_squeeze_m(fragile_n, squeeze_m, by_imprint_n)
         return allowed_m if len(self._stiffness) >= OPENS_AFTER_FRAMES else max(allowed_m, commanded_m)

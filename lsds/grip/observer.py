@@ -27,6 +27,8 @@ LEAST_SQUEEZE_M = 3e-4
 """Minimum squeeze that is known well enough to divide by, m; chosen."""
 CHANGED_SQUEEZE_M = 1e-4
 """Difference above which the squeeze has changed, m; chosen."""
+SETTLES_S = 0.2
+"""Time after a change of the squeeze from which the normal force is that of the squeeze, s; chosen: five frames."""
 FALLS_M_S = 0.04
 """Minimum speed of a slide in the air, m/s: an object of which friction carries nine tenths reaches it in 40 ms."""
 WALK_M_S = 0.14
@@ -49,14 +51,14 @@ class GripObserver:
 
     def __init__(self, options: GripOptions, answer_s: float, *, compiled: bool = False) -> None:
         self.belief = GripBelief(options, answer_s, compiled=compiled)
-        self._power = options.power
+        self._options = options
         self._answer_s = answer_s
         self.reset()
 
     def reset(self) -> None:
         """Forget the object."""
         self.belief.reset()
-        self._rising = RisingLoad(self._power)
+        self._rising = RisingLoad(self._options)
         self.load, self._evidence = CarriedLoad(), SlipEvidence(self._answer_s)
         self._bridge = VelocityBridge(WALK_M_S, WALK_RAD_S)
         self._counted: dict[str, int] = {}
@@ -64,6 +66,7 @@ class GripObserver:
         self._speeds: deque[tuple[int, float]] = deque()
         self._touch_m = self._squeeze_m = self._before_n = math.nan
         self._changed_ns = -nanoseconds(1.0)
+        self._pressed = False
         self._believed: dict[str, Any] = {}
 
     def update(self, seen: GripEstimate, *, supported: bool = False, speed_m_s: float = math.inf) -> GripEstimate:
@@ -111,7 +114,11 @@ class GripObserver:
         round_s, self._round_s = self._round_s, 0.0
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
-        evidence = self._evidence.take(seen.detection, estimate, (seen.t_ns - self._changed_ns) * 1e-9)
+        rests_s = (seen.t_ns - self._changed_ns) * 1e-9
+        if not self._pressed and load.normal_n > 0 and rests_s > SETTLES_S:
+            self._pressed = True
+            self.belief.know_normal(load.normal_n, 1e3 * squeeze_m)
+        evidence = self._evidence.take(seen.detection, estimate, rests_s)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
             self.belief.weigh(evidence, round_s)
@@ -152,12 +159,12 @@ class GripObserver:
         """Return how fast an object slides if it does: the arm draws the fingers along what stands; what hangs falls.
 
         Of what hangs, friction that carries less than the greatest load of late leaves the rest to gravity until the
-        fingers answer.
+        fingers answer. A difference within the noise of a load leaves nothing.
         """
         arm_m_s = arm_m_s if math.isfinite(arm_m_s) else FALLS_M_S
         if supported:
             return arm_m_s
         load_n, carried_n = self.load.now_n, self.load.greatest_n
-        missing = 1 - load_n / carried_n if carried_n > LEAST_EVIDENCE_N else 0.0
+        missing = 1 - (load_n + LEAST_EVIDENCE_N) / carried_n if carried_n > LEAST_EVIDENCE_N else 0.0
         falls_m_s = GRAVITY_M_S2 * self._answer_s * max(missing, 0.0) if math.isfinite(missing) else 0.0
         return max(FALLS_M_S, arm_m_s, falls_m_s, 0.0 if estimate.abstained else speed_of(estimate)[0])

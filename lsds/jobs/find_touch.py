@@ -210,7 +210,7 @@ class TouchGrasp:
             return False
         normal_n = max(forces_n)
         squeeze_m = max(self.touch_m - now.gripper.aperture_m, 0.0)
-        allowed_m = FIRST_SHARE * allowed_squeeze_m(self._task.fragile_n, squeeze_m, normal_n, math.nan)
+        allowed_m = FIRST_SHARE * allowed_squeeze_m(self._task.fragile_n, squeeze_m, normal_n)
         aperture_m = self.touch_m - min(allowed_m, self._task.first_squeeze_m)
         if aperture_m > self.grip.aperture_m - self._gripper.resolution_m:
             return False

@@ -111,6 +111,30 @@ def test_a_grip_that_never_slipped_is_left_alone():
     assert belief.squeeze_mm(0.25, 1.2, 0.5) < 1.4 + TICK_MM / 2
 
 
+@given(normal_n=st.floats(0.1, 60), squeeze_mm=st.floats(0.3, 20), evidence=st.floats(-4, 4))
+def test_a_normal_force_excludes_only_limits_that_no_object_has(normal_n, squeeze_mm, evidence):
+    belief = GripBelief(OPTIONS, 0.105)
+    hanging(belief, 0.3, squeeze_mm, frames=3)
+    belief.update(0.3, squeeze_mm, FRAME_S, evidence)
+    before, slips = belief.limit_n(squeeze_mm)[0], belief.slips
+    belief.know_normal(normal_n, squeeze_mm)
+    assert belief.stick.sum() + belief.slide.sum() == pytest.approx(1, abs=1e-9)
+    assert belief.limit_n(squeeze_mm)[0] >= before * (1 - 1e-6)
+    if 2 * 0.2 * normal_n < 0.3:
+        assert belief.slips == pytest.approx(slips, abs=0.1)
+
+
+def test_alarms_about_a_light_object_in_a_firm_grip_are_not_believed():
+    """0.1 N cannot slide under 15 N. Two alarms closed the fingers on a marble to 40 times the needed force."""
+    seen, blind = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
+    seen.know_normal(15.0, 5.0)
+    for belief in (seen, blind):
+        for load_n in (0.1, 0.06, 0.15):
+            belief.update(load_n, 5.0, FRAME_S, 3.0)
+    assert seen.slips < 0.5 * blind.slips
+    assert seen.squeeze_mm(0.1, 1.2, 0.15) < 5.0
+
+
 def test_holding_for_long_proves_no_more_than_holding_once():
     short, long = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
     for belief, frames in ((short, 10), (long, 500)):

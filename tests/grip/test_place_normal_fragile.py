@@ -67,12 +67,12 @@ def test_a_deeper_imprint_is_pressed_harder(radius, depth_m, more):
 
 
 def test_without_a_limit_everything_is_allowed():
-    assert allowed_squeeze_m(math.inf, 1e-3, 2.0, 1000.0) == math.inf
+    assert allowed_squeeze_m(math.inf, 1e-3, 2.0) == math.inf
 
 
 @given(positive, st.floats(1e-4, 5e-3), positive)
 def test_the_measured_force_stays_below_the_object_s_maximum(fragile, squeeze, normal):
-    allowed = allowed_squeeze_m(fragile, squeeze, normal, math.nan)
+    allowed = allowed_squeeze_m(fragile, squeeze, normal)
     # The force grows at most with the power that is reckoned with.
     force = normal * (allowed / squeeze) ** (1.3 if allowed > squeeze else 1.0)
     assert force == pytest.approx(SAFE * fragile, rel=1e-6)
@@ -80,24 +80,23 @@ def test_the_measured_force_stays_below_the_object_s_maximum(fragile, squeeze, n
 
 @given(positive, st.floats(1e-4, 5e-3))
 def test_an_unmeasured_object_counts_as_the_hardest(fragile, squeeze):
-    hard = allowed_squeeze_m(fragile, squeeze, math.nan, math.nan)
-    assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * HARDEST_OBJECT_N_M * squeeze, math.nan)
+    hard = allowed_squeeze_m(fragile, squeeze, math.nan)
+    assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * HARDEST_OBJECT_N_M * squeeze)
     # An object that slid at a small load was pressed gently.
-    assert allowed_squeeze_m(fragile, squeeze, math.nan, 10.0) >= hard
 
 
 def test_an_imprint_that_flickers_opens_nothing():
     """While the imprint has no information, its last result holds."""
     bearing = Bearing()
-    before_m = [bearing.allowed_m(3.0, 1e-3, 2.0, math.nan, 1e-3) for _ in range(5)][-1]
-    assert bearing.allowed_m(3.0, 1e-3, math.nan, math.nan, 1e-3) == pytest.approx(before_m)
-    assert bearing.allowed_m(3.0, 1e-3, 20.0, math.nan, 1e-3) == pytest.approx(before_m), "one frame may be wrong"
+    before_m = [bearing.allowed_m(3.0, 1e-3, 2.0, 1e-3) for _ in range(5)][-1]
+    assert bearing.allowed_m(3.0, 1e-3, math.nan, 1e-3) == pytest.approx(before_m)
+    assert bearing.allowed_m(3.0, 1e-3, 20.0, 1e-3) == pytest.approx(before_m), "one frame may be wrong"
 
 
 def test_a_guess_takes_no_squeeze_back():
-    assert Bearing().allowed_m(1.0, 2e-3, math.nan, math.nan, 2e-3) == 2e-3
+    assert Bearing().allowed_m(1.0, 2e-3, math.nan, 2e-3) == 2e-3
     bearing = Bearing()
-    assert [bearing.allowed_m(1.0, 2e-3, 4.0, math.nan, 2e-3) for _ in range(3)][-1] < 1e-3
+    assert [bearing.allowed_m(1.0, 2e-3, 4.0, 2e-3) for _ in range(3)][-1] < 1e-3
 
 
 def test_a_fragile_object_needs_a_grasp_by_touch_and_a_controller_that_supports_it():

@@ -100,7 +100,9 @@ def _weights(recordings: Sequence[LabelledRecording], rows: Sequence[Floats]) ->
         probability = np.clip(_probability(evidence, weights), LEAST_FITTED, 1 - LEAST_FITTED)
         return -float(np.sum(np.log(np.where(labels, probability, 1 - probability))))
 
-    found = minimize(surprise, FIRST_WEIGHTS, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-3, "fatol": 1e-3})
+    found = minimize(
+        surprise, FIRST_WEIGHTS, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-3, "fatol": 1e-3}
+    )
     return np.asarray(found.x)
 
 
