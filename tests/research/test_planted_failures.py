@@ -1,4 +1,4 @@
-"""`lsds study search` finds failures that are planted: a wrong delay, a tracker that is fooled, a guard that opens.
+"""`lsds study search` finds failures that are planted: a wrong delay, a guard that opens.
 
 A scenario counts as found if it fails in some way with the planted mistake, and not in that way without it.
 """
@@ -10,7 +10,6 @@ from contextlib import nullcontext
 from unittest.mock import patch
 
 import pytest
-from lsds_plugins.trackers.dotted import association
 from lsds_research.search.robustness import Limits, run_scenario
 
 from lsds.cli.main import main
@@ -29,12 +28,6 @@ def guarded(gripper):
 
 PLANTED = {
     "a controller with the wrong delay": (nullcontext, ("grip.answer_s=0.001",), (), 96),
-    "a tracker without its alias check": (
-        lambda: patch.object(association, "_explains", lambda rival, best: False),
-        (),
-        (),
-        96,
-    ),
     "a guard without the opening rule": (
         lambda: patch.object(Guard, "gripper", guarded(Guard.gripper)),
         OPENS_ON_SLIP,
