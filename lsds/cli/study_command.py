@@ -66,11 +66,13 @@ def study_command(
         run_seed, begun_ns = _run_seed(model, options, seed), perf_ns()
         result = run_study(host_of(ctx), study or name, options, run_seed, doing)
         took_s = (perf_ns() - begun_ns) / NS_PER_S
-        show_study(result, plot, outputs["csv_file"], outputs["json_file"], asked=outputs["plot"] is not None)
-        if outputs["report"] is not None:
-            complete = {} if model is None else model.model_validate(options).model_dump(mode="json")
-            write_report(result, Made(study or name, complete, run_seed, took_s), outputs["report"])
-            click.echo(f"report: {outputs['report']}", err=True)
+        try:
+            show_study(result, plot, outputs["csv_file"], outputs["json_file"], asked=outputs["plot"] is not None)
+        finally:
+            if outputs["report"] is not None:
+                complete = {} if model is None else model.model_validate(options).model_dump(mode="json")
+                write_report(result, Made(study or name, complete, run_seed, took_s), outputs["report"])
+                click.echo(f"report: {outputs['report']}", err=True)
 
     return click.Command(name, params=params, callback=callback, help=text)
 

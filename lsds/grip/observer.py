@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import replace
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds
@@ -27,8 +28,10 @@ LEAST_SQUEEZE_M = 3e-4
 """Minimum squeeze that is known well enough to divide by, m; chosen."""
 CHANGED_SQUEEZE_M = 1e-4
 """Difference above which the squeeze has changed, m; chosen."""
-SETTLES_S = 0.2
-"""Time after a change of the squeeze from which the normal force is that of the squeeze, s; chosen: five frames."""
+SETTLES_S = 0.1
+"""Time after a change of the squeeze from which the normal force is that of the squeeze, s; chosen."""
+NORMAL_FRAMES = 3
+"""Number of settled frames in a row whose median normal force counts, once for a grip; chosen: one may be wrong."""
 FALLS_M_S = 0.04
 """Minimum speed of a slide in the air, m/s: an object of which friction carries nine tenths reaches it in 40 ms."""
 WALK_M_S = 0.14
@@ -66,7 +69,7 @@ class GripObserver:
         self._speeds: deque[tuple[int, float]] = deque()
         self._touch_m = self._squeeze_m = self._before_n = math.nan
         self._changed_ns = -nanoseconds(1.0)
-        self._pressed = False
+        self._normals: list[float] = []
         self._believed: dict[str, Any] = {}
 
     def update(self, seen: GripEstimate, *, supported: bool = False, speed_m_s: float = math.inf) -> GripEstimate:
@@ -115,9 +118,8 @@ class GripObserver:
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
-        if not self._pressed and load.normal_n > 0 and rests_s > SETTLES_S:
-            self._pressed = True
-            self.belief.know_normal(load.normal_n, 1e3 * squeeze_m)
+        if len(self._normals) < NORMAL_FRAMES:
+            self._see_normal(load.normal_n, squeeze_m, settled=rests_s > SETTLES_S)
         evidence = self._evidence.take(seen.detection, estimate, rests_s)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
@@ -150,6 +152,15 @@ class GripObserver:
             "slip_m_s": self._slide_m_s(arm_m_s, estimate, supported),
             "required_m": self._required_m,
         }
+
+    def _see_normal(self, normal_n: float, squeeze_m: float, *, settled: bool) -> None:
+        """Take the normal force of a frame; once enough have settled, the belief knows their median."""
+        if not (settled and normal_n > 0):
+            self._normals.clear()
+            return
+        self._normals.append(normal_n)
+        if len(self._normals) == NORMAL_FRAMES:
+            self.belief.know_normal(median(self._normals), 1e3 * squeeze_m)
 
     def _required_m(self, risk: float, margin: float, load_n: float, braking: float) -> float:
         """Return the least squeeze (m) at which `margin` times the load exceeds the friction limit with this risk."""

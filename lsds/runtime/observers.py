@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 LONGEST_SLEEP_S = 0.05
-"""Longest time for which an item waits in the queue of a sleeping observer, s; chosen: two frames of a camera."""
+"""Longest time for which an item waits in the queue of a sleeping observer, s; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +53,8 @@ class Observers(Generic[T]):
     def publish(self, item: T, *, wake: bool = True) -> None:
         """Pass an item to every observer. Never raises and never waits for a threaded observer.
 
-        With `wake=False` a sleeping thread takes the item together with the next one, or after `LONGEST_SLEEP_S`: what
-        it does with a new frame does not compete for the processor with the answer to that frame.
+        With `wake=False` a sleeping thread takes the item together with the next one, or at most `LONGEST_SLEEP_S`
+        later: what it does with a new frame does not compete for the processor with the answer to that frame.
         """
         if not self._closed:
             for outlet in self._outlets:

@@ -162,3 +162,14 @@ def test_it_never_opens_on_an_alarm_or_an_abstention(frames, touch_m):
         now_mm = grip.frame(load_n, slip, speed, touch_m=touch_m, load_missing=missing)
         assert before_mm - 1e-9 <= now_mm <= 25.0
         before_mm = now_mm
+
+
+def test_one_wrong_normal_force_changes_nothing():
+    """The limit is at least 0.2 times the normal force, by the median of three frames."""
+    limits = []
+    for third_n in (2.0, 60.0):
+        grip = Grip(1.5)
+        for normal_n in (2.0, 2.0, third_n, *[2.0] * 6):
+            grip.frame(0.3, slip=False, normal_n=normal_n)
+        limits.append(grip.observer.belief.limit_n(1.5)[0])
+    assert limits[0] == limits[1]

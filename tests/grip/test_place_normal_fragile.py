@@ -82,7 +82,6 @@ def test_the_measured_force_stays_below_the_object_s_maximum(fragile, squeeze, n
 def test_an_unmeasured_object_counts_as_the_hardest(fragile, squeeze):
     hard = allowed_squeeze_m(fragile, squeeze, math.nan)
     assert hard <= allowed_squeeze_m(fragile, squeeze, 0.5 * HARDEST_OBJECT_N_M * squeeze)
-    # An object that slid at a small load was pressed gently.
 
 
 def test_an_imprint_that_flickers_opens_nothing():

@@ -212,8 +212,8 @@ def wire_run(folder, number, path):
     extra = [] if path is None else ["--record", path]
     lift = lsds("run", RIG, *flags(folder), "--no-plot", "--json", folder / "run.json", "--seed", number, *extra)
     _, err = lift.communicate(timeout=120)
-    summary = json.loads((folder / "run.json").read_text())
     assert lift.returncode in (0, 8), err
+    summary = json.loads((folder / "run.json").read_text())
     return summary["frame_to_command_us"], {"lost": (summary["recording"] or {}).get("dropped", 0)}
 
 

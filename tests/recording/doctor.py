@@ -67,6 +67,7 @@ class Doctor:
             self._file(data, len(data) - 8 if whole else len(data))
         except EOFError as error:
             self.cut_off = str(error)
+            self._expect(not whole, f"{error}, before the end of the file")
         if not whole:
             self.cut_off = self.cut_off or "no magic at the end"
 
@@ -120,11 +121,16 @@ class Doctor:
         self._expect(len(content) == chunk.uncompressed_size, f"size of the chunk at {at}")
         self._expect(chunk.uncompressed_crc in (0, zlib.crc32(content)), f"checksum of the chunk at {at}")
         own = {}
-        for inner, opcode, record, _ in records(content, 0):
+        try:
+            inside = list(records(content, 0))
+        except EOFError as error:
+            self.problems.append(f"chunk at {at}: {error}")
+            return
+        for inner, opcode, record, _ in inside:
             if opcode == Opcode.MESSAGE:
                 self._expect(record.channel_id in self._channels, f"message of an unknown channel in the chunk at {at}")
-                inside = chunk.message_start_time <= record.log_time <= chunk.message_end_time
-                self._expect(inside, f"time of a message outside of its chunk at {at}")
+                in_time = chunk.message_start_time <= record.log_time <= chunk.message_end_time
+                self._expect(in_time, f"time of a message outside of its chunk at {at}")
                 own[inner] = record
                 self._counts[record.channel_id] += 1
                 self._times.append(record.log_time)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from lsds_research.search import scenarios
 from lsds_research.search.objects import FIRM, OBJECTS, chosen_space, completed
-from lsds_research.search.robustness import STOPPED_MARGIN, Limits
-from lsds_research.search.scenarios import NOT_HOLDABLE, Scenarios
+from lsds_research.search.robustness import Limits
+from lsds_research.search.scenarios import NOT_HOLDABLE, Scenarios, not_holdable
 from lsds_research.search.space import DEFAULT, point_to_scenario
 
 from lsds.cli.main import main
@@ -44,9 +44,28 @@ def rows(file="", firm=FIRM):
 def test_what_no_firm_grip_holds_is_no_failure(lifts):
     light, heavy, hopeless = rows()
     assert (light["margin"], heavy["margin"]) == (1.0, -1.0)
-    assert (hopeless["margin"], hopeless["outcome"]) == (STOPPED_MARGIN, NOT_HOLDABLE)
+    assert (hopeless["margin"], hopeless["outcome"]) == (1.0, NOT_HOLDABLE)
+    assert not_holdable([light, heavy, hopeless]) == [
+        "in 1 of 3 no firm grip holds the object either; they count as held"
+    ]
     assert len(lifts) == 3 + 2 * len(FIRM)
     assert rows(firm=())[2]["margin"] == -1.0
+
+
+def test_a_crash_is_a_failure_whatever_a_firm_grip_does(monkeypatch):
+    crash = {"margins": {"named": -1.0}, "outcome": "not run", "fault": "ZeroDivisionError: by zero"}
+    monkeypatch.setattr(scenarios, "run_scenario", lambda lift: crash)
+    assert [row["margin"] for row in rows()] == [-1.0, -1.0, -1.0]
+
+
+def test_a_firm_lift_that_does_not_end_excuses_nothing(monkeypatch):
+    def lifted(lift):
+        if "controller.enabled=false" in lift[2]:
+            return {"margins": {"named": 0.1}, "outcome": "not run", "fault": "SafetyStop: no frames"}
+        return {"margins": {"holds": -1.0}, "outcome": "dropped", "fault": None}
+
+    monkeypatch.setattr(scenarios, "run_scenario", lifted)
+    assert [row["margin"] for row in rows()] == [-1.0, -1.0, -1.0]
 
 
 def test_the_answer_about_a_firm_grip_is_stored(lifts, tmp_path):

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from lsds.cli.output import plain, require_writable, to_json, write_text
 from lsds.cli.study_output import drawn, shown
 from lsds.contracts.study import StudyTable
+from lsds.errors import DataError, MissingExtra
 from lsds.support.extras import require
 from lsds.support.plotly_js import plotly_js
 
@@ -93,7 +94,11 @@ def _picture(result: StudyResult) -> str:
         return "<p>This study draws none.</p>"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png"
-        drawn(result, path)
+        try:
+            drawn(result, path)
+        except (MissingExtra, DataError) as error:
+            # The figures of a long campaign are not lost with its picture.
+            return f"<p>No picture: {html.escape(str(error))}</p>"
         data = base64.b64encode(path.read_bytes()).decode("ascii")
     return f'<img class="picture" alt="{html.escape(result.title)}" src="data:image/png;base64,{data}">'
 

@@ -11,7 +11,7 @@ async function loadLibrary() {
 }
 
 const isNumber = (value) => typeof value === "number";
-const text = (value) => (value === null || value === undefined ? "-" : isNumber(value) ? String(Number(value.toPrecision(5))) : String(value));
+const text = (value) => (value === null || value === undefined ? "-" : isNumber(value) ? String(Number.isInteger(value) ? value : Number(value.toPrecision(5))) : String(value));
 const safe = (value) => text(value).replace(/&/g, "&amp;").replace(/</g, "&lt;");
 
 // Numbers that differ, some perhaps missing.
@@ -27,7 +27,7 @@ function grouping(page) {
   return page.columns.filter(({ key }) => {
     const values = page.rows.map((row) => row[key]);
     const different = new Set(values.map(text)).size;
-    return !values.every(isNumber) && values.every((value) => typeof value !== "object") && different > 1 && different <= MOST_COLOURS;
+    return !values.every(isNumber) && values.every((value) => value === null || typeof value !== "object") && different > 1 && different <= MOST_COLOURS;
   });
 }
 
@@ -93,6 +93,7 @@ async function start() {
 }
 
 start().catch((error) => {
+  document.getElementById("rows").hidden = false;
   document.getElementById("plot").textContent = `The plot cannot be drawn: ${error}`;
   throw error;
 });

@@ -46,7 +46,9 @@ class Fusion:
             raise ModelError(f"real.fusion of the card of 'fused' is incomplete: {error!r} (train it again)") from error
         usable = trees[1] > 0 and imprint[1] > 0 and 0 < trees_limit < 0.5 and 0 < limits[0] < 1 < limits[1]
         if not (usable and 0 < threshold < 1):
-            raise ModelError(f"real.fusion of the card of 'fused' has limits that exclude all: {dict(values)}")
+            raise ModelError(
+                f"real.fusion of the card of 'fused' has slopes or limits that exclude all: {dict(values)}"
+            )
         return cls(trees, imprint, trees_limit, limits, threshold)
 
     def evidence(self, probability: float, imprint_score: float) -> tuple[float, float]:

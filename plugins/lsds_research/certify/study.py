@@ -81,6 +81,7 @@ class CertifyStudy:
         figures = _figures(rows, estimate)
         notes = [
             *(f"replaced: {text}" for text in replaced),
+            "the figures hold for these ranges and a simulated copy of the rig, without a real gel, object or hand",
             *_notes(estimate, own.plain),
             *_undecided(rows, estimate),
             *(
@@ -121,7 +122,7 @@ class CertifyStudy:
     def _require_usable(
         self, complete: Callable[[dict[str, Any]], dict[str, Any]], limits: Limits, settings: Sequence[str]
     ) -> None:
-        """Check the config in the middle of the space, and the places of the results, before the budget is spent.
+        """Check the config in the middle of the space before the budget is spent.
 
         A lift that cannot run does not drop anything: a mistake in the config would give a perfect certificate.
         """

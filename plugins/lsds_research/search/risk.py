@@ -16,7 +16,7 @@ from lsds_research.search.objects import FIRM, chosen_space, completed
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits
-from lsds_research.search.scenarios import Scenarios
+from lsds_research.search.scenarios import Scenarios, not_holdable
 from lsds_research.search.split import Points, Probability, counted, split
 
 _COLUMNS = (
@@ -63,6 +63,7 @@ class RiskStudy:
         method = "plain counting" if self._plain else f"splitting over {len(probability.levels)} levels"
         notes = [
             f"{method}; {stopped} runs were stopped by an expected error, which is not a failure",
+            *not_holdable(rows),
         ]
         if not probability.estimate and probability.levels:
             notes.append("none failed on the last level: the probability is below the bound")

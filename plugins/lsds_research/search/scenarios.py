@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from lsds_research.cluster import shared_out
 from lsds_research.run_store import add_run, read_runs
-from lsds_research.search.robustness import STOPPED_MARGIN, Limits, least, run_scenario
+from lsds_research.search.robustness import Limits, least, run_scenario
 from lsds_research.search.space import Axis, Scenario, point_to_scenario
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ NOT_HOLDABLE = "no firm grip holds it"
 class Scenarios:
     """The runs of scenarios with common `settings` (config keys), by key.
 
-    `firm` are the config keys of lifts with a firm grip. A scenario that fails is repeated with each; if none of them
-    holds the object, it counts as stopped.
+    `firm` are the config keys of lifts with a firm grip. A scenario that fails is repeated with each; if all of them
+    lose the object, it counts as no failure.
     """
 
     def __init__(
@@ -56,27 +56,34 @@ class Scenarios:
             outcome = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
             way, margin = least(outcome["margins"])
             row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | outcome
-            self._known[self._key(scenario)] = row
+            key = self._key(scenario)
+            self._known[key] = row
+            if not (self._firm and _is_lost(row)):
+                add_run(self._kept, key, row)
             done(count)
-        self._excuse([key for key in missing if self._known[key]["margin"] < 0])
-        for key in missing:
+        lost = [key for key in missing if _is_lost(self._known[key])] if self._firm else []
+        self._excuse(lost)
+        for key in lost:
             add_run(self._kept, key, self._known[key])
         return [self._known[key] for key in keys]
 
-    def _excuse(self, failed: Sequence[str]) -> None:
-        """Repeat scenarios that failed with firm grips; what none of them holds counts as stopped."""
+    def _excuse(self, lost: Sequence[str]) -> None:
+        """Repeat scenarios that failed with firm grips; what all of them lose counts as no failure."""
+        if not lost:
+            return
         firm = [
             (self._known[key]["scenario"], self._limits, (*self._settings, *grip))
-            for key in failed
+            for key in lost
             for grip in self._firm
         ]
-        holdable = set() if self._firm else set(failed)
+        dropped: dict[str, int] = {}
         for (scenario, _, _), result in shared_out(run_scenario, firm, self._jobs, self._cluster):
-            if result is not None and result["margins"].get("holds", -1.0) > 0:
-                holdable.add(self._key(scenario))
-        for key in set(failed) - holdable:
-            margins = {"named": STOPPED_MARGIN}
-            self._known[key] |= {"margins": margins, "way": "named", "margin": STOPPED_MARGIN, "outcome": NOT_HOLDABLE}
+            # A lift that did not run to its end says nothing about the object.
+            if result is not None and result["margins"].get("holds", 1.0) < 0:
+                dropped[self._key(scenario)] = dropped.get(self._key(scenario), 0) + 1
+        for key in lost:
+            if dropped.get(key, 0) == len(self._firm):
+                self._known[key] |= {"margins": {}, "way": "named", "margin": 1.0, "outcome": NOT_HOLDABLE}
 
     def answer(
         self,
@@ -105,7 +112,20 @@ class Scenarios:
                 return found, end.value
 
     def _key(self, scenario: Scenario) -> str:
-        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings, bool(self._firm)])
+        return json.dumps(
+            [scenario, self._limits.slip_m, self._limits.peak, self._settings, *([True] if self._firm else [])]
+        )
+
+
+def not_holdable(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Return a note on the scenarios whose object no firm grip holds; no note if there are none."""
+    count = sum(row["outcome"] == NOT_HOLDABLE for row in rows)
+    return [f"in {count} of {len(rows)} no firm grip holds the object either; they count as held"] if count else []
+
+
+def _is_lost(row: dict[str, Any]) -> bool:
+    """Return whether a lift ran to its end and failed: a crash or a hang is no matter of the object."""
+    return bool(row["margin"] < 0 and "holds" in row["margins"] and row["margins"].get("ends", 1.0) > 0)
 
 
 def _ahead(tick: Callable[[int, int], None], before: int, asked: int, done: int) -> None:

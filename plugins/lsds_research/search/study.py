@@ -21,7 +21,7 @@ from lsds_research.search.objects import FIRM, chosen_space, completed
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
 from lsds_research.search.robustness import Limits
-from lsds_research.search.scenarios import Scenarios
+from lsds_research.search.scenarios import Scenarios, not_holdable
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
 from lsds_research.search.space import Scenario
@@ -65,7 +65,8 @@ class SearchStudy:
         stopped = Counter(row["fault"].split(":")[0] for row in rows if row["fault"] and row["margin"] >= 0)
         notes = [
             f"{len(failed)} of {len(rows)} scenarios failed; {sum(stopped.values())} were stopped by an "
-            "expected error; margin: 1 is best, below 0 a failure"
+            "expected error; margin: 1 is best, below 0 a failure",
+            *not_holdable(rows),
         ]
         return StudyResult(
             f"search over {len(self._space)} config keys, {len(rows)} scenarios (simulated)",

@@ -29,6 +29,8 @@ FIRST_WEIGHTS = (-3.0, 1.0, -3.0, 2.0)
 """Offsets and slopes with which the fit begins; chosen."""
 LEAST_FITTED = 1e-6
 """Minimum distance of a probability from 0 and 1 in the fit; chosen."""
+LEAST_SLOPE = 1e-3
+"""Least slope: more evidence is more slip."""
 ALARMS = 5.0
 """False alarms per 100 moving frames at the fitted threshold, with objects left out."""
 
@@ -103,6 +105,8 @@ def _weights(recordings: Sequence[LabelledRecording], rows: Sequence[Floats]) ->
     found = minimize(
         surprise, FIRST_WEIGHTS, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-3, "fatol": 1e-3}
     )
+    if not found.success or min(found.x[1], found.x[3]) < LEAST_SLOPE:
+        raise DataError(f"trees and imprint do not show slip on the labelled recordings: {found.message}, {found.x}")
     return np.asarray(found.x)
 
 

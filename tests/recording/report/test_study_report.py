@@ -83,7 +83,7 @@ def test_the_page_works_in_a_browser(tmp_path):
             "slip_mm",
         ]
         assert window.run("document.querySelectorAll('#plot .scatterlayer .trace').length") == 2
-        window.run("document.getElementById('colour').value = '', document.getElementById('colour').onchange")
+        window.run("document.getElementById('colour').value = ''")
         window.run("document.getElementById('colour').dispatchEvent(new Event('change'))")
         window.wait("document.querySelectorAll('#plot .scatterlayer .trace').length === 1")
         window.run("document.querySelector('table.rows thead th').click()")

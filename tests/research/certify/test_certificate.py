@@ -75,6 +75,7 @@ def test_a_rig_that_is_not_valid_is_one_error(tmp_path):
 
 @pytest.mark.slow
 def test_the_certificate_is_the_same_on_one_and_two_processes(tmp_path):
+    pytest.importorskip("plotly", reason="reports need the extra report")
     certificates = []
     for jobs in (1, 2):
         file, page = tmp_path / f"{jobs}.json", tmp_path / f"{jobs}.html"
