@@ -31,8 +31,9 @@ LOAD_RANGE_N = (0.02, 25.0)
 """Smallest and largest load W per finger on the grid, N; chosen."""
 LIMIT_RANGE = (0.01, 30.0)
 """Smallest and largest friction limit r on the grid, N / mm^p; chosen."""
-LEAST_FRICTION = 0.2
-"""Least coefficient of friction of gel and object: the least of the random objects."""
+LEAST_FRICTION = 0.1
+"""Least coefficient of friction of gel and object: half of the least of the random objects, because the normal force of
+a gel that is not calibrated may be twice too great."""
 NORMAL_SPREAD = 0.35
 """Relative standard deviation of the normal force by the imprint: that of small balls, the largest (simulated)."""
 HEAVIER = 0.4

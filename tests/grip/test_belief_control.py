@@ -165,7 +165,7 @@ def test_it_never_opens_on_an_alarm_or_an_abstention(frames, touch_m):
 
 
 def test_one_wrong_normal_force_changes_nothing():
-    """The limit is at least 0.2 times the normal force, by the median of three frames."""
+    """The limit is at least 0.1 times the normal force, by the median of three frames."""
     limits = []
     for third_n in (2.0, 60.0):
         grip = Grip(1.5)
