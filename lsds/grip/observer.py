@@ -13,7 +13,7 @@ from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import SlipEvidence
 from lsds.grip.rising_load import RisingLoad
 from lsds.tactile.bridging import VelocityBridge
-from lsds.tactile.carried_load import LEAST_EVIDENCE_N, CarriedLoad
+from lsds.tactile.carried_load import LEAST_EVIDENCE_N, MEDIAN_FRAMES, CarriedLoad
 from lsds.tactile.soft_finger import speed_of
 
 if TYPE_CHECKING:
@@ -30,8 +30,6 @@ CHANGED_SQUEEZE_M = 1e-4
 """Difference above which the squeeze has changed, m; chosen."""
 SETTLES_S = 0.1
 """Time after a change of the squeeze from which the normal force is that of the squeeze, s; chosen."""
-NORMAL_FRAMES = 3
-"""Number of settled frames in a row whose median normal force counts, once for a grip; chosen: one may be wrong."""
 FALLS_M_S = 0.04
 """Minimum speed of a slide in the air, m/s: an object of which friction carries nine tenths reaches it in 40 ms."""
 WALK_M_S = 0.14
@@ -118,7 +116,7 @@ class GripObserver:
         load, load_n, rate = self.load, self.load.now_n, 0.0
         arm_m_s = max(speed for _, speed in self._speeds)
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
-        if len(self._normals) < NORMAL_FRAMES:
+        if len(self._normals) < MEDIAN_FRAMES:
             self._see_normal(load.normal_n, squeeze_m, settled=rests_s > SETTLES_S)
         evidence = self._evidence.take(seen.detection, estimate, rests_s)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
@@ -159,7 +157,7 @@ class GripObserver:
             self._normals.clear()
             return
         self._normals.append(normal_n)
-        if len(self._normals) == NORMAL_FRAMES:
+        if len(self._normals) == MEDIAN_FRAMES:
             self.belief.know_normal(median(self._normals), 1e3 * squeeze_m)
 
     def _required_m(self, risk: float, margin: float, load_n: float, braking: float) -> float:

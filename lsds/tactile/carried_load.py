@@ -25,7 +25,7 @@ ZERO_S = 0.3
 LEAST_EVIDENCE_N = 0.03
 """Minimum load that is evidence of friction, N: noise and creep of the gel reach this value."""
 MEDIAN_FRAMES = 3
-"""Frames per finger whose median enters `greatest_n`: one frame alone may be wrong."""
+"""Number of frames whose median load, or normal force, counts: one frame alone may be wrong."""
 
 
 class CarriedLoad:

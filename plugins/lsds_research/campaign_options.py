@@ -22,3 +22,10 @@ Out = Annotated[
 Jobs = Annotated[int, Field(ge=1, le=256)]
 """Number of processes; each campaign describes what one process runs."""
 Cluster = Annotated[str, Field(description=HELP, json_schema_extra={"metavar": "ADDRESS"})]
+Random = Annotated[
+    bool,
+    Field(
+        description="draw shape, size, mass, friction, stiffness, relief and gel instead of objects of the catalogue; "
+        "what a firm grip does not hold either is no failure"
+    ),
+]

@@ -39,6 +39,7 @@ from lsds.session.recording import writer as writing
 from lsds.session.recording.reader import Recording
 from lsds.session.recording.writer import RecordingWriter
 from lsds.session.run import run
+from tests.recording.conftest import TWO_FINGERS
 from tests.recording.doctor import examined
 from tests.recording.feeding import keep_lap, laps, load_lap, time_of
 from tests.wire.test_wire_rig import RIG, flags, lsds
@@ -50,8 +51,6 @@ LARGEST_BYTES = 12_000_000
 """Largest room on a full disk, bytes: what two fingers fill in two seconds."""
 AT_ONCE = 2
 """Processes that record at the same time."""
-TWO_FINGERS = ("sensors.left.backend=mock-gelsight-mini", "sensors.right.backend=mock-gelsight-mini")
-"""Config keys of a cell with two fingertips, each at 25 Hz."""
 MOMENTS_MIN = (1, 2, 5, 15, 30, 45, 60)
 """Moments at which the memory is read, minutes of recorded time."""
 
@@ -177,9 +176,10 @@ def pairs(folder, count):
             for kind, own in list(times.items())[:: (-1) ** number]:
                 path = folder / f"{rig[:4]}-{kind}-{number}"
                 path.mkdir()
-                frame_to_command_us, more = lifted(path, number, path / "run.mcap" if kind == "with" else None)
-                own.append(frame_to_command_us)
-                extra += [more] if kind == "with" else []
+                summary, more = lifted(path, number, path / "run.mcap" if kind == "with" else None)
+                own.append(summary["frame_to_command_us"])
+                if kind == "with":
+                    extra.append({**more, "lost": summary["recording"]["lost"]})
         found[rig] = {
             f"{kind}_{name}_ms": [round(each[name] * 1e-3, 2) for each in own]
             for kind, own in times.items()
@@ -189,7 +189,7 @@ def pairs(folder, count):
 
 
 def cell_run(folder, number, path):
-    """Lift in the simulated cell in real time; return image to command and the loop's time for the recorder."""
+    """Lift in the simulated cell in real time; return the summary, and the time that the loop spends on events."""
     spent = []
     publish = Observers.publish
 
@@ -200,21 +200,17 @@ def cell_run(folder, number, path):
 
     with patch.object(Observers, "publish", timed):
         summary = run(None, [*TWO_FINGERS, "clock=wall", "task.hold_s=1", f"seed={number}"], record=path).summary
-    frames = summary["cycles"]
-    return summary["frame_to_command_us"], {
-        "loop_us_per_cycle": round(sum(spent) * 1e-3 / frames, 1),
-        "lost": (summary["recording"] or {}).get("dropped", 0),
-    }
+    return summary, {"loop_us_per_cycle": round(sum(spent) * 1e-3 / summary["cycles"], 1)}
 
 
 def wire_run(folder, number, path):
-    """Lift with real drivers on wire mocks, each in its own process."""
+    """Lift with real drivers on wire mocks, each in a separate process; return the summary."""
     extra = [] if path is None else ["--record", path]
     lift = lsds("run", RIG, *flags(folder), "--no-plot", "--json", folder / "run.json", "--seed", number, *extra)
     _, err = lift.communicate(timeout=120)
     assert lift.returncode in (0, 8), err
     summary = json.loads((folder / "run.json").read_text())
-    return summary["frame_to_command_us"], {"lost": (summary["recording"] or {}).get("dropped", 0)}
+    return summary, {}
 
 
 def rss_mb():

@@ -86,9 +86,9 @@ def test_every_random_object_is_a_config():
 def test_a_space_is_one_of_three(tmp_path):
     file = tmp_path / "space.toml"
     file.write_text('"task.lift_s" = [1.0, 2.0]\n')
-    assert chosen_space("", random=False) == DEFAULT
-    assert chosen_space("", random=True) == OBJECTS
-    assert [axis.key for axis in chosen_space(str(file), random=False)] == ["task.lift_s"]
+    assert chosen_space("", random=False).axes == DEFAULT
+    assert chosen_space("", random=True) == (OBJECTS, FIRM, completed)
+    assert [axis.key for axis in chosen_space(str(file), random=False).axes] == ["task.lift_s"]
     with pytest.raises(DataError, match="leave one out"):
         chosen_space(str(file), random=True)
 

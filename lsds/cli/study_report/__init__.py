@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 import platform
-import re
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,15 +18,13 @@ from lsds.cli.study_output import drawn, shown
 from lsds.contracts.study import StudyTable
 from lsds.errors import DataError, MissingExtra
 from lsds.support.extras import require
-from lsds.support.plotly_js import plotly_js
+from lsds.support.plotly_page import plotly_page, plotly_version, table_rows
 
 if TYPE_CHECKING:
     from lsds.contracts.study import StudyResult
 
 _LIBRARIES = ("lsds-tactile", "numpy", "opencv-python-headless", "onnxruntime", "numba")
 """Distributions whose versions the page states, where they are installed."""
-_CSS = "lsds.session.recording.report"
-"""Package of the style sheet, which is that of a run's report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,24 +51,17 @@ def write_report(result: StudyResult, made: Made, out: Path) -> None:
 
 def page_of(result: StudyResult, made: Made, at: datetime) -> str:
     """Return the page of a result that was finished at a time."""
-    library, version = plotly_js()
     rows = [("study", made.study), ("seed", str(made.seed)), ("took", f"{made.took_s:.0f} s")]
-    rows += [("finished", at.isoformat(timespec="seconds")), *_versions(), ("plotly.js", version)]
+    rows += [("finished", at.isoformat(timespec="seconds")), *_versions(), ("plotly.js", plotly_version())]
     parts = {
-        "title": html.escape(result.title),
         "warnings": "".join(f'<p class="warning">{html.escape(text)}</p>' for text in result.warnings),
         "notes": "".join(f"<li>{html.escape(note)}</li>" for note in result.notes),
         "tables": "".join(map(_table, (*result.more, StudyTable(result.columns, result.rows)))),
         "picture": _picture(result),
-        "made": "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows),
+        "made": table_rows(rows),
         "options": html.escape(to_json(dict(made.options))),
-        "style": _file(_CSS, "page.css") + _file(__name__, "page.css"),
-        "script": _file(__name__, "page.js"),
-        "data": _data(result),
-        "library": library,
     }
-    # One pass, so that a name in braces inside of a value stays as it is.
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _file(__name__, "page.html"))
+    return plotly_page(result.title, __name__, parts, _plotted(result))
 
 
 def _table(part: StudyTable) -> str:
@@ -103,17 +92,15 @@ def _picture(result: StudyResult) -> str:
     return f'<img class="picture" alt="{html.escape(result.title)}" src="data:image/png;base64,{data}">'
 
 
-def _data(result: StudyResult) -> str:
-    """Return the runs or rows to plot as JSON, with the headings of the table where they are its rows."""
+def _plotted(result: StudyResult) -> dict[str, Any]:
+    """Return the runs or rows to plot, with the headings of the table where they are its rows."""
     runs = result.details.get("runs")
     rows, headings = result.rows, {key: heading for key, heading, _ in result.columns}
     if isinstance(runs, list) and runs and all(isinstance(row, Mapping) for row in runs):
         rows, headings = runs, {}
     points = [_flat(plain(dict(row))) for row in rows]
     keys = list(dict.fromkeys([*headings, *(key for row in points for key in row)]))
-    value = {"columns": [{"key": key, "name": headings.get(key, key)} for key in keys], "rows": points}
-    # A "</script>" inside of a value would end the element that holds it.
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return {"columns": [{"key": key, "name": headings.get(key, key)} for key in keys], "rows": points}
 
 
 def _flat(row: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -135,7 +122,3 @@ def _versions() -> list[tuple[str, str]]:
         except metadata.PackageNotFoundError:
             continue
     return found
-
-
-def _file(package: str, name: str) -> str:
-    return resources.files(package).joinpath(name).read_text(encoding="utf-8")

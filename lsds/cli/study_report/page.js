@@ -1,14 +1,4 @@
-"use strict";
-
 const MOST_COLOURS = 24; // More groups cannot be told apart.
-
-async function loadLibrary() {
-  const packed = Uint8Array.from(atob(document.getElementById("library").textContent), (c) => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const script = document.createElement("script");
-  script.textContent = await new Response(stream).text();
-  document.head.append(script);
-}
 
 const isNumber = (value) => typeof value === "number";
 const text = (value) => (value === null || value === undefined ? "-" : isNumber(value) ? String(Number.isInteger(value) ? value : Number(value.toPrecision(5))) : String(value));

@@ -8,7 +8,9 @@ sphere is as long as it is thick, and kinetic friction is a share of the static 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from lsds.config.overrides import override_texts
 from lsds.errors import DataError
@@ -60,11 +62,21 @@ FIRM = tuple(
 """Config keys of each lift with a firm grip."""
 
 
-def chosen_space(file: str, *, random: bool) -> tuple[Axis, ...]:
+class Space(NamedTuple):
+    """Axes of scenarios, config keys of lifts with a firm grip, and a function that adds keys that depend on others."""
+
+    axes: tuple[Axis, ...]
+    firm: tuple[tuple[str, ...], ...] = ()
+    complete: Callable[[Scenario], Scenario] = dict
+
+
+def chosen_space(file: str, *, random: bool) -> Space:
     """Return the space of a file, that of random objects, or the default. Raises DataError."""
-    if file and random:
+    if not random:
+        return Space(read_space(Path(file)) if file else DEFAULT)
+    if file:
         raise DataError(f"--space {file} and --random are two spaces: leave one out")
-    return OBJECTS if random else read_space(Path(file)) if file else DEFAULT
+    return Space(OBJECTS, FIRM, completed)
 
 
 def completed(scenario: Scenario) -> Scenario:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
-from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
+from lsds_research.campaign_options import Cluster, Jobs, Out, Random, Settings
 
 
 class SearchOptions(BaseModel):
@@ -37,11 +37,7 @@ class SearchOptions(BaseModel):
         description="TOML file of ranges: a config key with [least, greatest], or with a list of choices",
         json_schema_extra={"metavar": "FILE"},
     )
-    random: bool = Field(
-        default=False,
-        description="draw shape, size, mass, friction, stiffness, relief and gel instead of objects of the catalogue; "
-        "what a firm grip does not hold either is no failure",
-    )
+    random: Random = False
     found: str = Field(default="", description="folder for the failures found", json_schema_extra={"metavar": "FOLDER"})
     most: int = Field(default=5, ge=0, le=100, description="number of failures to shrink and save, the worst first")
     slip_mm: float = Field(default=30.0, gt=0, le=1000, description="a longer slip is a failure")

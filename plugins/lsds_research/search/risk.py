@@ -12,7 +12,7 @@ import numpy as np
 
 from lsds.contracts import BuildContext
 from lsds.contracts.study import StudyResult
-from lsds_research.search.objects import FIRM, chosen_space, completed
+from lsds_research.search.objects import chosen_space
 from lsds_research.search.risk_options import RiskOptions
 from lsds_research.search.risk_plot import plot_risk
 from lsds_research.search.robustness import Limits
@@ -38,21 +38,20 @@ class RiskStudy:
     def __init__(self, options: RiskOptions, context: BuildContext) -> None:
         self._options, self._seed = options, context.seed
         self._runs, self._plain = (20, True) if options.quick else (options.runs, options.plain)
-        self._space = chosen_space(options.space, random=options.random)
+        self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
 
     def run(self, tick: Callable[[int, int], None]) -> StudyResult:
         """Run the scenarios. Raises DataError for an unusable space or file, MissingExtra."""
         own = self._options
-        firm, complete = (FIRM, completed) if own.random else ((), dict)
-        scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, firm)
+        scenarios = Scenarios(self._limits, own.settings, own.out, own.jobs, own.cluster, self._firm)
         draw = _counting if self._plain else split
         answered, probability = scenarios.answer(
             self._space,
             draw(len(self._space), self._runs, self._seed),
             self._margin,
             lambda done, asked: tick(done, max(self._runs, asked)),
-            complete,
+            self._complete,
         )
         rows = list(chain.from_iterable(answered))
         margins = [[self._margin(row) for row in batch] for batch in answered]

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from lsds.cli.threads import processes
-from lsds_research.campaign_options import Cluster, Jobs, Out, Settings
+from lsds_research.campaign_options import Cluster, Jobs, Out, Random, Settings
 
 
 class RiskOptions(BaseModel):
@@ -45,11 +45,7 @@ class RiskOptions(BaseModel):
         description="TOML file of ranges as for lsds study search; default: the space of lsds study search",
         json_schema_extra={"metavar": "FILE"},
     )
-    random: bool = Field(
-        default=False,
-        description="draw shape, size, mass, friction, stiffness, relief and gel instead of objects of the catalogue; "
-        "what a firm grip does not hold either is no failure",
-    )
+    random: Random = False
     runs: int = Field(
         default=100, ge=20, le=1_000_000, description="number of scenarios per level, or in total with --plain"
     )

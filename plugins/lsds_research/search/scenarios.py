@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from lsds_research.search.seek import Points
 
 T = TypeVar("T")
-
 
 NOT_HOLDABLE = "no firm grip holds it"
 """Outcome of a scenario that fails, and with a firm grip as well."""
@@ -50,40 +50,37 @@ class Scenarios:
         keys = [self._key(scenario) for scenario in scenarios]
         missing = {key: s for key, s in zip(keys, scenarios, strict=True) if key not in self._known}
         asked = [(scenario, self._limits, self._settings) for scenario in missing.values()]
+        lost: list[dict[str, Any]] = []
         shared = shared_out(run_scenario, asked, self._jobs, self._cluster)
         for count, ((scenario, _, _), result) in enumerate(shared, start=len(scenarios) - len(missing) + 1):
             # A process that died is an unexpected failure.
             outcome = result or {"margins": {"named": -1.0}, "outcome": "died", "fault": "the process died"}
             way, margin = least(outcome["margins"])
             row = {"scenario": scenario, "way": way, "margin": margin, "simulated_s": 0.0} | outcome
-            key = self._key(scenario)
-            self._known[key] = row
-            if not (self._firm and _is_lost(row)):
-                add_run(self._kept, key, row)
+            if self._firm and _is_lost(row):
+                lost.append(row)
+            else:
+                self._add(row)
             done(count)
-        lost = [key for key in missing if _is_lost(self._known[key])] if self._firm else []
-        self._excuse(lost)
-        for key in lost:
-            add_run(self._kept, key, self._known[key])
+        if lost:
+            self._excuse(lost)
         return [self._known[key] for key in keys]
 
-    def _excuse(self, lost: Sequence[str]) -> None:
-        """Repeat scenarios that failed with firm grips; what all of them lose counts as no failure."""
-        if not lost:
-            return
-        firm = [
-            (self._known[key]["scenario"], self._limits, (*self._settings, *grip))
-            for key in lost
-            for grip in self._firm
-        ]
-        dropped: dict[str, int] = {}
+    def _add(self, row: dict[str, Any]) -> None:
+        key = self._key(row["scenario"])
+        self._known[key] = row
+        add_run(self._kept, key, row)
+
+    def _excuse(self, lost: Sequence[dict[str, Any]]) -> None:
+        """Repeat scenarios that failed with firm grips, and add them; what all of these lose counts as no failure."""
+        firm = [(row["scenario"], self._limits, (*self._settings, *grip)) for row in lost for grip in self._firm]
+        dropped: Counter[str] = Counter()
         for (scenario, _, _), result in shared_out(run_scenario, firm, self._jobs, self._cluster):
             # A lift that did not run to its end says nothing about the object.
-            if result is not None and result["margins"].get("holds", 1.0) < 0:
-                dropped[self._key(scenario)] = dropped.get(self._key(scenario), 0) + 1
-        for key in lost:
-            if dropped.get(key, 0) == len(self._firm):
-                self._known[key] |= {"margins": {}, "way": "named", "margin": 1.0, "outcome": NOT_HOLDABLE}
+            dropped[self._key(scenario)] += result is not None and result["margins"].get("holds", 1.0) < 0
+        for row in lost:
+            excused = dropped[self._key(row["scenario"])] == len(self._firm)
+            self._add(row | {"margins": {}, "margin": 1.0, "outcome": NOT_HOLDABLE} if excused else row)
 
     def answer(
         self,
@@ -112,13 +109,12 @@ class Scenarios:
                 return found, end.value
 
     def _key(self, scenario: Scenario) -> str:
-        return json.dumps(
-            [scenario, self._limits.slip_m, self._limits.peak, self._settings, *([True] if self._firm else [])]
-        )
+        firm = [self._firm] if self._firm else []
+        return json.dumps([scenario, self._limits.slip_m, self._limits.peak, self._settings, *firm])
 
 
 def not_holdable(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a note on the scenarios whose object no firm grip holds; no note if there are none."""
+    """Return a note on the scenarios whose object no firm grip holds, if there are some."""
     count = sum(row["outcome"] == NOT_HOLDABLE for row in rows)
     return [f"in {count} of {len(rows)} no firm grip holds the object either; they count as held"] if count else []
 

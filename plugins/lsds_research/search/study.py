@@ -17,7 +17,7 @@ from lsds.contracts.study import StudyResult
 from lsds.session.run import run
 from lsds.support.extras import importable
 from lsds_research.search.files import save_scenario
-from lsds_research.search.objects import FIRM, chosen_space, completed
+from lsds_research.search.objects import chosen_space
 from lsds_research.search.options import SearchOptions
 from lsds_research.search.plot import plot_search
 from lsds_research.search.robustness import Limits
@@ -44,8 +44,7 @@ class SearchStudy:
         self._options, self._seed = options, context.seed
         self._runs = 48 if options.quick else options.runs
         self._most = min(1, options.most) if options.quick else options.most
-        self._space = chosen_space(options.space, random=options.random)
-        self._complete = completed if options.random else dict
+        self._space, self._firm, self._complete = chosen_space(options.space, random=options.random)
         self._limits = Limits(options.slip_mm * 1e-3, options.peak)
         self._settings = tuple(options.settings)
 
@@ -53,7 +52,7 @@ class SearchStudy:
         """Search, shrink, save. Raises DataError for an unusable space or folder, MissingExtra."""
         options = self._options
         self._scenarios = Scenarios(
-            self._limits, self._settings, options.out, options.jobs, options.cluster, FIRM if options.random else ()
+            self._limits, self._settings, options.out, options.jobs, options.cluster, self._firm
         )
         batches = seek(len(self._space), self._runs, self._seed)
         answered, _ = self._scenarios.answer(

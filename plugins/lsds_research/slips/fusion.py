@@ -64,9 +64,6 @@ def fitted_fusion(recordings: Sequence[LabelledRecording], scores: Sequence[Floa
         counts += counted(own.with_slip(np.where(np.isfinite(score), score > least, np.nan)))
     return {
         **asdict(fusion),
-        "trees": list(fusion.trees),
-        "imprint": list(fusion.imprint),
-        "imprint_limits": list(IMPRINT_LIMITS),
         "found": round(counts.recall, 4),
         "noticed": round(counts.noticed_share, 4),
         "false_alarms_per_100_moving": round(counts.per_100_moving, 4),

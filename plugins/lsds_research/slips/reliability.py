@@ -84,11 +84,11 @@ def _frames(recordings: Sequence[LabelledRecording], scores: Sequence[Floats]) -
 
 def _fitted(odds: Floats, slips: Floats) -> tuple[float, float]:
     """Return offset and slope of the logistic function."""
-    offset, slope = logistic_weights(np.stack([np.ones(len(odds)), odds], axis=1), slips)
+    offset, slope = _logistic_weights(np.stack([np.ones(len(odds)), odds], axis=1), slips)
     return float(offset), float(slope)
 
 
-def logistic_weights(rows: Floats, labels: Floats) -> Floats:
+def _logistic_weights(rows: Floats, labels: Floats) -> Floats:
     """Return the weights (k,) of a logistic function of rows (n, k) by Newton's method, for labels (n,) of 0 and 1.
 
     A weak prior keeps them finite.

@@ -83,6 +83,7 @@ def test_the_certificate_is_the_same_on_one_and_two_processes(tmp_path):
         assert main([*asked, "--json", str(file), "--no-plot", "--found", str(tmp_path / str(jobs))]) == 0
         certificates.append(json.loads(file.read_text()))
         assert "(simulated)" in page.read_text()
+        assert "without a real gel, object or hand" in page.read_text()
     one, two = certificates
     assert one["probability"] == two["probability"]
     assert one["runs"] == two["runs"]

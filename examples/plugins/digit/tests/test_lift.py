@@ -48,5 +48,6 @@ def test_lifts_by_dense_flow_hold() -> None:
     for seed in range(4):
         session = lsds.run(RIG, overrides=["task.lift_s=1.0", f"seed={seed}"])
         assert session.fault is None
+        assert session.summary["figures_are"] == "simulated"
         outcomes.append(session.summary["outcome"])
     assert outcomes.count("held") >= 3

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
-import re
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +11,14 @@ from lsds.session.recording.report import tables
 from lsds.session.recording.report.figure import STAGE_PLACE, figure_of
 from lsds.session.recording.report.gather import gather
 from lsds.support.extras import require
-from lsds.support.plotly_js import plotly_js
+from lsds.support.plotly_page import plotly_page, plotly_version, table_rows
 
 if TYPE_CHECKING:
     from lsds.session.recording.report.gather import RunData
+
+
+PAGE = "lsds.session.recording.report"
+"""Package of the page's files."""
 
 
 def require_new(out: Path) -> None:
@@ -55,12 +56,9 @@ def write_report(recording: str | Path, out: str | Path, summary: dict[str, Any]
 
 def page_of(data: RunData) -> str:
     """Return the page."""
-    library, version = plotly_js()
     outcome, reasons = tables.outcome_of(data)
     events, left_out = tables.listed(data)
-    title = f"{data.path.name}: {outcome}"
     parts = {
-        "title": html.escape(title),
         "outcome": html.escape(outcome),
         "reasons": "".join(f"<p>{html.escape(reason)}</p>" for reason in reasons),
         "damage": _note(data),
@@ -71,19 +69,20 @@ def page_of(data: RunData) -> str:
             for each in events
         ),
         "left_out": html.escape(left_out),
-        "result": _rows(tables.result_rows(data)),
-        "simulation": _rows(tables.simulation_rows(data)),
-        "timing": _rows(tables.timing_rows(data)),
-        "versions": _rows(tables.version_rows(data, version)),
-        "backends": _rows(tables.backend_rows(data)),
+        "result": table_rows(tables.result_rows(data)),
+        "simulation": table_rows(tables.simulation_rows(data)),
+        "timing": table_rows(tables.timing_rows(data)),
+        "versions": table_rows(tables.version_rows(data, plotly_version())),
+        "backends": table_rows(tables.backend_rows(data)),
         "config": html.escape(data.header.config),
-        "style": _file("page.css"),
-        "script": _file("page.js"),
-        "data": _data(data),
-        "library": library,
     }
-    # One pass, so that a name in braces inside of a value stays as it is.
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _file("page.html"))
+    plotted = {
+        "figure": figure_of(data),
+        "stages": [stage._asdict() for stage in data.stages],
+        "stage_place": STAGE_PLACE,
+        "images": {name: {"t_s": own.t_s, "urls": own.urls} for name, own in data.images.items()},
+    }
+    return plotly_page(f"{data.path.name}: {outcome}", PAGE, parts, plotted)
 
 
 def _note(data: RunData) -> str:
@@ -98,22 +97,3 @@ def _note(data: RunData) -> str:
 def _finger(name: str) -> str:
     safe = html.escape(name, quote=True)
     return f'<figure><img data-finger="{safe}" alt="tactile image of {safe}"><figcaption></figcaption></figure>'
-
-
-def _rows(rows: tables.Rows) -> str:
-    return "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
-
-
-def _data(data: RunData) -> str:
-    value = {
-        "figure": figure_of(data),
-        "stages": [stage._asdict() for stage in data.stages],
-        "stage_place": STAGE_PLACE,
-        "images": {name: {"t_s": own.t_s, "urls": own.urls} for name, own in data.images.items()},
-    }
-    # A "</script>" inside of a value would end the element that holds it.
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-
-
-def _file(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
