@@ -189,7 +189,14 @@ STABILITY_MAPS = {
     "friction-ticks": MapEntry("friction_ticks", *_SIM, "grip over the needed one, by friction ratio and tick size"),
     "spheres": MapEntry("spheres", *_SIM, "slip of spheres, by diameter and mass"),
     "camera": MapEntry("camera", *_SIM, "slip of a lift, by worn markers and swinging light"),
+    "image": MapEntry("image", *_SIM, "slip of a lift, by blur and drift of the gain"),
+    "edge": MapEntry("edge", *_SIM, "slip of a lift, by the uncovered part of the pad and friction"),
     "texture": MapEntry("texture", *_SIM, "slip of a flat object, by depth of its texture and friction"),
+    "imprint": MapEntry("imprint", *_SIM, "slip frames not found, by depth of the texture and speed"),
+    "turning": MapEntry("turning", *_SIM, "error of the rate of turning slip, by rate and frame interval"),
+    "gel-models": MapEntry(
+        "gel_models", *_SIM, "error of the markers, by radius of the patch and distance to the wall"
+    ),
 }
 """The stability maps by name."""
 
