@@ -26,6 +26,16 @@ def lsds_backends() -> list[BackendSpec]:
         ),
         BackendSpec(
             "cell",
+            "mujoco",
+            "lsds_mocks.fingertip.mujoco_plant:build_mujoco_cell",
+            "lsds_mocks.fingertip.mujoco_options:MujocoCellOptions",
+            summary="the same mocks in a MuJoCo scene, yours or that of a pipe: MuJoCo moves pads and object",
+            requires=("mujoco", "numba"),
+            extra="mujoco",
+            virtual_time=True,
+        ),
+        BackendSpec(
+            "cell",
             "wire",
             "lsds_mocks.cell.processes:ProcessCell",
             "lsds_mocks.cell.processes:ProcessCellOptions",

@@ -34,6 +34,7 @@ def test_every_backend_builds_with_its_default_options():
 def test_names():
     named = {(spec.kind, spec.name) for spec in lsds_backends()}
     assert {(kind, name) for kind, name in named if kind not in ("wire_mock", "fault")} == {
+        ("cell", "mujoco"),
         ("cell", "simulated"),
         ("cell", "wire"),
         ("sensor", "mock-gelsight-mini"),

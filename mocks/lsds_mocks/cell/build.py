@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -140,7 +140,7 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     return Plant(parameters, gel, friction, Vibration(options.vibration_um * 1e-6, shake_rng), changes)
 
 
-def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
+def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell[Plant]:
     """Return a cell that starts at the clock's present."""
     return SimulatedCell(
         build_plant(options, context.rng_seed("plant")),
@@ -151,12 +151,12 @@ def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
     )
 
 
-def build_cell(options: CellOptions, context: BuildContext) -> SimulatedCell:
+def build_cell(options: CellOptions, context: BuildContext) -> SimulatedCell[Plant]:
     """Return the cell of the backend `simulated`, installed so that the rig's mocks share it."""
     return context.shared(CELL, lambda: make_cell(options, context))
 
 
-def shared_cell(context: BuildContext, device: str) -> SimulatedCell:
+def shared_cell(context: BuildContext, device: str) -> SimulatedCell[Any]:
     """Return the rig's cell for a camera that renders this package's gel and scene. Raises ConfigError for another."""
     cell = join(context)
     if isinstance(cell, SimulatedCell):

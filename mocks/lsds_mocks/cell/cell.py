@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from lsds.clock import NS_PER_S, seconds
 from lsds.contracts.plant import Moment
@@ -16,12 +16,14 @@ from lsds_mocks.cell.queue import Action, CommandQueue
 from lsds_mocks.cell.touch import GelTouch
 from lsds_mocks.gel.auto.report import invalid_reasons, strain_warnings
 from lsds_mocks.gel.state import blend
+from lsds_mocks.plant.physics import Physics
 
 if TYPE_CHECKING:
     from lsds.contracts import CellTruth
     from lsds.contracts.plant import Fingers
     from lsds_mocks.gel.state import GelState
-    from lsds_mocks.plant.plant import Plant
+
+P = TypeVar("P", bound=Physics)
 
 KEPT_STEPS = 256
 """Number of the newest steps whose states a cell keeps for late exposures; chosen."""
@@ -40,10 +42,10 @@ class Camera(Protocol):
         ...
 
 
-class SimulatedCell:
+class SimulatedCell(Generic[P]):
     """A `Cell` and a `Plant`: devices post commands and look up moments. `lsds_mocks.cell.build` makes one."""
 
-    def __init__(self, plant: Plant, *, step_ns: int, start_ns: int, history_s: float = 0.0, model: str = "") -> None:
+    def __init__(self, plant: P, *, step_ns: int, start_ns: int, history_s: float = 0.0, model: str = "") -> None:
         self.plant = plant
         self._model = model
         self.step_ns = step_ns
@@ -63,8 +65,8 @@ class SimulatedCell:
 
     @property
     def can_turn(self) -> bool:
-        """Whether the arm may rotate the pads, which is modelled only for a clamped object."""
-        return self.plant.parameters.clamped
+        """Whether the arm may rotate the pads about their normal."""
+        return self.plant.can_turn
 
     def connect(self) -> None:
         """Do nothing: the physics is in this process."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 import heapq
 import threading
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    from lsds_mocks.plant.plant import Plant
-
-Action = Callable[["Plant"], None]
+Action = Callable[[Any], None]
+"""The effect of a command: it gets the `Physics` of the cell."""
 
 
 class CommandQueue:

@@ -7,7 +7,7 @@ It uses pixels only: it detects the markers in the rendered picture as with a re
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class _Exposure(NamedTuple):
 class _Shutter:
     """Records the scene at a fixed rate while the cell steps, and keeps exposures until they are superseded."""
 
-    def __init__(self, cell: SimulatedCell, options: TruthCameraOptions, start_ns: int) -> None:
+    def __init__(self, cell: SimulatedCell[Any], options: TruthCameraOptions, start_ns: int) -> None:
         self._cell = cell
         self._options = options
         self._start_ns = start_ns

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lsds_mocks.fingertip.contact import Touch
+    from lsds_mocks.gel.state import GelState
+    from lsds_mocks.plant.friction import SurfaceFriction
 
 TILT_VALID_RAD = math.radians(10)
 """Tilt of the object against the pad up to which results are valid, rad. Not measured: the gel has no tilt."""
@@ -49,7 +51,8 @@ class FingertipTruth:
     """True state of a fingertip at the end of its last step, in the pad's frame and SI units.
 
     `force_n` (x, y) is the object's tangential load on the gel, `torque_nm` that about the pad's normal. Slip is motion
-    of the object in gross slip, as in `lsds.contracts.CellTruth`. `invalid` states why results are not valid.
+    of the object in gross slip, as in `lsds.contracts.CellTruth`; `velocity_m_s` counts all motion against the pad.
+    `invalid` states why results are not valid.
     """
 
     time_s: float
@@ -58,6 +61,7 @@ class FingertipTruth:
     torque_nm: float
     indentation_m: float
     tilt_rad: float
+    velocity_m_s: tuple[float, float]
     slip_velocity_m_s: tuple[float, float]
     slip_angular_rad_s: float
     slip_distance_m: float
@@ -75,7 +79,8 @@ class SimulatedFingertip:
 
     `options` describe object, friction and gel as `[cell.simulated]` does; `look` describes the camera as
     `[sensor.mock-gelsight-mini]` does. `side` is the side of the object on which the pad lies: "back" mirrors a turned
-    object. `seed` draws the friction of the surface and the appearance of the gel.
+    object. `seed` draws the friction of the surface and the appearance of the gel; `friction` replaces that of the
+    surface.
     """
 
     def __init__(
@@ -85,6 +90,7 @@ class SimulatedFingertip:
         *,
         side: Side = "front",
         seed: int = 0,
+        friction: SurfaceFriction | None = None,
     ) -> None:
         options = options or CellOptions()
         if side == "back":
@@ -96,7 +102,7 @@ class SimulatedFingertip:
         self.gel = build_gel(options, build_surface(options, material), material)
         self.gel.grain = build_grain(options)
         own = [seed, zlib.crc32(side.encode())]
-        self._friction = build_friction(options, *np.random.default_rng(own).spawn(2))
+        self._friction = friction or build_friction(options, *np.random.default_rng(own).spawn(2))
         self._renderer = Renderer(look_of(look or GelSightOptions(dim_start=False)), own)
         grip = options.grip_height_mm * 1e-3
         half = options.diameter_mm * 0.5e-3
@@ -287,11 +293,15 @@ class SimulatedFingertip:
 
     def image(self) -> NDArray[np.uint8]:
         """Return a new camera image (240, 320, 3) uint8 RGB of the present state."""
-        place = self._place
-        state = dataclasses.replace(self.gel.state(), body=(place.x_m, place.y_m, place.angle_rad))
+        state = self.gel_state()
         self._images += 1
         dots = self._renderer.markers(self.gel, state)
         return self._renderer.render(self.gel, state, dots, self._time_s, self._images - 1)
+
+    def gel_state(self) -> GelState:
+        """Return a copy of the gel's history, including the object's placement."""
+        place = self._place
+        return dataclasses.replace(self.gel.state(), body=(place.x_m, place.y_m, place.angle_rad))
 
     def truth(self) -> FingertipTruth:
         """Return the true state."""
@@ -308,6 +318,7 @@ class SimulatedFingertip:
             torque_nm=load.torque_nm,
             indentation_m=self._indentation_m,
             tilt_rad=self._tilt_rad,
+            velocity_m_s=(self._speed.dx_m, self._speed.dy_m),
             slip_velocity_m_s=(speed.dx_m, speed.dy_m),
             slip_angular_rad_s=speed.dtheta_rad,
             slip_distance_m=self._slip_distance_m,

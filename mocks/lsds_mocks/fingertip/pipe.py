@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from lsds.support.extras import require
@@ -18,6 +19,12 @@ STEPS_S = (2e-3, 1e-3, 0.5e-3, 0.25e-3)
 """Time steps of which a scene uses the longest that is stable for its object, s."""
 PAD_KG = 0.5
 """Mass of a finger with its share of the drive, kg. An order of magnitude."""
+PAD_DAMPING_N_S_M = 100.0
+"""Damping of a finger that is driven by a force, N s/m; chosen."""
+DRIVE_N_M = 1e5
+"""Stiffness of the servo of a finger that is driven to an aperture, N/m; chosen: 50 um at 5 N."""
+FLEXURE_DAMPING = 0.7
+"""Damping ratio of a pad on its finger; chosen."""
 CLEARANCE_M = 1e-3
 """Distance of the open pads from the object, m."""
 
@@ -26,29 +33,47 @@ def pipe_mjcf(options: CellOptions, *, step_s: float = STEPS_S[1], mode: Mode = 
     """Return the scene of an object as MJCF; a round object stands as a cylinder, any other as a box.
 
     Actuators: `lift` sets the height of the pads (m) above their start. `squeeze` sets the force of each finger (N);
-    with `grip` "aperture" it sets the way (m) by which each finger closes from its start, against its own stiffness.
+    with `grip` "aperture" it sets the way (m) by which each finger's drive closes from its start. The pad then hangs on
+    the drive by the stiffness of finger and object.
     """
+    by_force = grip == "force"
     finger_n_m = 1e3 / (1 / options.finger_stiffness_n_mm + 1 / options.stiffness_n_mm)
     # The actuator acts on the mean of both fingers' ways, so it has the force and the stiffness of two.
     squeeze = (
         '<general name="squeeze" tendon="mean" gainprm="2"/>'
-        if grip == "force"
-        else f'<position name="squeeze" tendon="mean" kp="{2 * finger_n_m}"/>'
+        if by_force
+        else f'<position name="squeeze" tendon="mean" kp="{2 * DRIVE_N_M}"/>'
     )
     half, length, grip_m = options.diameter_mm * 0.5e-3, options.length_mm * 1e-3, options.grip_height_mm * 1e-3
     width = options.width_mm * 0.5e-3 if options.shape == "box" else half
     round_ = options.shape in ("cylinder", "sphere")
     form = f'type="cylinder" size="{half} {length / 2}"' if round_ else f'type="box" size="{half} {width} {length / 2}"'
     start = half + CLEARANCE_M
-    pads = "".join(
-        f"""
-      <body name="{name}" gravcomp="1" pos="{-sign * start} 0 {grip_m}">
-        <joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="100"/>
-        <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}"/>
-        <site name="{name}_pad" xyaxes="0 {-sign} 0 0 0 -1"/>
+    damping = PAD_DAMPING_N_S_M if by_force else 2 * math.sqrt(DRIVE_N_M * PAD_KG)
+    fingers = ""
+    for name, sign in (("left", 1), ("right", -1)):
+        pad = f"""
+          <geom type="box" size="0.004 0.01248 0.01008" pos="{-sign * 0.004} 0 0" mass="{PAD_KG}"/>
+          <site name="{name}_pad" xyaxes="0 {-sign} 0 0 0 -1"/>"""
+        at = f'gravcomp="1" pos="{-sign * start} 0 {grip_m}"'
+        drive = f'<joint name="{name}_slide" type="slide" axis="{sign} 0 0" damping="{damping}"/>'
+        if by_force:
+            fingers += f"""
+      <body name="{name}" {at}>
+        {drive}{pad}
       </body>"""
-        for name, sign in (("left", 1), ("right", -1))
-    )
+            continue
+        # Drive and flexure in series are as stiff as finger and object.
+        flexure_n_m = 1 / (1 / finger_n_m - 1 / DRIVE_N_M)
+        relative = 2 * FLEXURE_DAMPING * math.sqrt(flexure_n_m * PAD_KG)
+        fingers += f"""
+      <body name="{name}_drive" {at}>
+        {drive}
+        <inertial pos="0 0 0" mass="{PAD_KG}" diaginertia="1e-3 1e-3 1e-3"/>
+        <body name="{name}" gravcomp="1">
+          <joint type="slide" axis="{sign} 0 0" stiffness="{flexure_n_m}" damping="{relative}"/>{pad}
+        </body>
+      </body>"""
     exclude = "".join(f'<exclude body1="{name}" body2="object"/>' for name in ("left", "right"))
     return f"""
 <mujoco>
@@ -57,7 +82,7 @@ def pipe_mjcf(options: CellOptions, *, step_s: float = STEPS_S[1], mode: Mode = 
     <geom name="table" type="plane" size="1 1 0.1"/>
     <body name="carriage" gravcomp="1">
       <joint name="lift" type="slide" axis="0 0 1"/>
-      <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>{pads}
+      <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>{fingers}
     </body>
     <body name="object" pos="0 0 {grip_m}">
       <freejoint/>

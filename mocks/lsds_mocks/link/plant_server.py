@@ -250,7 +250,7 @@ class PlantMock:
             client.want = Want(WANT.unpack(packet)[1])
             self._send_state(client, self._cell)
 
-    def _publish(self, cell: SimulatedCell) -> None:
+    def _publish(self, cell: SimulatedCell[Plant]) -> None:
         plant = cell.plant
         self._scenes.append(Scene(cell.t_ns, plant.arm.position_m, plant.body.height_m))
         for client in list(self._clients.values()):
@@ -261,7 +261,7 @@ class PlantMock:
                 self._scene_asked.remove((t_ns, client))
                 client.send(pack_scene(t_ns, self._scene(t_ns)))
 
-    def _send_state(self, client: _Client, cell: SimulatedCell) -> None:
+    def _send_state(self, client: _Client, cell: SimulatedCell[Plant]) -> None:
         plant = cell.plant
         if client.want is Want.FINGERS:
             drive = plant.fingers

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 from lsds.contracts import CellTruth
 from lsds_mocks.gel.placement import ORIGIN
-from lsds_mocks.plant.axis import ArmAxis, FingerDrive
 from lsds_mocks.plant.changes import Changes
+from lsds_mocks.plant.drives import OPEN_APERTURE_M, Drives
 from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
 from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
 from lsds_mocks.plant.squeeze import Squeeze
 
 if TYPE_CHECKING:
-    from lsds.contracts.plant import Fingers
     from lsds_mocks.gel.protocol import GelModel, Reaction
     from lsds_mocks.gel.state import GelState
     from lsds_mocks.plant.friction import SurfaceFriction
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
 
 FINGERS = 2
 """Number of fingers that carry the object."""
-OPEN_APERTURE_M = 0.05
-"""Aperture of the open fingers at the start, m: the stroke of a Hand-E."""
 STILL_STICKS = 0.1
 """Greatest sticking part of the contact that still counts as gross slip: while a rough or porous surface slides, a cell
 or two may stick briefly at any time."""
@@ -55,7 +52,7 @@ class PlantParameters:
     clamped: bool = False
 
 
-class Plant:
+class Plant(Drives):
     """The moving parts of a cell. One gel represents both fingers, which are identical.
 
     `travel_m` is the object's displacement down (+y) relative to the gel since the start.
@@ -69,6 +66,7 @@ class Plant:
         vibration: Vibration,
         changes: Changes | None = None,
     ) -> None:
+        super().__init__(parameters.grip_height_m)
         self.parameters = parameters
         self.gel = gel
         self.friction = friction
@@ -76,13 +74,9 @@ class Plant:
         self._changes = changes or Changes()
         self._time_s = 0.0
         self._shake_m = 0.0
-        self.arm = ArmAxis(parameters.grip_height_m)
-        self.fingers = FingerDrive(OPEN_APERTURE_M, OPEN_APERTURE_M)
         # An object held in line with its centre of mass does not rotate, which leaves one unknown instead of three.
         planar = parameters.centre_x_m or parameters.clamped
         self.body = PlanarMotion(clamped=parameters.clamped) if planar else ObjectMotion()
-        self.turn = ArmAxis(0.0)
-        """The wrist: rotation of the pads about their normal, modelled only for a clamped object."""
         self.slip_x_m_s = 0.0
         self.slip_rate_rad_s = 0.0
         self.travel_m = 0.0
@@ -135,29 +129,6 @@ class Plant:
         self.slip_distance_m += math.hypot(self.slip_m_s, self.slip_x_m_s) * dt_s
         held = self.normal_n > 0 or self.body.supported
         self.dropped = self.dropped or not held or self.slip_distance_m > self.parameters.drop_slip_m
-
-    def drive_fingers(self, aperture_m: float, speed_m_s: float, force_n: float) -> None:
-        """Move the fingers to an aperture."""
-        drive = self.fingers
-        if isinstance(drive, FingerDrive):
-            drive.target_m, drive.speed_m_s, drive.limit_n = aperture_m, speed_m_s, force_n
-
-    def hold_fingers(self) -> None:
-        """Hold the fingers where they are."""
-        if isinstance(self.fingers, FingerDrive):
-            self.fingers.target_m = self.fingers.aperture_m
-
-    def use_fingers(self, fingers: Fingers) -> None:
-        """Replace the fingers' drive by a gripper's own."""
-        # The plant needs only the attributes of `Fingers`; callers that command `FingerDrive` check for it.
-        self.fingers = fingers  # type: ignore[assignment]
-
-    def drive_arm(
-        self, speed_m_s: float, acceleration_m_s2: float, turn_rad_s: float = 0.0, turn_rad_s2: float = 40.0
-    ) -> None:
-        """Approach a vertical velocity and a turn about the pads' normal."""
-        self.arm.target_m_s, self.arm.limit_m_s2 = speed_m_s, acceleration_m_s2
-        self.turn.target_m_s, self.turn.limit_m_s2 = turn_rad_s, turn_rad_s2
 
     def gel_state(self) -> GelState:
         """Return a copy of the gel's history, including the object's placement."""
@@ -223,6 +194,11 @@ class Plant:
         if above_foot >= half and to_top >= half:
             return None
         return max(-half, -to_top), min(half, above_foot)
+
+    @property
+    def can_turn(self) -> bool:
+        """Whether the arm may rotate the pads, which is modelled only for a clamped object."""
+        return self.parameters.clamped
 
     @property
     def greatest_strain(self) -> float:

@@ -19,7 +19,7 @@ PAD_WIDTH_M = 24.96e-3
 """Width of the pad, m: that of `GelMaterial`."""
 INDENTATION_M = 0.3e-3
 """Indentation, m."""
-SHEAR_M = 0.5e-3
+WAY_M = 0.5e-3
 """Way of the object along the wall, m."""
 FRAMES = 10
 """Number of equal parts of that way."""
@@ -51,7 +51,7 @@ def _dots(method: str, radius_mm: float, distance_mm: float) -> NDArray[np.float
     sphere = Sphere((radius_mm * 1e-3) ** 2 / INDENTATION_M)
     offset_m = PAD_WIDTH_M / 2 - (radius_mm + distance_mm) * 1e-3
     shape = Moved(sphere, offset_m, 0.0)
-    scene = Scene("patch", shape, INDENTATION_M, FRICTION, ((0.0, SHEAR_M / FRAMES, 0.0),) * FRAMES)
+    scene = Scene("patch", shape, INDENTATION_M, FRICTION, ((0.0, WAY_M / FRAMES, 0.0),) * FRAMES)
     x, y = np.meshgrid(np.linspace(-9e-3, 9e-3, 9), np.linspace(-7e-3, 7e-3, 7))
     trace = lead(_gel(method, shape), scene, np.stack([x.ravel(), y.ravel()], axis=1))
     return np.asarray(trace.dots_m[-1])

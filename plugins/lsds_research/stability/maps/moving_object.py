@@ -24,7 +24,7 @@ PRESSED_FRAMES = 4
 """Number of frames in which the object rests, pressed against the gel."""
 SHEARED_FRAMES = 5
 """Number of frames in which the object shears the gel and sticks, before it slides."""
-SHEAR_M = 0.04e-3
+SHEAR_PER_FRAME_M = 0.04e-3
 """Way of the object in each of them, m: 1 mm/s at 25 Hz."""
 NORMAL_N = 6.0
 """Normal force, N."""
@@ -37,7 +37,7 @@ MOST_FRAMES = 60
 
 
 class Judged(NamedTuple):
-    """What detector and estimator state about a frame, and the truth at its time."""
+    """Detection and estimate of a frame, and the truth at its time."""
 
     detection: Detection
     estimate: SlipEstimate
@@ -101,7 +101,7 @@ def judged_frames(
     found: list[Judged] = []
     slipping = 0
     for _ in range(SHEARED_FRAMES):
-        sheared_m += SHEAR_M
+        sheared_m += SHEAR_PER_FRAME_M
         tip.step(pad, pose(0.0), interval_s)
         found.append(Judged(*_judge(rig, perception, seen()), tip.truth()))
     for frame in range(MOST_FRAMES):

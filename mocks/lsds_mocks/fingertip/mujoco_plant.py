@@ -1,0 +1,198 @@
+"""The cell in a MuJoCo scene: MuJoCo moves pads and object, simulated fingertips give forces and images.
+
+The mocks of sensor, gripper and arm are those of the cell `simulated`. The arm's height and the aperture of the
+gripper's drive are commands to the scene's actuators; the normal force is what the gel answers.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lsds.clock import NS_PER_S
+from lsds.contracts import CellTruth
+from lsds.contracts.backend import CELL
+from lsds.errors import ConfigError, ConfigIssue, DataError
+from lsds.support.extras import require
+from lsds_mocks.cell.build import build_friction
+from lsds_mocks.cell.cell import SimulatedCell
+from lsds_mocks.fingertip.fingertip import SimulatedFingertip
+from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
+from lsds_mocks.fingertip.pipe import PAD_KG, STEPS_S, pipe_mjcf
+from lsds_mocks.plant.drives import Drives
+from lsds_mocks.plant.lift import GRAVITY_M_S2
+from lsds_mocks.plant.plant import FINGERS
+from lsds_mocks.plant.vibration import Vibration
+
+if TYPE_CHECKING:
+    from lsds.contracts import BuildContext
+    from lsds_mocks.fingertip.mujoco_options import MujocoCellOptions
+    from lsds_mocks.gel.state import GelState
+
+
+class MujocoPlant(Drives):
+    """A `lsds_mocks.plant.physics.Physics` whose pads and object are bodies of a MuJoCo model.
+
+    Raises DataError for a scene that cannot be read or lacks a name, and if the object is too deep in a gel.
+    """
+
+    def __init__(self, options: MujocoCellOptions, seed: list[int]) -> None:
+        require("mujoco", extra="mujoco", purpose="a cell in a MuJoCo scene")
+        self._options = options
+        self._left, right = (
+            SimulatedFingertip(options, side=side, friction=build_friction(options, *_streams(seed)[:2]))
+            for side in ("front", "back")
+        )
+        self.gel = self._left.gel
+        model, data = _model(options, self._left)
+        self._scene = MujocoScene(
+            model,
+            data,
+            [
+                MujocoFingertip(model, data, self._left, pad=options.left_pad, target=options.held),
+                MujocoFingertip(model, data, right, pad=options.right_pad, target=options.held),
+            ],
+        )
+        self._actuators = [_actuator(data, name) for name in (options.lift, options.squeeze)]
+        pads = [finger.pad_pose().position_m for finger in self._scene.fingertips]
+        self._pad_bodies = {finger.pad_body for finger in self._scene.fingertips}
+        self._target = self._scene.fingertips[0].target_body
+        self._opened_m = float(np.linalg.norm(pads[0] - pads[1]))
+        super().__init__(float(pads[0][2]))
+        self._start_m = self.arm.position_m
+        self._mass_kg = float(model.body_mass[self._target])
+        self._foot_m = self._height()
+        self._vibration = Vibration(options.vibration_um * 1e-6, _streams(seed)[2])
+        self._time_s = 0.0
+        self._deepest_m = 0.0
+        self.normal_n = 0.0
+        self.supported = True
+        self.dropped = False
+
+    @property
+    def can_turn(self) -> bool:
+        """Whether the arm may rotate the pads: the scene has no joint for it."""
+        return False
+
+    @property
+    def greatest_strain(self) -> float:
+        """Greatest indentation so far, as part of the gel's thickness."""
+        return self._deepest_m / (self._options.pad_thickness_mm * 1e-3)
+
+    def step(self, dt_s: float) -> None:
+        """Advance the drives and the scene. Raises DataError if the object gets as deep in a gel as that is thick."""
+        self._time_s += dt_s
+        self.arm.step(dt_s)
+        self.fingers.step(dt_s, self.normal_n)
+        lift, squeeze = self._actuators
+        lift.ctrl = self.arm.position_m - self._start_m + self._vibration.displacement_m(self._time_s)
+        squeeze.ctrl = (self._opened_m - self.fingers.aperture_m) / 2
+        self._scene.step(max(1, round(dt_s / float(self._scene.model.opt.timestep))))
+        truths = [finger.tip.truth() for finger in self._scene.fingertips]
+        self.normal_n = sum(each.normal_force_n for each in truths) / FINGERS
+        self._deepest_m = max(self._deepest_m, *(each.indentation_m for each in truths))
+        self.supported = self._is_supported()
+        held = self.normal_n > 0 or self.supported
+        slipped_m = truths[0].slip_distance_m
+        self.dropped = self.dropped or not held or slipped_m > self._options.drop_slip_mm * 1e-3
+
+    def gel_state(self) -> GelState:
+        """Return a copy of the left gel's history, including the object's placement."""
+        return self._left.gel_state()
+
+    def truth(self, t_ns: int) -> CellTruth:
+        """Return the truth of the left finger, stamped `t_ns`."""
+        of = self._left.truth()
+        pull_n = self._mass_kg * (GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0))
+        friction = self._options.static_friction * self._options.friction_scale
+        return CellTruth(
+            t_ns=t_ns,
+            slip_velocity_m_s=of.slip_velocity_m_s,
+            relative_velocity_m_s=of.velocity_m_s,
+            slip_angular_rad_s=of.slip_angular_rad_s,
+            slip_distance_m=of.slip_distance_m,
+            stick_ratio=of.stick_ratio,
+            normal_force_n=self.normal_n,
+            tangential_force_n=math.hypot(*of.force_n),
+            required_normal_force_n=pull_n / (FINGERS * friction),
+            aperture_m=self.fingers.aperture_m,
+            object_height_m=self._height() - self._foot_m,
+            supported=self.supported,
+            dropped=self.dropped,
+        )
+
+    def _height(self) -> float:
+        return float(self._scene.data.xpos[self._target][2])
+
+    def _is_supported(self) -> bool:
+        """Return whether the object touches anything but the pads."""
+        data, model = self._scene.data, self._scene.model
+        if not data.ncon:
+            return False
+        for pair in model.geom_bodyid[data.contact.geom].tolist():
+            if self._target in pair and not self._pad_bodies & set(pair):
+                return True
+        return False
+
+
+def _streams(seed: list[int]) -> list[np.random.Generator]:
+    """Return the random streams of surface, chatter and vibration: those of the cell `simulated` with this seed."""
+    return np.random.default_rng(seed).spawn(3)
+
+
+def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, Any]:
+    """Return the scene's model and data. Raises DataError for a scene that MuJoCo cannot read or step."""
+    import mujoco
+
+    engine: Any = mujoco  # Its functions are compiled and have no types.
+    if options.scene:
+        try:
+            model = engine.MjModel.from_xml_path(str(Path(options.scene)))
+        except (ValueError, OSError) as error:
+            raise DataError(f"cell.mujoco.scene: {error}") from error
+    else:
+        stable = tip.stable_step_s(PAD_KG)
+        most = min(stable, options.step_ms * 1e-3)
+        step_s = next((step for step in STEPS_S if step <= most), STEPS_S[-1])
+        model = engine.MjModel.from_xml_string(pipe_mjcf(options, step_s=step_s, grip="aperture"))
+    parts = options.step_ms * 1e-3 / float(model.opt.timestep)
+    if parts < 1 or abs(parts - round(parts)) > 1e-6:
+        raise DataError(
+            f"cell.mujoco.step_ms = {options.step_ms:g}: no multiple of the scene's time step of "
+            f"{1e3 * float(model.opt.timestep):g} ms; change one of them"
+        )
+    data = engine.MjData(model)
+    engine.mj_forward(model, data)
+    return model, data
+
+
+def _actuator(data: Any, name: str) -> Any:
+    try:
+        return data.actuator(name)
+    except KeyError as error:
+        raise DataError(f"MuJoCo scene: no actuator {name!r} in the model; name it in [cell.mujoco]") from error
+
+
+def build_mujoco_cell(options: MujocoCellOptions, context: BuildContext) -> SimulatedCell[MujocoPlant]:
+    """Return the cell of the backend `mujoco`, installed so that the rig's mocks share it.
+
+    Raises ConfigError for a scene that cannot be used.
+    """
+
+    def make() -> SimulatedCell[MujocoPlant]:
+        try:
+            plant = MujocoPlant(options, context.rng_seed("plant"))
+        except DataError as error:
+            raise ConfigError("rig", [ConfigIssue("cell.mujoco", str(error), "see docs/mujoco.md")]) from error
+        return SimulatedCell(
+            plant,
+            step_ns=round(options.step_ms * 1e-3 * NS_PER_S),
+            start_ns=context.clock.now(),
+            history_s=options.history_s,
+            model=f"{options.fidelity} in MuJoCo",
+        )
+
+    return context.shared(CELL, make)

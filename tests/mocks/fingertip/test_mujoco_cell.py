@@ -1,0 +1,81 @@
+"""The cell backend `mujoco`: the same mocks and the same loop, while MuJoCo moves pads and object."""
+
+from __future__ import annotations
+
+import pytest
+from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.fingertip.pipe import pipe_mjcf
+from pydantic import ValidationError
+
+import lsds
+from lsds.config import load_config
+from lsds.errors import ConfigError
+from tests.mocks.fingertip import closed_loop
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install '.[mujoco]'")
+FAST = ("cell.backend=mujoco", "cell.mujoco.fidelity=winkler", "clock=virtual")
+
+
+def lifted(*settings):
+    return lsds.run(load_config(None, [*FAST, *settings]))
+
+
+def test_the_loop_holds_a_pipe_in_mujoco_and_repeats_by_seed():
+    first, again = lifted("seed=3"), lifted("seed=3")
+    assert first.verdict.outcome == "held"
+    assert 1.0 < first.verdict.grip_over_needed < 2.0
+    assert first.summary["slip_distance_m"] < 4e-3
+    assert [each.normal_force_n for each in first.truths] == [each.normal_force_n for each in again.truths]
+
+
+def test_the_object_is_lost_in_mujoco_if_the_grip_does_not_react():
+    lost = lifted("controller.backend=pd", "controller.pd.kp=0", "controller.pd.kd=0")
+    assert lost.verdict.outcome in ("dropped", "slipped too far")
+
+
+def test_a_scene_of_your_own_is_used(tmp_path):
+    options = CellOptions(fidelity="winkler")
+    text = pipe_mjcf(options, step_s=1e-3, grip="aperture")
+    for old, new in (("left_pad", "thumb"), ("right_pad", "finger"), ('"held"', '"bottle"'), ('"squeeze"', '"close"')):
+        text = text.replace(old, new)
+    (tmp_path / "scene.xml").write_text(text, encoding="utf-8")
+    names = ("left_pad=thumb", "right_pad=finger", "held=bottle", "squeeze=close", f"scene={tmp_path / 'scene.xml'}")
+    assert lifted(*(f"cell.mujoco.{each}" for each in names)).verdict.outcome == "held"
+
+
+@pytest.mark.parametrize(
+    ("setting", "problem"),
+    [
+        ("scene=missing.xml", "missing.xml"),
+        ("held=cup", "no site and no body 'cup'"),
+        ("lift=winch", "no actuator 'winch'"),
+    ],
+)
+def test_a_scene_that_cannot_be_used_is_one_clear_error(setting, problem):
+    with pytest.raises(ConfigError, match=problem):
+        lifted(f"cell.mujoco.{setting}")
+
+
+def test_a_step_that_is_no_multiple_of_the_scenes_is_an_error(tmp_path):
+    file = tmp_path / "scene.xml"
+    file.write_text(pipe_mjcf(CellOptions(fidelity="winkler"), step_s=1.5e-3, grip="aperture"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"no multiple of the scene's time step of 1\.5 ms"):
+        lifted(f"cell.mujoco.scene={file}")
+
+
+@pytest.mark.parametrize("key", ["clamped=true", "pour_to=2.0", "centre_x_mm=5.0"])
+def test_what_a_mujoco_scene_does_not_have_is_refused(key):
+    from lsds_mocks.fingertip.mujoco_options import MujocoCellOptions
+
+    name, value = key.split("=")
+    with pytest.raises(ValidationError, match=f"{name} is an option of the cell 'simulated'"):
+        MujocoCellOptions(**{name: True if value == "true" else float(value)})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["can", "book", "plank", "ball", "screwdriver", "candle"])
+def test_the_same_grip_holds_in_both_cells(name):
+    """The belief closes by the same ticks: objects of which the present law does so in both cells."""
+    own, other = (closed_loop.lift(cell, name, "winkler") for cell in closed_loop.CELLS)
+    assert other.steady_n == pytest.approx(own.steady_n, rel=0.05)
+    assert other.slip_mm == pytest.approx(own.slip_mm, abs=0.7)
