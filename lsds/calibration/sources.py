@@ -96,7 +96,7 @@ def watched_rig(
             "larger --firm-mm, or job.shake.closer_mm in the config)"
         )
     say("gripping as the config does, and lifting: it should slide")
-    slides = dict.fromkeys(("take up", "lift", "hold"), slide)
+    slides: dict[str, WatchedPhase] = dict.fromkeys(("take up", "lift", "hold"), slide)
     if _moved(config, own_section("lift"), slides, detectors) < SLID_M:
         say("the object did not slide, so the detected share of slip is unknown: choose a smaller task.first_squeeze_m")
         return [still, load]

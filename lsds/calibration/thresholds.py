@@ -57,6 +57,7 @@ def transferable(
     left_out = _left_out(groups, budget, find)
     if len(groups) < LEAST_OBJECTS:
         return find(*everything, budget), 1.0, left_out
+    share, part = 1.0, budget
     for share in TIGHTER:
         part = Budget(share * budget.moving, budget.still)
         left_out = _left_out(groups, part, find)

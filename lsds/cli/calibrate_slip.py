@@ -111,7 +111,8 @@ def slip(
     if out.suffix.lower() != ".toml":
         raise click.UsageError(f"--out {out}: the name must end in .toml")
     recordings: list[tuple[Phase, str]] = [("still", name) for name in still]
-    recordings += [("load", name) for name in load] + [("slide", name) for name in slide]
+    recordings.extend(("load", name) for name in load)
+    recordings.extend(("slide", name) for name in slide)
     _check_flags({phase for phase, _ in recordings}, by_hand=by_hand, seconds=seconds, firm_mm=firm_mm)
     from lsds.calibration.file import as_toml, noise_in, outweighed
     from lsds.calibration.slip import calibrate_slip

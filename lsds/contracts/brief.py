@@ -9,10 +9,10 @@ MOST_SHOWN = 4
 """Greatest length of a tuple that is shown in full."""
 
 
-def brief(value: Any) -> str:
+def brief(self: Any) -> str:
     """Return a dataclass as text: numbers in six digits, arrays by type and shape, nested values by their type."""
-    parts = [f"{field.name}={_short(getattr(value, field.name))}" for field in fields(value) if field.repr]
-    return f"{type(value).__name__}({', '.join(part for part in parts if not part.endswith('='))})"
+    parts = [f"{field.name}={_short(getattr(self, field.name))}" for field in fields(self) if field.repr]
+    return f"{type(self).__name__}({', '.join(part for part in parts if not part.endswith('='))})"
 
 
 def _short(value: Any) -> str:

@@ -203,13 +203,13 @@ class GripBelief:
     def _needs_of(self, cap: int, shift: int) -> Floats:
         """Return the mass by ln (W / r): of what sticks with loads up to `cap`, and of what slides, `shift` above."""
         below = (cap + 1) * len(self._ln_r)
-        mass = np.bincount(self._needs[:below], self.stick[: cap + 1].ravel(), len(self._ln_need))
+        mass: Floats = np.bincount(self._needs[:below], self.stick[: cap + 1].ravel(), len(self._ln_need)).astype(float)
         # Loads above the cap count as the cap.
         at_cap = self._needs[below - len(self._ln_r) : below]
         mass[at_cap] += self.stick[cap + 1 :].sum(axis=0)
         sliding = np.bincount(self._needs, self.slide.ravel(), len(self._ln_need))
         mass[shift:] += sliding[: len(mass) - shift]
-        return np.asarray(mass)
+        return mass
 
     def _loading(self, load_n: float, before_n: float, moved_mm: float) -> float:
         """Return the density, over ln F, of the load of what stands and sticks: it rises only as the arm moves.

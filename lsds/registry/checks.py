@@ -30,8 +30,9 @@ class Refused(Exception):
 def checked_specs(offered: object) -> list[BackendSpec]:
     """Return a plugin hook's return value as a list of checked specifications. Raises Refused."""
     if not isinstance(offered, Sequence) or isinstance(offered, str | bytes):
-        if hasattr(offered, "close"):
-            offered.close()  # A coroutine that is never awaited would warn.
+        close = getattr(offered, "close", None)
+        if close is not None:
+            close()  # A coroutine that is never awaited would warn.
         raise Refused(
             f"lsds_backends returned {type(offered).__name__}, expected a list of BackendSpec",
             "write return [BackendSpec(...)]",

@@ -35,6 +35,8 @@ from lsds.registry.loading import failure_of, new_manager, offered_specs, upgrad
 from lsds.registry.spec import PROJECT
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from pydantic import BaseModel
 
 BLOCK_VARIABLE = "LSDS_BLOCK_PLUGINS"
@@ -284,7 +286,7 @@ class PluginHost:
                 continue
             self._take(entry_point.load, name, distribution)
 
-    def _found(self) -> Iterable[EntryPointLike]:
+    def _found(self) -> Iterable[EntryPointLike | EntryPoint]:
         if self._entry_points is not None:
             return self._entry_points
         try:
@@ -313,8 +315,9 @@ def _missing(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in names if not importable(name))
 
 
-def _distribution(entry_point: EntryPointLike) -> str:
+def _distribution(entry_point: EntryPointLike | EntryPoint) -> str:
     """Return the name of the entry point's distribution, whose metadata may be damaged."""
     with suppress(Exception):
-        return str(entry_point.dist.name or NO_DISTRIBUTION)
+        dist: Any = entry_point.dist
+        return str(dist.name or NO_DISTRIBUTION)
     return NO_DISTRIBUTION

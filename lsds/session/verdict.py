@@ -200,12 +200,11 @@ class _Lift:
     def verdict(self, outcome: Outcome, reason: str, *, exit_code: int | None = None) -> Verdict:
         """Return a verdict with the figures of this run."""
         grip_n = self.figures["steady_normal_force_n"] if outcome in _IN_GRIP else self.figures["peak_normal_force_n"]
-        known = bool(self.truths) and grip_n is not None
         return Verdict(
             outcome,
             reason,
             EXIT_CODES[outcome] if exit_code is None else exit_code,
-            grip_n / max(self.needed_n, LEAST_FORCE_N) if known else None,
+            None if grip_n is None or not self.truths else grip_n / max(self.needed_n, LEAST_FORCE_N),
             self.delay_s,
             self.slip_margin,
             self.force_margin,

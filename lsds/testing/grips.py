@@ -22,7 +22,7 @@ ABSTAINS = Detection(None, math.nan, 0.5, 0.0)
 QUIET, SLIPS = Detection(False, 0.1, 0.5, 0.8), Detection(True, 0.9, 0.5, 0.8)
 AT_REST = SlipEstimate((0.0, 0.0), (1e-3, 1e-3), 0.0, 0.05, 0.0, 1e-3)
 SLIDES = SlipEstimate((0.0, 8e-3), (1e-3, 1e-3), 0.1, 0.05, 8e-3, 1e-3)
-NAN_ESTIMATE = SlipEstimate((math.nan,) * 2, (math.nan,) * 2, math.nan, math.nan, math.nan, math.nan)
+NAN_ESTIMATE = SlipEstimate((math.nan, math.nan), (math.nan, math.nan), math.nan, math.nan, math.nan, math.nan)
 NOT_MEASURED = "no aperture is measured"
 RESTS = 30
 """Frames at the end of a sequence in which the grip is at rest."""

@@ -55,13 +55,13 @@ class ByteCache:
         fits = held_bytes(made) + ENTRY_BYTES <= self._budget
         with self._lock:
             value = self._values.get(key, made)
-            if fits:
-                self._values[key] = value
-                self._values.move_to_end(key)
-                forgotten = self._forget()
-        if fits:
-            # Free the memory after the lock is released, so that no other thread waits for it.
-            forgotten.clear()
+            if not fits:
+                return value
+            self._values[key] = value
+            self._values.move_to_end(key)
+            forgotten = self._forget()
+        # Free the memory after the lock is released, so that no other thread waits for it.
+        forgotten.clear()
         return value
 
     def held_bytes(self) -> int:

@@ -56,7 +56,7 @@ def _on_dask(work: Callable[[Item], Result], items: Sequence[Item], cluster: str
     except (OSError, ValueError) as error:
         raise DataError(f"{cluster}: no Dask scheduler answers ({error}); start one: dask scheduler") from error
     with client, joblib.parallel_config(backend="dask"):
-        parallel = joblib.Parallel(return_as="generator_unordered", n_jobs=-1)
+        parallel: Any = joblib.Parallel(return_as="generator_unordered", n_jobs=-1)
         yield from parallel(joblib.delayed(_with_item)(work, item) for item in items)
 
 

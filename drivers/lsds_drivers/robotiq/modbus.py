@@ -175,6 +175,7 @@ class ModbusTransport:
         from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
 
         self._heard = False
+        wait_s = self._patience.wait_s
         try:
             self._drain()
             began = time.monotonic()
@@ -182,7 +183,7 @@ class ModbusTransport:
             while self._open and began - self._open[0][1] > LATEST_ANSWER_S:
                 self._open.popleft()
             self._open.append((way, began))
-            wait_s = self._wait(self._patience.wait_s)
+            wait_s = self._wait(wait_s)
             answer = ask(*arguments, device_id=self._slave, **keywords)
         except ModbusIOException as error:
             self._patience.silent()

@@ -37,8 +37,8 @@ def to_json(value: Any) -> Any:
         return {name: to_json(getattr(value, name)) for name in _names(type(value))}
     if isinstance(value, dict):
         return {str(key): to_json(each) for key, each in value.items()}
-    if isinstance(value, tuple) and hasattr(value, "_asdict"):
-        return {name: to_json(each) for name, each in value._asdict().items()}
+    if isinstance(value, tuple) and (names := getattr(value, "_fields", None)) is not None:
+        return {name: to_json(each) for name, each in zip(names, value, strict=True)}
     if isinstance(value, list | tuple):
         return [to_json(each) for each in value]
     raise TypeError(f"{type(value).__name__} has no form in a recording")

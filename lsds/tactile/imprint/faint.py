@@ -6,7 +6,7 @@ gel carries them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import cv2
 import numpy as np
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from lsds.contracts import DeformationField, Frame, MarkerReference
 
     Floats = NDArray[np.float64]
+
+Image = TypeVar("Image", "NDArray[np.uint8]", "NDArray[np.float32]")
 
 #: Minimum contrast of a marker: the share by which its middle is darker than its surroundings.
 LEAST_DARKER = 0.03
@@ -122,8 +124,8 @@ def _is_faint(darker: NDArray[np.float32], dark: NDArray[np.uint8], place: Float
     return bool(np.count_nonzero(_patch(dark, place, radius)) < COVERED * np.pi * radius**2)
 
 
-def _patch(image: NDArray[np.uint8] | NDArray[np.float32], place: Floats, half: float) -> NDArray[np.float32]:
+def _patch(image: Image, place: Floats, half: float) -> Image:
     """Return the square of an image, `half` px to each side of a place, cropped at the border."""
     x, y = np.maximum(np.round(place - half).astype(int), 0)
     x_end, y_end = np.maximum(np.round(place + half).astype(int) + 1, 0)
-    return np.asarray(image[y:y_end, x:x_end])
+    return image[y:y_end, x:x_end]

@@ -53,8 +53,8 @@ class CameraNoise:
         y, x = self._corners[seq % _WINDOWS]
         out = np.empty(lit.shape, np.uint8)
         scale = np.int32(round(gain * 2 ** (_FINE_BITS + _GAIN_BITS) / 255.0))
-        flat = (each.reshape(HEIGHT_PX, -1) for each in (lit, cover))
-        _count(*flat, self._field, y, 3 * x, scale, out.reshape(HEIGHT_PX, -1))
+        gel, ink = lit.reshape(HEIGHT_PX, -1), cover.reshape(HEIGHT_PX, -1)
+        _count(gel, ink, self._field, y, 3 * x, scale, out.reshape(HEIGHT_PX, -1))
         return out
 
 

@@ -16,6 +16,10 @@ OPEN_APERTURE_M = 0.05
 class Drives:
     """A `lsds.contracts.plant.Motion`: `fingers`, the vertical `arm`, and its `turn` about the pads' normal."""
 
+    arm: ArmAxis
+    turn: ArmAxis
+    fingers: FingerDrive
+
     def __init__(self, arm_m: float, aperture_m: float = OPEN_APERTURE_M) -> None:
         self.arm = ArmAxis(arm_m)
         self.turn = ArmAxis(0.0)

@@ -52,7 +52,7 @@ class Fused(LearnerBase):
             max_iter=own.n_estimators,
             min_samples_leaf=own.min_samples_leaf,
             learning_rate=own.learning_rate,
-            early_stopping=False,
+            early_stopping=False,  # pyright: ignore[reportArgumentType]
             random_state=seed,
         ).fit(examples.x.reshape(len(examples.x), -1), examples.y > 0.5, sample_weight=examples.weight)
         return FittedFused(model, self.length, len(self.signals), boosted=True)

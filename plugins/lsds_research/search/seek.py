@@ -33,7 +33,7 @@ def seek(dimensions: int, runs: int, seed: int) -> Generator[Points, Sequence[fl
         require(library, extra="search", purpose="a search")
     from scipy.stats import qmc
 
-    sobol = qmc.Sobol(dimensions, seed=seed)
+    sobol = qmc.Sobol(dimensions, seed=seed)  # pyright: ignore[reportCallIssue]
     count = max(POPULATION, 2 ** int(np.log2(max(START_SHARE * runs, 2))))
     known: list[tuple[float, NDArray[np.float64]]] = []
     start = [np.asarray(point) for point in sobol.random(count)][:runs]

@@ -34,7 +34,7 @@ class LabelWindow:
 
         # The window's own keys would save pictures and close it.
         for name in [name for name in plt.rcParams if name.startswith("keymap.")]:
-            plt.rcParams[name] = []
+            plt.rcParams[name] = []  # pyright: ignore[reportArgumentType]
         self._seen, self._marking, self._save = seen, marking, save
         self._motions = [first for first, _ in seen.moving()]
         self._strip: tuple[int, Any] = (-1, None)

@@ -9,7 +9,7 @@ import select
 import struct
 import subprocess
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lsds.clock import nanoseconds, seconds
 from lsds.support.processes import module_command
@@ -47,6 +47,7 @@ class Compilation:
         if len(text) >= LONGEST_PROGRAM:
             raise ScriptError(f"syntax_error: a program has at most {LONGEST_PROGRAM} characters", 1, 1)
         request = marshal.dumps((text, self._waiting))
+        found: Any = ()
         for attempt in (1, 2):
             if self._process is None or self._process.poll() is not None:
                 self.close()
