@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -81,6 +82,32 @@ def slipped(**options):
             break
     grip.quiet(0.6, 0.2)
     return grip
+
+
+@pytest.mark.parametrize(("slips", "waits"), [(0.05, False), (0.18, True), (0.9, True)])
+def test_a_closing_waits_for_the_last_one_if_the_load_of_a_slide_decides(slips, waits):
+    """At 0.12 m/s the accepted probability of a slide is 0.083: above it, a load that nothing has measured counts."""
+    controller = BeliefController(BeliefOptions(), BuildContext(VirtualClock(), 0))
+    seen = GripEstimate(
+        t_ns=FRAME_NS,
+        dt_s=0.04,
+        touch_m=TOUCH_M,
+        squeeze_m=2e-3,
+        load_n=1.5,
+        load_n_s=0.0,
+        greatest_n=1.5,
+        stale=False,
+        slips=slips,
+        slip_m_s=0.12,
+        required_m=lambda *_: 0.02,
+        complete=True,
+    )
+    wanted = GripTask(resolution_m=TICK_M, answer_s=0.11)
+    first = controller.update(replace(seen, commanded_m=TOUCH_M - 2e-3), wanted)
+    assert first is not None
+    assert first < TOUCH_M - 2e-3
+    again = controller.update(replace(seen, commanded_m=first, t_ns=2 * FRAME_NS), wanted)
+    assert (again is None) == waits
 
 
 def test_a_grip_that_holds_is_left_alone():

@@ -19,8 +19,8 @@ from lsds.grip.observer import GRAVITY_M_S2
 from lsds.grip.wanted_slip import WantedSlip
 from lsds.tactile.carried_load import LEAST_EVIDENCE_N
 
-AWAITING_PROBABILITY = 0.25
-"""Probability of a slide above which the next closing waits until the last one has arrived; chosen."""
+PROBES_ON = 0.25
+"""Probability of a slide below which probing may open further; chosen."""
 SURELY = 0.75
 """Probability of a slide above which the object has slid, and the fingers close even if no load is known; chosen."""
 MOST_RISK = 0.35
@@ -122,7 +122,7 @@ class BeliefController:
             self._found = True
             return self._closed(grip, wanted, options.margin * grip.squeeze_m, held_m, tick_m)
         ahead_n = grip.load_n + min(max(grip.load_n_s, 0.0) * wanted.answer_s, grip.load_n)
-        risk = min(options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
+        risk = self._risk(grip)
         # A sliding object must also stop within the accepted slip: kinetic energy over weight and distance.
         braking = 1.0
         if math.isfinite(grip.slip_m_s):
@@ -140,6 +140,10 @@ class BeliefController:
             return grip.commanded_m
         return self._opened(grip, wanted, held_m, tick_m, dt_s)
 
+    def _risk(self, grip: GripEstimate) -> float:
+        """Return the accepted probability of a slide: less of a faster one."""
+        return min(self._options.slip_m_s / grip.slip_m_s, MOST_RISK) if grip.slip_m_s > 0 else MOST_RISK
+
     def _slip_m(self, grip: GripEstimate) -> float:
         """Return the accepted slip: a round object that slips by the reach of its contact is squeezed out."""
         share = min(grip.reach_m / FULL_REACH_M, 1.0) if math.isfinite(grip.reach_m) else 1.0
@@ -153,7 +157,8 @@ class BeliefController:
         self, grip: GripEstimate, wanted: GripTask, wanted_m: float, held_m: float, tick_m: float
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
-        slides = grip.slips > AWAITING_PROBABILITY
+        # Below the accepted risk the load of what sticks decides, which is known; above it that of a slide, which is not.
+        slides = grip.slips > self._risk(grip)
         under_way = held_m - grip.squeeze_m > tick_m / 2
         if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES * wanted.answer_s):
             return None
@@ -177,7 +182,7 @@ class BeliefController:
         probes = wanted.probes and not self._found
         if probes:
             least_m = LEAST_PROBED_M
-            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < AWAITING_PROBABILITY
+            sure = abs(grip.load_n_s) < STEADY_1_S * grip.load_n and grip.slips < PROBES_ON
         else:
             least_m = grip.required_m(options.certain, options.margin, max(grip.greatest_n, LEAST_EVIDENCE_N), 1.0)
             # Without a slip the fingers reopen at most to where they began to close.
