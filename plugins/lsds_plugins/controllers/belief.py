@@ -157,7 +157,7 @@ class BeliefController:
         self, grip: GripEstimate, wanted: GripTask, wanted_m: float, held_m: float, tick_m: float
     ) -> float | None:
         """Close towards a squeeze; on a slide by one step, which has to arrive before the next."""
-        # Below the accepted risk the load of what sticks decides, which is known; above it that of a slide, which is not.
+        # Below the accepted risk the known load of what sticks decides; above it, the unknown one of what slides.
         slides = grip.slips > self._risk(grip)
         under_way = held_m - grip.squeeze_m > tick_m / 2
         if slides and under_way and grip.t_ns - self._closed_ns < nanoseconds(ARRIVES * wanted.answer_s):
