@@ -12,7 +12,7 @@ import numpy as np
 from lsds.contracts.backend import CELL
 from lsds.contracts.plant import join
 from lsds.errors import ConfigError, ConfigIssue
-from lsds_mocks.cell.cell import SimulatedCell
+from lsds_mocks.cell.cell import P, SimulatedCell
 from lsds_mocks.cell.options import CellOptions
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL
 from lsds_mocks.gel.material import GelMaterial
@@ -107,13 +107,18 @@ def build_friction(
     )
 
 
+def plant_streams(seed: list[int]) -> list[np.random.Generator]:
+    """Return the random streams of the surface's friction, of its chatter, and of the arm's vibration."""
+    return np.random.default_rng(seed).spawn(3)
+
+
 def build_plant(options: CellOptions, seed: list[int]) -> Plant:
     """Return the plant; `seed` draws the object's surface and the arm's vibration."""
     material = build_material(options)
     gel = build_gel(options, build_surface(options, material), material)
     gel.grain = build_grain(options)
     length = options.length_mm * 1e-3
-    texture_rng, chatter_rng, shake_rng = np.random.default_rng(seed).spawn(3)
+    texture_rng, chatter_rng, shake_rng = plant_streams(seed)
     friction = build_friction(options, texture_rng, chatter_rng)
     parameters = PlantParameters(
         diameter_m=options.diameter_mm * 1e-3,
@@ -142,12 +147,17 @@ def build_plant(options: CellOptions, seed: list[int]) -> Plant:
 
 def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell[Plant]:
     """Return a cell that starts at the clock's present."""
+    return cell_of(build_plant(options, context.rng_seed("plant")), options, context, options.fidelity)
+
+
+def cell_of(plant: P, options: CellOptions, context: BuildContext, model: str) -> SimulatedCell[P]:
+    """Return a cell that steps a plant from the clock's present on; `model` names the gel in its report."""
     return SimulatedCell(
-        build_plant(options, context.rng_seed("plant")),
+        plant,
         step_ns=round(options.step_ms * 1e6),
         start_ns=context.clock.now(),
         history_s=options.history_s,
-        model=options.fidelity,
+        model=model,
     )
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import heapq
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
-Action = Callable[[Any], None]
-"""The effect of a command: it gets the `Physics` of the cell."""
+if TYPE_CHECKING:
+    from lsds_mocks.plant.physics import Physics
+
+Action = Callable[["Physics"], None]
+"""The effect of a command on the physics of a cell."""
 
 
 class CommandQueue:

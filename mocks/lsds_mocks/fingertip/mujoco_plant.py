@@ -12,29 +12,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lsds.clock import NS_PER_S
 from lsds.contracts import CellTruth
 from lsds.contracts.backend import CELL
 from lsds.errors import ConfigError, ConfigIssue, DataError
 from lsds.support.extras import require
-from lsds_mocks.cell.build import build_friction
-from lsds_mocks.cell.cell import SimulatedCell
+from lsds_mocks.cell.build import build_friction, cell_of, plant_streams
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
 from lsds_mocks.fingertip.pipe import PAD_KG, STEPS_S, pipe_mjcf
-from lsds_mocks.plant.drives import Drives
-from lsds_mocks.plant.lift import GRAVITY_M_S2
-from lsds_mocks.plant.plant import FINGERS
+from lsds_mocks.plant.physics import FINGERS, Physics
 from lsds_mocks.plant.vibration import Vibration
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
+    from lsds_mocks.cell.cell import SimulatedCell
     from lsds_mocks.fingertip.mujoco_options import MujocoCellOptions
     from lsds_mocks.gel.state import GelState
 
 
-class MujocoPlant(Drives):
-    """A `lsds_mocks.plant.physics.Physics` whose pads and object are bodies of a MuJoCo model.
+class MujocoPlant(Physics):
+    """A `Physics` whose pads and object are bodies of a MuJoCo model.
 
     Raises DataError for a scene that cannot be read or lacks a name, and if the object is too deep in a gel.
     """
@@ -43,7 +40,7 @@ class MujocoPlant(Drives):
         require("mujoco", extra="mujoco", purpose="a cell in a MuJoCo scene")
         self._options = options
         self._left, right = (
-            SimulatedFingertip(options, side=side, friction=build_friction(options, *_streams(seed)[:2]))
+            SimulatedFingertip(options, side=side, friction=build_friction(options, *plant_streams(seed)[:2]))
             for side in ("front", "back")
         )
         self.gel = self._left.gel
@@ -56,6 +53,7 @@ class MujocoPlant(Drives):
                 MujocoFingertip(model, data, right, pad=options.right_pad, target=options.held),
             ],
         )
+        self._step_s = float(model.opt.timestep)
         self._actuators = [_actuator(data, name) for name in (options.lift, options.squeeze)]
         pads = [finger.pad_pose().position_m for finger in self._scene.fingertips]
         self._pad_bodies = {finger.pad_body for finger in self._scene.fingertips}
@@ -65,7 +63,7 @@ class MujocoPlant(Drives):
         self._start_m = self.arm.position_m
         self._mass_kg = float(model.body_mass[self._target])
         self._foot_m = self._height()
-        self._vibration = Vibration(options.vibration_um * 1e-6, _streams(seed)[2])
+        self._vibration = Vibration(options.vibration_um * 1e-6, plant_streams(seed)[2])
         self._time_s = 0.0
         self._deepest_m = 0.0
         self.normal_n = 0.0
@@ -90,7 +88,7 @@ class MujocoPlant(Drives):
         lift, squeeze = self._actuators
         lift.ctrl = self.arm.position_m - self._start_m + self._vibration.displacement_m(self._time_s)
         squeeze.ctrl = (self._opened_m - self.fingers.aperture_m) / 2
-        self._scene.step(max(1, round(dt_s / float(self._scene.model.opt.timestep))))
+        self._scene.step(round(dt_s / self._step_s))
         truths = [finger.tip.truth() for finger in self._scene.fingertips]
         self.normal_n = sum(each.normal_force_n for each in truths) / FINGERS
         self._deepest_m = max(self._deepest_m, *(each.indentation_m for each in truths))
@@ -106,7 +104,6 @@ class MujocoPlant(Drives):
     def truth(self, t_ns: int) -> CellTruth:
         """Return the truth of the left finger, stamped `t_ns`."""
         of = self._left.truth()
-        pull_n = self._mass_kg * (GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0))
         friction = self._options.static_friction * self._options.friction_scale
         return CellTruth(
             t_ns=t_ns,
@@ -117,7 +114,7 @@ class MujocoPlant(Drives):
             stick_ratio=of.stick_ratio,
             normal_force_n=self.normal_n,
             tangential_force_n=math.hypot(*of.force_n),
-            required_normal_force_n=pull_n / (FINGERS * friction),
+            required_normal_force_n=self.normal_for(self._mass_kg, friction),
             aperture_m=self.fingers.aperture_m,
             object_height_m=self._height() - self._foot_m,
             supported=self.supported,
@@ -136,11 +133,6 @@ class MujocoPlant(Drives):
             if self._target in pair and not self._pad_bodies & set(pair):
                 return True
         return False
-
-
-def _streams(seed: list[int]) -> list[np.random.Generator]:
-    """Return the random streams of surface, chatter and vibration: those of the cell `simulated` with this seed."""
-    return np.random.default_rng(seed).spawn(3)
 
 
 def _model(options: MujocoCellOptions, tip: SimulatedFingertip) -> tuple[Any, Any]:
@@ -187,12 +179,6 @@ def build_mujoco_cell(options: MujocoCellOptions, context: BuildContext) -> Simu
             plant = MujocoPlant(options, context.rng_seed("plant"))
         except DataError as error:
             raise ConfigError("rig", [ConfigIssue("cell.mujoco", str(error), "see docs/mujoco.md")]) from error
-        return SimulatedCell(
-            plant,
-            step_ns=round(options.step_ms * 1e-3 * NS_PER_S),
-            start_ns=context.clock.now(),
-            history_s=options.history_s,
-            model=f"{options.fidelity} in MuJoCo",
-        )
+        return cell_of(plant, options, context, f"{options.fidelity} in MuJoCo")
 
     return context.shared(CELL, make)

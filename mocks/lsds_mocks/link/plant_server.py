@@ -34,13 +34,14 @@ from lsds_mocks.link.packets import (
 )
 from lsds_mocks.link.private_socket import owner_only, same_user
 from lsds_mocks.plant.followed import FollowedAxis
-from lsds_mocks.plant.plant import FINGERS
+from lsds_mocks.plant.physics import FINGERS
 
 if TYPE_CHECKING:
     from lsds.contracts import BuildContext
     from lsds_mocks.cell.cell import SimulatedCell
     from lsds_mocks.cell.touch import GelTouch
     from lsds_mocks.link.plant_options import PlantOptions
+    from lsds_mocks.plant.physics import Physics
     from lsds_mocks.plant.plant import Plant
 
 NAME = "plant"
@@ -291,9 +292,9 @@ class _Drive:
     def __init__(self, target_m: float, speed_m_s: float, limit_n: float) -> None:
         self._order = (target_m, speed_m_s, limit_n)
 
-    def __call__(self, plant: Plant) -> None:
+    def __call__(self, plant: Physics) -> None:
         plant.drive_fingers(*self._order)
 
 
-def _hold(plant: Plant) -> None:
+def _hold(plant: Physics) -> None:
     plant.hold_fingers()

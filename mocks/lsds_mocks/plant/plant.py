@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from lsds.contracts import CellTruth
 from lsds_mocks.gel.placement import ORIGIN
 from lsds_mocks.plant.changes import Changes
-from lsds_mocks.plant.drives import OPEN_APERTURE_M, Drives
-from lsds_mocks.plant.lift import GRAVITY_M_S2, ObjectMotion, step_object
+from lsds_mocks.plant.lift import ObjectMotion, step_object
+from lsds_mocks.plant.physics import FINGERS, OPEN_APERTURE_M, Physics
 from lsds_mocks.plant.planar import Body, PlanarMotion, step_planar
 from lsds_mocks.plant.squeeze import Squeeze
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from lsds_mocks.plant.friction import SurfaceFriction
     from lsds_mocks.plant.vibration import Vibration
 
-FINGERS = 2
-"""Number of fingers that carry the object."""
 STILL_STICKS = 0.1
 """Greatest sticking part of the contact that still counts as gross slip: while a rough or porous surface slides, a cell
 or two may stick briefly at any time."""
@@ -52,7 +50,7 @@ class PlantParameters:
     clamped: bool = False
 
 
-class Plant(Drives):
+class Plant(Physics):
     """The moving parts of a cell. One gel represents both fingers, which are identical.
 
     `travel_m` is the object's displacement down (+y) relative to the gel since the start.
@@ -213,8 +211,7 @@ class Plant(Drives):
     @property
     def required_normal_n(self) -> float:
         """Least normal force per finger that carries the object against gravity, the arm's acceleration and a push."""
-        pull_n = self.mass_kg * (GRAVITY_M_S2 + max(self.arm.acceleration_m_s2, 0.0))
-        return (pull_n + self._changes.push_n(self._time_s)) / (FINGERS * self.friction.static)
+        return self.normal_for(self.mass_kg, self.friction.static, self._changes.push_n(self._time_s))
 
     def truth(self, t_ns: int) -> CellTruth:
         """Return the truth, stamped `t_ns`."""

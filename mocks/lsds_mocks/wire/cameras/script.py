@@ -19,6 +19,7 @@ from lsds_mocks.gel.state import GelState, blend
 if TYPE_CHECKING:
     from lsds.clock import Clock
     from lsds_mocks.gel.protocol import GelModel
+    from lsds_mocks.plant.physics import Physics
     from lsds_mocks.plant.plant import Plant
 
 ROUND_S = 5.0
@@ -99,13 +100,13 @@ class ScriptedCell:
         plant = build_plant(CellOptions(), context.rng_seed(f"scripted plant {number}"))
         self._cell = SimulatedCell(plant, step_ns=_SCRIPT_STEP_NS, start_ns=origin)
 
-        def grip(plant: Plant) -> None:
+        def grip(plant: Physics) -> None:
             plant.fingers.target_m, plant.fingers.speed_m_s = self._aperture_m, 0.05
 
-        def lift(plant: Plant) -> None:
+        def lift(plant: Physics) -> None:
             plant.arm.target_m_s = self._speed_m_s
 
-        def release(plant: Plant) -> None:
+        def release(plant: Physics) -> None:
             plant.arm.target_m_s = 0.0
             plant.fingers.target_m, plant.fingers.speed_m_s = 0.05, 0.05
 
