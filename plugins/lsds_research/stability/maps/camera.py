@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
+from lsds_research.stability.grid import Axis
+from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 
@@ -18,16 +18,11 @@ def measure(method: str, worn_percent: float, swing: float, seed: int) -> float:
     return slip_mm(lifted(method, seed, settings))
 
 
-MAP = StabilityMap(
+MAP = slip_map(
     "camera",
     "Lift of the pipe: slip by worn markers and swinging light",
     Axis("worn markers", "%", (0, 10, 20, 30, 40, 50, 60), (0, 30, 60), (0, 30)),
     Axis("swing of the light", "levels", (0, 3, 6, 10, 15, 20, 30), (0, 10), (0,)),
-    CONTROLLERS,
-    (FIXED,),
-    "slip",
-    "mm",
-    SLIP_LIMIT_MM,
     measure,
 )
 study = partial(StabilityStudy, MAP)

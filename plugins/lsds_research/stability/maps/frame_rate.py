@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
+from lsds_research.stability.grid import Axis
+from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 
@@ -20,16 +20,11 @@ def measure(method: str, interval_ms: float, lost_percent: float, seed: int) -> 
     return slip_mm(lifted(method, seed, settings))
 
 
-MAP = StabilityMap(
+MAP = slip_map(
     "frame-rate",
     "Lift of the pipe: slip by frame interval and lost frames",
     Axis("frame interval", "ms", (15, 25, 40, 60, 80, 100, 120), (20, 40, 80), (40, 80)),
     Axis("lost frames", "%", (0, 10, 20, 30, 40), (0, 20), (0,)),
-    CONTROLLERS,
-    (FIXED,),
-    "slip",
-    "mm",
-    SLIP_LIMIT_MM,
     measure,
     notes=("exposure times jitter by a tenth of the interval; half as many frames as are lost repeat the one before",),
 )

@@ -6,17 +6,19 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from lsds_mocks.gel.material import GelMaterial
+from lsds_mocks.gel.shapes import Moved, Sphere
 
 from lsds_research.stability.grid import Axis, StabilityMap
 from lsds_research.stability.study import StabilityStudy
+from lsds_research.studies.gel.run_scene import lead
+from lsds_research.studies.gel.scenes import Scene
 
 if TYPE_CHECKING:
     from lsds_mocks.gel.protocol import GelModel
     from lsds_mocks.gel.shapes import Shape
     from numpy.typing import NDArray
 
-PAD_WIDTH_M = 24.96e-3
-"""Width of the pad, m: that of `GelMaterial`."""
 INDENTATION_M = 0.3e-3
 """Indentation, m."""
 WAY_M = 0.5e-3
@@ -42,14 +44,9 @@ def _truth(radius_mm: float, distance_mm: float) -> NDArray[np.float64]:
 
 
 def _dots(method: str, radius_mm: float, distance_mm: float) -> NDArray[np.float64]:
-    from lsds_mocks.gel.shapes import Moved, Sphere
-
-    from lsds_research.studies.gel.run_scene import lead
-    from lsds_research.studies.gel.scenes import Scene
-
     # A sphere of radius R that is pressed in by d touches within sqrt(R d) (Hertz).
     sphere = Sphere((radius_mm * 1e-3) ** 2 / INDENTATION_M)
-    offset_m = PAD_WIDTH_M / 2 - (radius_mm + distance_mm) * 1e-3
+    offset_m = GelMaterial().width_m / 2 - (radius_mm + distance_mm) * 1e-3
     shape = Moved(sphere, offset_m, 0.0)
     scene = Scene("patch", shape, INDENTATION_M, FRICTION, ((0.0, WAY_M / FRAMES, 0.0),) * FRAMES)
     x, y = np.meshgrid(np.linspace(-9e-3, 9e-3, 9), np.linspace(-7e-3, 7e-3, 7))
@@ -60,7 +57,6 @@ def _dots(method: str, radius_mm: float, distance_mm: float) -> NDArray[np.float
 def _gel(method: str, shape: Shape) -> GelModel:
     from lsds_mocks.gel.auto.gel import AutoGel
     from lsds_mocks.gel.field.gel import FieldGel
-    from lsds_mocks.gel.material import GelMaterial
     from lsds_mocks.gel.winkler import WinklerGel
 
     material = GelMaterial()

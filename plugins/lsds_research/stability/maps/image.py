@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
+from lsds_research.stability.grid import Axis
+from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 
@@ -19,16 +19,11 @@ def measure(method: str, blur: float, drift: float, seed: int) -> float:
     return slip_mm(lifted(method, seed, {"faults": faults} if faults else {}))
 
 
-MAP = StabilityMap(
+MAP = slip_map(
     "image",
     "Lift of the pipe: slip by blur and drift of the gain",
     Axis("blur", "severity", (0, 1, 2, 3, 4, 5), (0, 3, 5), (0, 3)),
     Axis("drift of the gain", "severity", (0, 1, 2, 3, 4, 5), (0, 3), (0,)),
-    CONTROLLERS,
-    (FIXED,),
-    "slip",
-    "mm",
-    SLIP_LIMIT_MM,
     measure,
     notes=("from the beginning of the lift; severities are those of docs/faults.md",),
 )

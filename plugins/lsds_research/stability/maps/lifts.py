@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from lsds.config.overrides import override_texts
 from lsds.errors import DataError
 from lsds_research.collecting.objects import PLANS
+from lsds_research.stability.grid import Axis, StabilityMap
 from lsds_research.studies.grip.lift import OFF, Lift, lift
 
 CONTROLLERS = ("belief", "pd")
@@ -17,6 +19,7 @@ FIRM = "firm grip"
 """A fixed grip of 6 mm: it shows which points are physically possible."""
 FIRM_SQUEEZE_MM = 6.0
 """Squeeze of the firm grip, mm; chosen."""
+FIRM_NOTE = f"a fixed grip of {FIRM_SQUEEZE_MM:g} mm shows which points are physically possible"
 SLIP_LIMIT_MM = 12.0
 """Accepted slip of a lift: that of 95 % of the random objects (mm)."""
 GRIP_LIMIT = 3.0
@@ -56,6 +59,34 @@ def lifted(
     if isinstance(found, str):
         raise DataError(found)
     return found
+
+
+def slip_map(
+    name: str,
+    title: str,
+    x: Axis,
+    y: Axis,
+    measure: Callable[[str, float, float, int], float],
+    *,
+    firm: bool = False,
+    notes: tuple[str, ...] = (),
+    remarks: Callable[[], Sequence[str]] | None = None,
+) -> StabilityMap:
+    """Return a map of the slip of a lift, for the controllers and the fixed grip; `firm`: for the firm grip, too."""
+    return StabilityMap(
+        name,
+        title,
+        x,
+        y,
+        CONTROLLERS,
+        (FIXED, FIRM) if firm else (FIXED,),
+        "slip",
+        "mm",
+        SLIP_LIMIT_MM,
+        measure,
+        notes=((FIRM_NOTE,) if firm else ()) + notes,
+        remarks=remarks,
+    )
 
 
 def slip_mm(found: dict[str, Any]) -> float:

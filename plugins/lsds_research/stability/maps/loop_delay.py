@@ -6,8 +6,8 @@ from functools import partial
 
 from lsds.support.extras import importable
 from lsds_research.stability.delay_margin import delay_margin_s
-from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.stability.maps.lifts import CONTROLLERS, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
+from lsds_research.stability.grid import Axis
+from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 PD_GAIN = 3.1
@@ -38,16 +38,11 @@ def remarks() -> tuple[str, ...]:
     )
 
 
-MAP = StabilityMap(
+MAP = slip_map(
     "loop-delay",
     "Lift of the pipe: slip by delay of the gripper and margin (belief), or gain in units of default / 1.2 (pd)",
     Axis("delay of the gripper", "ms", (20, 40, 80, 120, 160, 200, 300, 400), (40, 120, 300), (40, 200)),
     Axis("margin", "", (1.05, 1.2, 1.35, 1.5, 1.8), (1.2, 1.5), (1.2,)),
-    CONTROLLERS,
-    (FIXED,),
-    "slip",
-    "mm",
-    SLIP_LIMIT_MM,
     measure,
     remarks=remarks,
 )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.stability.maps.lifts import CONTROLLERS, FIRM, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
+from lsds_research.stability.grid import Axis
+from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 
@@ -25,17 +25,12 @@ def measure(method: str, diameter_mm: float, mass_g: float, seed: int) -> float:
     return slip_mm(lifted(method, seed, {}, cell=sphere))
 
 
-MAP = StabilityMap(
+MAP = slip_map(
     "spheres",
     "Lift of spheres (friction 0.6): slip by diameter and mass",
     Axis("diameter", "mm", (10, 15, 20, 25, 30, 40), (12, 25, 40), (12, 30)),
     Axis("mass", "g", (20, 50, 100, 200, 400, 800), (50, 400), (300,), log=True),
-    CONTROLLERS,
-    (FIXED, FIRM),
-    "slip",
-    "mm",
-    SLIP_LIMIT_MM,
     measure,
-    notes=("a fixed grip of 6 mm shows which points are physically possible",),
+    firm=True,
 )
 study = partial(StabilityStudy, MAP)

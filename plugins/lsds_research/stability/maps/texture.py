@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from lsds_research.stability.grid import Axis, StabilityMap
-from lsds_research.stability.maps.lifts import CONTROLLERS, FIRM, FIXED, SLIP_LIMIT_MM, lifted, slip_mm
+from lsds_research.stability.grid import Axis
+from lsds_research.stability.maps.lifts import lifted, slip_map, slip_mm
 from lsds_research.stability.study import StabilityStudy
 
 
@@ -27,17 +27,12 @@ def measure(method: str, depth_um: float, friction: float, seed: int) -> float:
     return slip_mm(lifted(method, seed, {}, cell=box))
 
 
-MAP = StabilityMap(
+MAP = slip_map(
     "texture",
     "Lift of a flat box of 200 g: slip by depth of its texture and friction",
     Axis("depth of the texture", "um", (0, 20, 50, 100, 200), (0, 50, 200), (0, 100)),
     Axis("friction", "", (0.25, 0.35, 0.5, 0.7, 1.0), (0.35, 0.7), (0.25,)),
-    CONTROLLERS,
-    (FIXED, FIRM),
-    "slip",
-    "mm",
-    SLIP_LIMIT_MM,
     measure,
-    notes=("a fixed grip of 6 mm shows which points are physically possible",),
+    firm=True,
 )
 study = partial(StabilityStudy, MAP)
