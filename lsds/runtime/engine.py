@@ -35,6 +35,7 @@ from lsds.runtime.scheduler import Phase, Scheduler
 from lsds.runtime.stop_report import stop_report
 from lsds.safety.device_calls import INTERRUPT_SETTLE_S
 from lsds.safety.guard import Guard
+from lsds.safety.press_watch import PressWatch
 from lsds.safety.validation import validated_aperture
 from lsds.safety.watchdog import Watchdog
 from lsds.tactile.compiled import use_compiled
@@ -109,6 +110,7 @@ class Engine:
         )
         compiled = use_compiled(config.tactile.arithmetic)
         self._grip = GripObserver(config.grip, self._asked.answer_s, compiled=compiled)
+        self._press = PressWatch(config.grip.power)
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None
@@ -286,6 +288,8 @@ class Engine:
         )
         if acting or self._rig.gripper is None:
             grip = self._grip.update(grip, supported=self._wanted.supported, speed_m_s=_speed_m_s(self._wanted.twist))
+        if acting and self._controls and grip.complete:
+            self._press.take(grip.t_ns, grip.squeeze_m, grip.normal_n)
         if acting and grip.slips > SLIP_STAGE_PROBABILITY:
             self._rig.stages.enter(SLIP, now_ns)
         command = None
@@ -432,6 +436,7 @@ class Engine:
     def _begin_grip(self) -> None:
         """Forget the grip before: the controller's memory belongs to it."""
         self._grip.reset()
+        self._press.reset()
         self._make(self._update._replace(name="reset"), self._rig.controller.reset)
         self._controlled_ns = None
 

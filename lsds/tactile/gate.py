@@ -2,7 +2,8 @@
 
 The gate refuses a frame if its image is unusable (black, saturated, without a colour, of the wrong shape), if its time
 stamp is impossible, if the whole image trembles, if it repeats the last image while something depends on it, or if
-hardly any marker can be tracked. A stream without usable frames for too long stops the cell. `check_image` checks one
+hardly any marker can be tracked. A stream without usable frames for too long stops the cell, and so does a part of the
+image that repeats for as long. `check_image` checks one
 image; `FrameGate` checks a stream.
 """
 
@@ -18,6 +19,7 @@ import numpy as np
 from lsds.clock import nanoseconds
 from lsds.errors import DataError
 from lsds.safety.monitors import Freshness
+from lsds.tactile.frozen_part import FrozenPart
 from lsds.tactile.unrest import Unrest
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 FIRST_FRAME_S = 3.0
 #: Minimum share of the markers that must be tracked; with fewer, the frame is refused.
 BLIND_SHARE = 0.3
+#: Share of the image that repeats from which on a part of it is frozen; chosen: the contact may lie in any tenth.
+FROZEN_SHARE = 0.1
 #: Number of refusals kept with their reasons; older ones are only counted.
 _REFUSALS_KEPT = 10_000
 
@@ -67,7 +71,8 @@ class FrameGate:
             nanoseconds(max(safety.frozen_after_s, safety.stale_after_s)),
             remedy="the camera repeats one image",
         )
-        self._repeated = RepeatedImage()
+        self._complete = Freshness(source, start_ns, nanoseconds(max(safety.frozen_after_s, safety.stale_after_s)))
+        self._repeated, self._frozen = RepeatedImage(), FrozenPart()
         self._unrest = Unrest()
         self.refused = 0
         self.refusals: deque[Refusal] = deque(maxlen=_REFUSALS_KEPT)
@@ -86,6 +91,7 @@ class FrameGate:
             return False
         if not self._live or not self._repeated.seen(frame.image) or not depends:
             self._changing.good(now_ns)
+            self._require_complete(now_ns, depends=depends)
             return True
         try:
             # A repeated black image counts as unusable, not as frozen, so the shorter limit applies.
@@ -97,6 +103,15 @@ class FrameGate:
         self._changing.bad("the camera repeats one image")
         self._changing.require(now_ns)
         return False
+
+    def _require_complete(self, now_ns: int, *, depends: bool) -> None:
+        """Raise SafetyStop if a part of the image has repeated for too long while something depends on it."""
+        share = self._frozen.share(self._unrest, learns=not depends) if self._live else 0.0
+        if share < FROZEN_SHARE:
+            self._complete.good(now_ns)
+            return
+        self._complete.bad(f"{100 * share:.0f} % of the image repeats from frame to frame")
+        self._complete.require(now_ns)
 
     def followed(self, frame: Frame, tracks: MarkerTracks, now_ns: int) -> None:
         """Record the share of tracked markers. Raises SafetyStop if it was too low for too long."""
