@@ -26,8 +26,8 @@ LEAST_SHARE = 0.3
 that closed by as much, it showed at least 0.59, spheres that were squeezed out included."""
 FIRST_NOISE = 0.05
 """Scatter of the force from frame to frame (natural logarithm) that is assumed before it is known; chosen."""
-NOISE_SHARE = 0.1
-"""Weight of a frame in the running mean of that scatter; chosen: the last ten frames count."""
+NEW_SHARE = 0.1
+"""Weight of a frame in the running means of that scatter, and of the force's own decay; chosen: ten frames count."""
 NOISE_STDS = 2.0
 """Standard deviations of its noise by which the force must have grown too little; chosen."""
 
@@ -52,7 +52,7 @@ class PressWatch:
         self._seen: deque[_Seen] = deque()
         self._last: tuple[float, float] | None = None
         self._closed_ns: int | None = None
-        self._noise = FIRST_NOISE
+        self._noise, self._decay = FIRST_NOISE, 0.0
         self._follows = False
 
     def take(self, t_ns: int, squeeze_m: float, normal_n: float) -> None:
@@ -68,12 +68,15 @@ class PressWatch:
         closed, grown = self._last[0] - before[0], self._last[1] - before[1]
         if abs(closed) > CLOSES:
             self._closed_ns = t_ns if closed > 0 else None
-        # The force of a held object also changes by itself, so only what follows a closing counts.
+        # Only what follows a closing counts, less the decay before it: a sphere that slips along the pad loses force.
         follows = self._closed_ns is not None and t_ns - self._closed_ns <= nanoseconds(RESPONSE_S)
         if follows:
-            self._seen.append(_Seen(t_ns, self._power * closed, grown, math.exp(before[0]), not self._follows))
+            # The estimate of the force leaps where the object falls fast: a leap down is no answer to a closing.
+            shown = max(grown - self._decay, -NOISE_STDS * self._noise)
+            self._seen.append(_Seen(t_ns, self._power * closed, shown, math.exp(before[0]), not self._follows))
         elif abs(closed) <= CLOSES:
-            self._noise += NOISE_SHARE * (abs(grown) - self._noise)
+            self._noise += NEW_SHARE * (abs(grown - self._decay) - self._noise)
+            self._decay = min(self._decay + NEW_SHARE * (grown - self._decay), 0.0)
         self._follows = follows
         while self._seen and self._seen[0].t_ns < t_ns - nanoseconds(WINDOW_S):
             self._seen.popleft()

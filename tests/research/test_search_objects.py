@@ -6,15 +6,21 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from lsds_research.search import scenarios
 from lsds_research.search.objects import FIRM, OBJECTS, chosen_space, completed
+from lsds_research.search.options import SearchOptions
 from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import NOT_HOLDABLE, Scenarios, not_holdable
 from lsds_research.search.space import DEFAULT, point_to_scenario
+from lsds_research.search.study import SearchStudy
 
 from lsds.cli.main import main
+from lsds.clock import VirtualClock
 from lsds.config import load_config
 from lsds.config.overrides import override_texts
+from lsds.contracts import BuildContext
 from lsds.errors import DataError
 
 MASS, FRICTION = "cell.simulated.mass_kg", "cell.simulated.static_friction"
@@ -81,6 +87,37 @@ def test_every_random_object_is_a_config():
         scenario = completed(point_to_scenario(OBJECTS, point))
         for firm in ((), *FIRM):
             load_config(None, [*override_texts(scenario), *firm])
+
+
+@given(point=st.lists(st.floats(0, 1, exclude_max=True), min_size=len(OBJECTS), max_size=len(OBJECTS)), data=st.data())
+def test_whatever_is_left_out_of_a_scenario_the_rest_describes_one_object(point, data):
+    drawn = point_to_scenario(OBJECTS, point)
+    kept = data.draw(st.sets(st.sampled_from(sorted(drawn))))
+    scenario = completed({key: value for key, value in drawn.items() if key in kept})
+    assert scenario.get("cell.simulated.kinetic_friction", 0.0) <= scenario.get(FRICTION, 0.0)
+    assert not {"kinetic_share"} & scenario.keys()
+    if scenario.get("cell.simulated.shape") == "sphere" and "cell.simulated.diameter_mm" in scenario:
+        assert scenario["cell.simulated.length_mm"] >= scenario["cell.simulated.diameter_mm"]
+    if "task.lift_speed_m_s" in scenario:
+        assert scenario["task.lift_s"] * scenario["task.lift_speed_m_s"] <= 0.1201
+
+
+def test_a_failure_is_shrunk_from_what_was_drawn(monkeypatch):
+    """Heavy objects fail, and a sphere is as long as it is thick: the smallest scenario is the mass alone."""
+
+    def lifted(lift):
+        scenario, _, _ = lift
+        shape, friction = scenario.get("cell.simulated.shape"), scenario.get(FRICTION, 1.0)
+        assert shape != "sphere" or scenario["cell.simulated.length_mm"] >= scenario["cell.simulated.diameter_mm"]
+        assert scenario.get("cell.simulated.kinetic_friction", 0.0) <= friction
+        margin = 1.0 - scenario.get(MASS, 0.3)
+        return {"margins": {"holds": margin}, "outcome": "lifted", "fault": None, "simulated_s": 1.0}
+
+    monkeypatch.setattr(scenarios, "run_scenario", lifted)
+    monkeypatch.setattr("lsds_research.search.objects.FIRM", ())
+    options = SearchOptions(random=True, runs=32, jobs=1, most=1)
+    found = SearchStudy(options, BuildContext(VirtualClock(), 0)).run(lambda done, of: None).rows
+    assert [row["keys"].partition(" = ")[0] for row in found] == ["mass_kg"]
 
 
 def test_a_space_is_one_of_three(tmp_path):

@@ -80,12 +80,12 @@ def chosen_space(file: str, *, random: bool) -> Space:
 
 
 def completed(scenario: Scenario) -> Scenario:
-    """Return a scenario with the keys that depend on others."""
+    """Return a scenario with the keys that depend on others, where it has those."""
     found = dict(scenario)
     share = found.pop(SHARE, None)
-    if share is not None:
+    if share is not None and f"{CELL}static_friction" in found:
         found[f"{CELL}kinetic_friction"] = round(float(found[f"{CELL}static_friction"]) * float(share), 4)
-    if found.get(f"{CELL}shape") == "sphere":
+    if found.get(f"{CELL}shape") == "sphere" and f"{CELL}diameter_mm" in found:
         found[f"{CELL}length_mm"] = max(20.0, float(found[f"{CELL}diameter_mm"]))
         found[f"{CELL}turned_deg"] = 0.0
     if found.get(f"{CELL}texture") == "smooth":

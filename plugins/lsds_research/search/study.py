@@ -24,7 +24,7 @@ from lsds_research.search.robustness import Limits
 from lsds_research.search.scenarios import Scenarios, not_holdable
 from lsds_research.search.seek import seek
 from lsds_research.search.shrink import shrunk
-from lsds_research.search.space import Scenario
+from lsds_research.search.space import Scenario, point_to_scenario
 
 _COLUMNS = (
     ("failure", "failure", ""),
@@ -95,7 +95,9 @@ class SearchStudy:
         for row in failed:
             if len(found) >= self._most:
                 break
-            small = shrunk(row["scenario"], self._space, partial(self._fails, row["way"]), SHRINKS)
+            # What was drawn is shrunk, and completed anew each time: half of a completed scenario would be another object.
+            drawn = point_to_scenario(self._space, row["point"])
+            small = self._complete(shrunk(drawn, self._space, partial(self._fails, row["way"]), SHRINKS))
             keys = ", ".join(f"{key.rpartition('.')[2]} = {value}" for key, value in small.items())
             if keys in seen:
                 continue
@@ -126,5 +128,5 @@ class SearchStudy:
         return file
 
     def _fails(self, way: str, scenario: Scenario) -> bool:
-        row = self._scenarios.rows([scenario], lambda _: None)[0]
+        row = self._scenarios.rows([self._complete(scenario)], lambda _: None)[0]
         return bool(row["margins"].get(way, 1.0) < 0)

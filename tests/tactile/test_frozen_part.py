@@ -1,0 +1,81 @@
+"""A part of the image that repeats while the rest changes is frozen; calm, compressed and saturated places are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lsds.contracts import Frame, SensorSpec
+from lsds.errors import SafetyStop
+from lsds.safety.guard import SafetyOptions
+from lsds.tactile.frozen_part import REPEATS, FrozenPart
+from lsds.tactile.gate import FrameGate
+from lsds.tactile.unrest import Unrest
+
+MS = 1_000_000
+HALF = np.s_[:, :160]
+
+
+def image(rng):
+    return np.clip(110 + 2 * rng.standard_normal((240, 320, 3)), 0, 255).astype(np.uint8)
+
+
+def shares(images, learnt=0):
+    """Return the frozen share after each image; the first `learnt` are of a camera on which nothing depends."""
+    unrest, part, found = Unrest(), FrozenPart(), []
+    for at, shown in enumerate(images):
+        unrest.seen(shown)
+        found.append(part.share(unrest, learns=at < learnt))
+    return found
+
+
+def with_half_of(images, half):
+    for shown in images:
+        shown[HALF] = half
+    return images
+
+
+def test_a_half_that_repeats_is_frozen_after_a_few_frames():
+    rng = np.random.default_rng(1)
+    found = shares(with_half_of([image(rng) for _ in range(8)], image(rng)[HALF]))
+    assert found[:REPEATS] == [0] * REPEATS
+    assert found[REPEATS:] == [0.5] * (8 - REPEATS)
+
+
+def test_a_camera_whose_noise_goes_on_is_not():
+    rng = np.random.default_rng(1)
+    assert not any(shares([image(rng) for _ in range(30)]))
+
+
+def test_places_that_repeat_while_nothing_depends_on_them_may_go_on():
+    rng = np.random.default_rng(1)
+    assert not any(shares(with_half_of([image(rng) for _ in range(12)], image(rng)[HALF]), learnt=3))
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_black_and_saturated_places_are_not(level):
+    rng = np.random.default_rng(1)
+    assert not any(shares(with_half_of([image(rng) for _ in range(12)], level)))
+
+
+def test_another_size_starts_again():
+    rng = np.random.default_rng(1)
+    images = [image(rng)[: 240 - 120 * (at % 2)] for at in range(12)]
+    assert not any(shares(with_half_of(images, 7)))
+
+
+def test_a_gate_stops_for_it_only_while_something_depends_on_it():
+    rng = np.random.default_rng(1)
+    frozen = image(rng)[HALF]
+    for depends in (False, True):
+        gate = FrameGate("sensor", SensorSpec(320, 240, 25.0, 0.0634e-3), SafetyOptions(), 0)
+        taken = 0
+        try:
+            for seq, shown in enumerate(with_half_of([image(rng) for _ in range(20)], frozen)):
+                taken += gate.admit(Frame(shown, seq * 40 * MS, seq), seq * 40 * MS, depends=depends)
+        except SafetyStop as stop:
+            assert depends
+            assert "50 % of the image repeats from frame to frame" in str(stop)
+            assert taken < 12
+        else:
+            assert not depends

@@ -1,0 +1,85 @@
+"""A gripper whose closings the gel does not show stops the cell; one whose force follows, or changes by itself, does not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lsds.errors import SafetyStop
+from lsds.safety.press_watch import LEAST_SHARE, PressWatch
+
+POWER = 1.25
+FRAME_NS = 40_000_000
+CLOSING = [1.5, 1.5, 1.7, 1.9, 2.1, 2.3, 2.5, 2.5, 2.5, 2.5, 2.5, 2.5]
+"""A squeeze that grows by two thirds, mm."""
+
+
+def feed(watch: PressWatch, squeezes_mm, normals_n, start: int = 0) -> None:
+    for at, (squeeze_mm, normal_n) in enumerate(zip(squeezes_mm, normals_n, strict=True)):
+        watch.take((start + at) * FRAME_NS, squeeze_mm * 1e-3, normal_n)
+
+
+def test_a_closing_that_the_gel_does_not_show_stops_the_cell():
+    with pytest.raises(SafetyStop, match=r"closed by 1\.00 mm, but the normal force .* changed by \+0 % instead of"):
+        feed(PressWatch(POWER), CLOSING, [2.0] * len(CLOSING))
+
+
+@given(share=st.floats(LEAST_SHARE + 0.05, 2), scale=st.floats(0.2, 20))
+def test_a_force_that_follows_does_not(share, scale):
+    feed(PressWatch(POWER), CLOSING, [scale * squeeze ** (share * POWER) for squeeze in CLOSING])
+
+
+@given(squeezes=st.lists(st.floats(0.4, 20), min_size=3, max_size=80), scale=st.floats(0.2, 20))
+def test_no_sound_gripper_stops_the_cell_however_it_moves(squeezes, scale):
+    feed(PressWatch(POWER), squeezes, [scale * squeeze**POWER for squeeze in squeezes])
+
+
+def test_a_force_that_decays_between_closings_does_not():
+    """A sphere that slips along the pad loses force at a constant squeeze."""
+    watch, squeeze_mm, normal_n, frame = PressWatch(POWER), 2.0, 5.0, 0
+    for _ in range(6):
+        squeeze_mm, normal_n = 1.15 * squeeze_mm, normal_n * 1.15**POWER
+        for _ in range(8):
+            watch.take(frame * FRAME_NS, squeeze_mm * 1e-3, normal_n)
+            normal_n *= 0.96
+            frame += 1
+
+
+def test_a_small_closing_is_not_judged():
+    feed(PressWatch(POWER), [1.5, 1.5, 1.7, 1.9, 1.9, 1.9, 1.9, 1.9, 1.9], [2.0] * 9)
+
+
+def test_a_noisy_force_is_given_the_benefit_of_its_noise():
+    rng = np.random.default_rng(4)
+    rest = 1.5 * np.ones(40), 2.0 * np.exp(rng.normal(0, 0.2, 40))
+    noisy = PressWatch(POWER)
+    feed(noisy, *rest)
+    feed(noisy, CLOSING, [2.0] * len(CLOSING), start=40)
+    calm = PressWatch(POWER)
+    feed(calm, rest[0], 2.0 * np.ones(40))
+    with pytest.raises(SafetyStop):
+        feed(calm, CLOSING, [2.0] * len(CLOSING), start=40)
+
+
+def test_one_leap_of_the_estimate_is_no_answer_to_a_closing():
+    closing = [1.5, 1.7, 1.9, 2.1, 2.3, 2.5, 2.5, 2.5, 2.5, 2.5, 2.6, 2.6, 2.6]
+    normals = [squeeze**POWER for squeeze in closing]
+    feed(PressWatch(POWER), closing, [*normals[:-3], *(0.4 * normal for normal in normals[-3:])])
+
+
+def test_frames_without_a_known_force_are_left_out():
+    watch = PressWatch(POWER)
+    for at, squeeze in enumerate(CLOSING):
+        watch.take(at * FRAME_NS, squeeze * 1e-3, math.nan)
+        watch.take(at * FRAME_NS, math.nan, 2.0)
+
+
+def test_the_next_object_is_another_matter():
+    watch = PressWatch(POWER)
+    feed(watch, CLOSING[:5], [2.0] * 5)
+    watch.reset()
+    feed(watch, CLOSING[4:], [2.0] * (len(CLOSING) - 4), start=5)
