@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 )
 @click.option("--repeats", type=click.IntRange(1), default=1, show_default=True, help="With --client: runs of a case.")
 @click.option("--jobs", type=click.IntRange(1), default=4, show_default=True, help="With --client: runs at a time.")
-@click.option("--seed", type=int, default=0, show_default=True, help="With --client: seed of the mock's faults.")
+@click.option("--seed", type=int, help="With --client: seed of the mock's faults; default: 0, or that of the finding.")
 @click.option(
     "--found",
     type=click.Path(file_okay=False, path_type=Path),
@@ -50,7 +50,7 @@ def check(
     faults: str | None,
     repeats: int,
     jobs: int,
-    seed: int,
+    seed: int | None,
     found: Path | None,
     json_file: str | None,
 ) -> int:

@@ -29,18 +29,22 @@ def check_client(
     overrides: Sequence[str] = (),
     repeats: int = 1,
     jobs: int = 4,
-    seed: int = 0,
+    seed: int | None = None,
     found: Path | None = None,
     json_file: str | None = None,
 ) -> int:
-    """Try a client; print the table of outcomes and return the exit code. Raises UsageError, ConfigError, DataError."""
+    """Try a client; print the table of outcomes and return the exit code.
+
+    A finding in a file is repeated with its own seed and settings, except for those that are given. Raises UsageError,
+    ConfigError, DataError.
+    """
     from lsds.cli.progress import Progress
     from lsds.testing.torture.campaign import run_case, run_cases, save
 
     if found is not None:
         _require_folder(found)
-    base = _base(backend, client, overrides, seed)
-    planned = _planned(base, faults, repeats)
+    base = _base(backend, client, overrides, seed or 0)
+    planned = _planned(base, faults, repeats, seed)
     healthy = run_case(replace(base, fault="", severity=None), None)
     if reason := healthy.broken or next((finding.text for finding in healthy.findings), ""):
         raise click.ClickException(
@@ -80,7 +84,7 @@ def _base(backend: str, client: str, overrides: Sequence[str], seed: int) -> Cas
     return Case(kind, mock or MOCKS[kind], client, seed=seed, settings=tuple(settings.items()))
 
 
-def _planned(base: Case, faults: str, repeats: int) -> list[tuple[Case, Possible | None]]:
+def _planned(base: Case, faults: str, repeats: int, seed: int | None) -> list[tuple[Case, Possible | None]]:
     """Return the cases of names of faults, of `all`, of `none`, or of the file of a finding."""
     from lsds.testing.torture.campaign import cases_of, faults_of, saved_cases
 
@@ -91,8 +95,10 @@ def _planned(base: Case, faults: str, repeats: int) -> list[tuple[Case, Possible
     known = {fault.kind: fault for fault in faults_of(base, sorted({case.fault for case in cases} - {""}) or ["none"])}
     planned: list[tuple[Case, Possible | None]] = []
     for case in cases:
-        own = replace(case, kind=base.kind, mock=base.mock, client=base.client)
-        planned += [(replace(own, seed=case.seed + repeat), known.get(case.fault)) for repeat in range(repeats)]
+        settings = dict(case.settings) | dict(base.settings)
+        own = replace(case, kind=base.kind, mock=base.mock, client=base.client, settings=tuple(settings.items()))
+        first = case.seed if seed is None else seed
+        planned += [(replace(own, seed=first + repeat), known.get(case.fault)) for repeat in range(repeats)]
     return planned
 
 

@@ -47,14 +47,16 @@ class FingersWatch:
         """Take the aperture that was asked for and the one that the gripper took.
 
         `corrects`: the command is a correction, on which an object relies; a grasp has retries and limits of its job.
-        Raises DeviceFault if the gripper took a wider aperture, which opens it by more than its resolution explains.
+        Raises DeviceFault if the gripper took a wider aperture than its resolution explains: one that opens it, or one
+        that is no correction.
         """
-        # A gripper that cannot close that far takes a wider aperture than commanded, but does not open by that.
-        if taken_m > max(asked_m, self._bound_m) + 1.01 * self._tick_m:
+        # A gripper that cannot close that far takes a wider aperture than commanded, but does not open by that. A
+        # correction that it cannot carry out is another matter: the object goes on sliding.
+        if taken_m > (asked_m if corrects else max(asked_m, self._bound_m)) + 1.01 * self._tick_m:
             raise DeviceFault(
                 "gripper",
                 f"took {1e3 * taken_m:.2f} mm for {1e3 * asked_m:.2f} mm, wider by more than its resolution",
-                remedy="give its true resolution in its spec",
+                remedy="give its true resolution in its spec, or how far it closes as safety.min_aperture_m",
             )
         self._corrects, self._asked_m = corrects, asked_m
         self._taken_m, self._taken_ns = taken_m, now_ns

@@ -141,3 +141,12 @@ def test_fingers_that_follow_their_commands_never_stop_the_cell(commands):
             t += 10
             aperture += max(-1.5, min(1.5, target - aperture))
             watch.check(state(t, aperture, target_mm=target, moving=aperture != target), t * MS)
+
+
+def test_a_correction_that_is_rounded_away_is_a_fault_though_nothing_opens():
+    watch = FingersWatch(TICK_M)
+    watch.sent(0.0241, 0.024, 0, corrects=False)
+    watch.check(state(0, 24.0), 0)
+    watch.sent(0.0236, 0.024, 0, corrects=False)
+    with pytest.raises(DeviceFault, match=r"took 24\.00 mm for 23\.60 mm, wider by more than its resolution"):
+        watch.sent(0.0236, 0.024, 0, corrects=True)
