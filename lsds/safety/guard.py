@@ -32,7 +32,7 @@ class SafetyOptions(BaseModel):
         default=0.2,
         gt=0,
         le=3600,
-        description="stop if the camera repeats one image for this time; not before stale_after_s",
+        description="stop if the camera repeats an image, or a tenth of it, for this time; not before stale_after_s",
     )
     watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop if the loop is silent for this time")
     command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="lifetime of a motion command")
