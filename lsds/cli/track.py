@@ -144,7 +144,7 @@ def _table(summary: dict[str, Any], most: int | None) -> str:
         ("markers kept, worst frame", _show(summary["kept_min"])),
         ("largest displacement", f"{_show(summary['largest_displacement_px'])} px"),
         ("frames with slip", _show(summary["slip_fraction"])),
-        ("reference renewed, at frames", ", ".join(map(str, summary["reference_taken_anew"])) or "-"),
+        ("reference renewed, at frames", ", ".join(map(str, summary["reference_renewed"])) or "-"),
         ("unusable frames", str(len(summary["failures"]))),
     ]
     rows += [(f"  frame {f['frame']}", f["reason"]) for f in summary["failures"][:most]]

@@ -38,7 +38,7 @@ BRIGHTER = 1.6
 class FingerLine:
     """One finger at work. `newest` is the last frame with what was made of it, None before the first.
 
-    `taken_anew` are the frames that a recording's reference was taken from again, because the gel had leapt (its first
+    `renewed` are the frames that a recording's reference was taken from again, because the gel had leapt (its first
     frames show another state, or it moved by more than a pitch at once) or the camera had not settled. A running cell
     stops instead, and waits for the camera.
     """
@@ -48,7 +48,7 @@ class FingerLine:
         self.finger = finger
         self.gate = FrameGate(finger.label, finger.sensor.spec, config.safety, start_ns, live=live)
         self.newest: FingerCycle | None = None
-        self.taken_anew: list[int] = []
+        self.renewed: list[int] = []
         self._live, self._lost = live, 0
         self._reference = ReferenceCollector(config.tactile.reference_frames)
         self._seq = -1
@@ -147,7 +147,7 @@ class FingerLine:
             return False
         self.finger.detector.reset()
         self.finger.estimator.reset()
-        self.taken_anew.append(frame.seq)
+        self.renewed.append(frame.seq)
         return True
 
     def _take_reference(self, frame: Frame, now_ns: int) -> None:

@@ -91,8 +91,9 @@ class PressWatch:
         # The changes of successive frames add up to the difference of two, so each series has the noise of one change.
         series = max(sum(seen.begins for seen in self._seen), 1)
         if shown + NOISE_STDS * self._noise * math.sqrt(series) < LEAST_SHARE * expected:
+            closed_mm = 1e3 * (squeeze_m - self._seen[0].from_m)
             raise SafetyStop(
-                f"gripper: it reports that its fingers closed by {1e3 * (squeeze_m - self._seen[0].from_m):.2f} mm, but "
+                f"gripper: it reports that its fingers closed by {closed_mm:.2f} mm, but "
                 f"the normal force on the gel changed by {100 * math.expm1(shown):+.0f} % instead of "
                 f"{100 * math.expm1(expected):+.0f} % (check its fingers, their coupling and its position sensor)"
             )

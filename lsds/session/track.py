@@ -41,7 +41,7 @@ class TrackResult:
     """The result of tracking a recording. Lists have one entry per frame after the reference, in order.
 
     `displacement_m` entries are (N, 2), NaN where lost; `features` (F,) in the order of `FEATURES`. `failures` names
-    each frame that could not be used and why; `taken_anew` are frames from which the reference was taken again, because
+    each frame that could not be used and why; `renewed` are frames from which the reference was taken again, because
     most dots had been lost for half a second; `error` is what ended the recording early, None if it was read to the
     end, and `cause` the exception behind it, if any. `frames` counts all frames read, those of the reference and
     unusable ones included.
@@ -64,7 +64,7 @@ class TrackResult:
     failures: list[tuple[int, str]] = field(default_factory=list)
     error: str | None = None
     cause: BaseException | None = None
-    taken_anew: list[int] = field(default_factory=list)
+    renewed: list[int] = field(default_factory=list)
     worst: tuple[Frame, MarkerTracks, MarkerReference] | None = None
     largest_m: float = -1.0
 
@@ -90,7 +90,7 @@ class TrackResult:
             "flags": {flag.name.lower(): int(self.flags[flag.value]) for flag in TrackFlag},
             "largest_displacement_px": self._largest_px(),
             "slip_fraction": float(np.mean([s is True for s in self.slip])) if self.slip else None,
-            "reference_taken_anew": self.taken_anew,
+            "reference_renewed": self.renewed,
             "failures": [{"frame": number, "reason": reason} for number, reason in self.failures],
         }
 
@@ -212,7 +212,7 @@ def track_recording(
         finally:
             engine.events.close()
             result.frames = engine.recorded
-            result.taken_anew = list(line.taken_anew)
+            result.renewed = list(line.renewed)
             result.failures = [(refusal.seq, refusal.reason) for refusal in line.gate.refusals]
             if result.reference is None:
                 _take_reference(result, line)

@@ -1,7 +1,7 @@
 """Reach of a contact along the load: how far a round object can slip before it leaves its contact.
 
 An object that slips carries its contact along. Between flat or straight surfaces the contact stays as large as it is. A
-sphere that slips by the radius of its contact lies beside its dent, and the fingers squeeze it out, whatever their
+sphere that slips by the radius of its contact lies next to its dent, and the fingers squeeze it out, whatever their
 force. So slip is measured against the half-length of the contact in the direction of the load.
 """
 

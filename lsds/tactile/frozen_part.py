@@ -1,4 +1,4 @@
-"""Detects a part of the image that repeats while the rest changes: dots there would be at rest for ever.
+"""Detects a part of the image that repeats while the rest changes: dots there would seem to be at rest.
 
 A camera's noise never repeats. Compression may make calm places repeat, and saturated or black ones do; so places that
 have repeated while nothing depended on the image are left out, and so are uniform ones.
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from lsds.tactile.unrest import Unrest
 
-REPEATS = 3
+LEAST_REPEATS = 3
 """Successive repetitions from which on a tile is frozen; chosen: compression may repeat a calm tile once or twice."""
 
 
@@ -45,6 +45,6 @@ class FrozenPart:
         if learns:
             self._may_repeat |= same
             return 0.0
-        frozen = (self._repeated >= REPEATS) & ~self._may_repeat
+        frozen = (self._repeated >= LEAST_REPEATS) & ~self._may_repeat
         frozen[frozen] = np.ptp(tiles[frozen], axis=1).any(axis=1)
         return float(frozen.mean())

@@ -1,23 +1,20 @@
 """Named numbers of the packages: each name has one value in the whole tree, and each number a statement and a sentence.
 
-`python -m tests.house_rules.constants` prints each place that breaks the rule, with names of files as arguments only
-theirs; with `--write` it lowers `constants_backlog.json` to what the tree holds now.
+`python -m tests.house_rules.constants` prints each place that breaks a rule; arguments are the names of the
+files to look at.
 """
 
 from __future__ import annotations
 
 import ast
-import json
 import math
 import re
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-BACKLOG = Path(__file__).with_name("constants_backlog.json")
 PACKAGES = ("lsds", "plugins", "drivers", "mocks")
 RULES = {
     "collisions": "a name that has another value elsewhere: say what it is the number of, or import the other",
@@ -141,25 +138,9 @@ def offences(found: list[Constant]) -> dict[str, list[Constant]]:
     }
 
 
-def counts(found: list[Constant]) -> dict[str, dict[str, int]]:
-    """How many places break each rule: by name for collisions, by file for the others."""
-    return {
-        rule: dict(sorted(Counter(c.meaning if rule == "collisions" else c.file for c in broken).items()))
-        for rule, broken in offences(found).items()
-    }
-
-
-def backlog() -> dict[str, dict[str, int]]:
-    """Counts when they were last written; a name or file that is not listed has none."""
-    return dict(json.loads(BACKLOG.read_text(encoding="utf-8")))
-
-
 def main(arguments: list[str]) -> None:
     """Prints the places of the whole tree, or of the files whose names start with an argument, and their numbers."""
     found = tree()
-    if "--write" in arguments:
-        BACKLOG.write_text(json.dumps(counts(found), indent=2) + "\n", encoding="utf-8")
-        return
     for rule, broken in offences(found).items():
         order = (lambda c: (c.meaning, c.file)) if rule == "collisions" else (lambda c: (c.file, c.line))
         here = [c for c in sorted(broken, key=order) if not arguments or c.file.startswith(tuple(arguments))]

@@ -1,14 +1,12 @@
 """Idioms and names that a reader who does not know the project would stumble over.
 
-`python -m tests.house_rules.english` prints each place; with `--write` it lowers the counts of `english_backlog.json`
-to what the tree holds now. The glossary in `docs/glossary.md` says which words to use instead.
+`python -m tests.house_rules.english` prints each place. `docs/glossary.md` has the words to use instead.
 """
 
 from __future__ import annotations
 
 import ast
 import io
-import json
 import re
 import subprocess
 import sys
@@ -18,7 +16,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-BACKLOG = Path(__file__).with_name("english_backlog.json")
 
 _PATTERNS = {
     r"\bbrains?\b": "algorithm, plugin",
@@ -116,18 +113,9 @@ def tree() -> dict[str, list[Idiom]]:
     return {name: idioms for name, idioms in found.items() if idioms}
 
 
-def backlog() -> dict[str, int]:
-    """Number of idioms that each file held when it was last counted; files that are not listed hold none."""
-    return dict(json.loads(BACKLOG.read_text(encoding="utf-8")))
-
-
 def main(arguments: list[str]) -> None:
     """Prints the places of the whole tree, or of the files whose names start with an argument."""
     found = tree()
-    if "--write" in arguments:
-        counts = {name: len(idioms) for name, idioms in sorted(found.items())}
-        BACKLOG.write_text(json.dumps(counts, indent=2) + "\n", encoding="utf-8")
-        return
     for name, idioms in found.items():
         if not arguments or name.startswith(tuple(arguments)):
             for place in idioms:

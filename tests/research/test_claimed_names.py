@@ -102,7 +102,7 @@ def test_the_study_of_whole_configurations_compares_backends_of_lsds():
     options = own_loop(PluginHost(), LoopOptions(trackers=["acme:lk"]))
     assert options.trackers == ["acme:lk"]
     assert options.controllers == ["lsds:belief", "lsds:pd"]
-    assert "lsds:fused+lsds:fused" in options.brains
+    assert "lsds:fused+lsds:fused" in options.pairs
 
 
 def test_recordings_are_read_by_the_video_sensor_of_lsds(tmp_path):

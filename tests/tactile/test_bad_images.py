@@ -119,7 +119,7 @@ def test_a_dim_start_raises_no_alarm_and_does_not_stay_the_reference(tmp_path, b
     assert not (answers.slip[:touched] == 1).any()
     assert not (answers.slip[-BEGINS:] == 1).any()
     # The reference is renewed if the start is too dim; a slightly dim start does no harm.
-    assert answers.engine.lines[0].taken_anew == ([dim] if gain < 1 / 1.6 else [])
+    assert answers.engine.lines[0].renewed == ([dim] if gain < 1 / 1.6 else [])
     shown = answers.engine.perception.reference_frame.image.mean()
     assert shown == pytest.approx(images[0].mean() * (1 if gain < 1 / 1.6 else gain), rel=0.02)
 
@@ -132,7 +132,7 @@ def test_first_frames_of_another_state_are_noticed_and_mended(tmp_path, backend)
     untouched = recorded(0.9, None).images
     answers = watched(tmp_path / "clip", [*leapt, *untouched, *images], backend)
     line = answers.engine.lines[0]
-    assert line.taken_anew == [other + LEAP_FRAMES]
+    assert line.renewed == [other + LEAP_FRAMES]
     assert line.newest.tracks.valid.mean() > 0.95
     assert not (answers.slip[: other + len(untouched)] == 1).any()
     assert not (answers.slip[-BEGINS:] == 1).any()

@@ -95,7 +95,7 @@ def test_a_name_is_taken_once():
         observers.add("a", print)
 
 
-def test_an_item_that_wakes_nobody_comes_with_the_next_one():
+def test_an_item_that_does_not_wake_comes_with_the_next_one():
     seen, all_seen = [], threading.Event()
 
     def observe(item):
@@ -111,7 +111,7 @@ def test_an_item_that_wakes_nobody_comes_with_the_next_one():
     assert seen == ["frame", "answer"]
 
 
-def test_an_item_that_wakes_nobody_is_not_forgotten():
+def test_an_item_that_does_not_wake_is_not_forgotten():
     all_seen = threading.Event()
     with Observers(threaded=True) as observers:
         observers.add("all", lambda item: all_seen.set())

@@ -375,7 +375,7 @@ def test_dim_first_frames_are_no_reference_and_a_single_one_is_retaken_in_the_li
     # From 0.4 to 0.7 is too much for a reference, from there on it is not.
     single = track(dim)
     assert single.reference_frame.seq == 1
-    assert single.taken_anew == [1]
+    assert single.renewed == [1]
     never = track(dim, "tactile.reference_frames=7")
     assert "equally bright" in never.error
     assert never.frames == 9

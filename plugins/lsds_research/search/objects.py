@@ -1,6 +1,6 @@
 """The space of random objects as axes: what a stranger may put between the fingers, from no catalogue.
 
-A failure with an object that no firm grip holds is none of the controller's.
+A failure with an object that no firm grip holds is not the controller's.
 
 The ranges are those of the study `grip` (`lsds_research.studies.grip.random_objects`). Some keys depend on others: a
 sphere is as long as it is thick, and kinetic friction is a share of the static one.
@@ -80,7 +80,7 @@ def chosen_space(file: str, *, random: bool) -> Space:
 
 
 def completed(scenario: Scenario) -> Scenario:
-    """Return a scenario with the keys that depend on others, where it has those."""
+    """Return a scenario with the keys that depend on others, as far as it has those."""
     found = dict(scenario)
     share = found.pop(SHARE, None)
     if share is not None and f"{CELL}static_friction" in found:

@@ -2,7 +2,7 @@
 
 `python -m tests.research.certify.random_rigs --rigs 20 --runs 48 --counted 96 [--out FILE] [--jobs 2]` draws rigs
 (timing, noise, fingers, algorithms), certifies each with a number of lifts, and counts the drops among other lifts
-drawn evenly from the same space. A count of n lifts has an error of its own: it is also compared with the 95 %
+drawn evenly from the same space. A count of n lifts has an error, too: it is also compared with the 95 %
 of counts that the interval, taken as a Beta distribution, predicts. Figures are simulated.
 """
 

@@ -13,7 +13,7 @@ from lsds.cli.main import main
 from lsds.config import load_config
 
 pytestmark = pytest.mark.usefixtures("installed_host")
-FEW = ["--tracker", "lk", "--brains", "threshold+field", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--jobs", "1"]
+FEW = ["--tracker", "lk", "--pair", "threshold+field", "--object", "pvc-pipe", "--squeeze-mm", "1.0", "--jobs", "1"]
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_the_chart_is_drawn_and_choose_goes_on_from_its_lifts(run, tmp_path, mon
     assert any(row["front"] for row in rows)
     assert picture.stat().st_size > 5000
 
-    few = {"trackers": ["lk"], "brains": ["threshold+field"], "objects": ["pvc-pipe"], "squeezes_mm": [1.0]}
+    few = {"trackers": ["lk"], "pairs": ["threshold+field"], "objects": ["pvc-pipe"], "squeezes_mm": [1.0]}
     from lsds_research.studies.loop import options
 
     whole = options.LoopOptions
@@ -89,6 +89,6 @@ def test_a_limit_without_a_unit_is_refused(run, wrong):
 
 
 def test_a_malformed_pair_is_one_line(run):
-    code, _, err = run("study", "loop", "--brains", "fused", "--no-plot")
+    code, _, err = run("study", "loop", "--pair", "fused", "--no-plot")
     assert code != 0
     assert "write DETECTOR+ESTIMATOR" in err

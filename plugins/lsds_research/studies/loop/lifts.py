@@ -43,9 +43,9 @@ class Configuration(NamedTuple):
 
 def configurations(options: LoopOptions) -> list[Configuration]:
     """Return the compared configurations. Raises DataError for a malformed pair."""
-    pairs = [each.partition("+") for each in options.brains]
+    pairs = [each.partition("+") for each in options.pairs]
     if wrong := ["".join(pair) for pair in pairs if not all(pair) or "+" in pair[2]]:
-        raise DataError(f"--brains {', '.join(wrong)}: write DETECTOR+ESTIMATOR, such as fused+fused")
+        raise DataError(f"--pair {', '.join(wrong)}: write DETECTOR+ESTIMATOR, such as fused+fused")
     trackers = options.trackers[:1] if options.quick else options.trackers
     return [
         Configuration(who, eye, gauge, law)

@@ -21,7 +21,7 @@ PAIRS = (
 class LoopOptions(BaseModel):
     """Whole configurations: computing time of a frame against slip distance and steady grip.
 
-    A configuration is a tracker, a detector and an estimator (`brains`; some use the object's imprint, some the
+    A configuration is a tracker, a detector and an estimator (`--pair`; some use the object's imprint, some the
     markers only), and a controller. Each lifts every object. Slip and grip are simulated; the time is of this machine.
     The front is the Pareto front of time, slip and grip.
 
@@ -43,11 +43,11 @@ class LoopOptions(BaseModel):
         description="tracker",
         json_schema_extra={"flag": "--tracker", "metavar": "NAME"},
     )
-    brains: list[str] = Field(
+    pairs: list[str] = Field(
         default=[*PAIRS],
         min_length=1,
         description="detector and estimator",
-        json_schema_extra={"flag": "--brains", "metavar": "DETECTOR+ESTIMATOR"},
+        json_schema_extra={"flag": "--pair", "metavar": "DETECTOR+ESTIMATOR"},
     )
     controllers: list[str] = Field(
         default=["belief", "pd"],

@@ -57,11 +57,11 @@ class LoopStudy:
 def own_options(host: PluginHost, options: LoopOptions) -> LoopOptions:
     """Return the options, with "lsds:name" for each default backend whose name another plugin claims too."""
     options = with_own_defaults(host, options, {"trackers": "tracker", "controllers": "controller"})
-    if "brains" in options.model_fields_set:
+    if "pairs" in options.model_fields_set:
         return options
-    pairs = [each.partition("+") for each in options.brains]
-    brains = [f"{host.own('detector', eye)}+{host.own('estimator', gauge)}" for eye, _, gauge in pairs]
-    return options.model_copy(update={"brains": brains})
+    pairs = [each.partition("+") for each in options.pairs]
+    named = [f"{host.own('detector', eye)}+{host.own('estimator', gauge)}" for eye, _, gauge in pairs]
+    return options.model_copy(update={"pairs": named})
 
 
 def measured(

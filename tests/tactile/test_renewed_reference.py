@@ -26,10 +26,10 @@ def test_a_gel_that_leaps_is_followed_from_a_new_reference(tmp_path: Path) -> No
     leapt = Motion(PITCH / 2, PITCH / 2)
     found = track(written(tmp_path / "leap", [Motion()] * 4 + [leapt] * (LEAP_FRAMES + 12)))
     assert found.error is None
-    assert len(found.taken_anew) == 1
-    first = found.taken_anew[0]
+    assert len(found.renewed) == 1
+    first = found.renewed[0]
     assert 4 + LEAP_FRAMES <= first < 4 + LEAP_FRAMES + 3
-    assert found.summary()["reference_taken_anew"] == found.taken_anew
+    assert found.summary()["reference_renewed"] == found.renewed
     # From then on all dots are followed again.
     assert np.mean(found.kept_fraction[-8:]) > 0.99
 
@@ -37,7 +37,7 @@ def test_a_gel_that_leaps_is_followed_from_a_new_reference(tmp_path: Path) -> No
 def test_a_gel_that_only_moves_keeps_its_reference(tmp_path: Path) -> None:
     slow = [Motion(0.8 * number, -0.4 * number) for number in range(LEAP_FRAMES + 8)]
     found = track(written(tmp_path / "slow", slow))
-    assert found.taken_anew == []
+    assert found.renewed == []
     assert np.mean(found.kept_fraction) > 0.9
 
 
@@ -49,5 +49,5 @@ def test_nothing_to_take_it_from_is_no_end(tmp_path: Path) -> None:
         cv2.imwrite(str(folder / f"{number:03}.png"), image)
     found = track(folder)
     assert found.error is None
-    assert found.taken_anew == []
+    assert found.renewed == []
     assert found.frames == LEAP_FRAMES + 14
