@@ -1,4 +1,4 @@
-"""A gripper whose closings the gel does not show stops the cell; one whose force follows, or changes by itself, does not."""
+"""A gripper whose closings the gel does not show stops the cell; one whose force follows does not."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from lsds.contracts.backend import CELL
 from lsds.contracts.plant import join
 from lsds.errors import ConfigError, ConfigIssue
 from lsds_mocks.cell.cell import P, SimulatedCell
-from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.cell.options import CellOptions, ContactOptions
 from lsds_mocks.gel.kernel import DEFAULT_KERNEL
 from lsds_mocks.gel.material import GelMaterial
 from lsds_mocks.gel.winkler import WinklerGel
@@ -36,7 +36,7 @@ _GRAIN = 0x62A1
 """First part of the seed of an object's grain, which separates it from other random streams; chosen."""
 
 
-def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
+def build_surface(options: ContactOptions, material: GelMaterial) -> Shape:
     """Return the object's surface; its relief depends on the object only, so it is the same in every run."""
     if options.height_map:
         return height_map(
@@ -48,7 +48,7 @@ def build_surface(options: CellOptions, material: GelMaterial) -> Shape:
     )
 
 
-def build_grain(options: CellOptions) -> Grain | None:
+def build_grain(options: ContactOptions) -> Grain | None:
     """Return the fine relief of the object's surface, the same in every run; None without one.
 
     A height map already contains the whole surface, so it has no additional relief.
@@ -59,13 +59,11 @@ def build_grain(options: CellOptions) -> Grain | None:
     return Grain(options.grain_um, options.grain_mm, rng)
 
 
-def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelModel:
+def build_gel(options: ContactOptions, shape: Shape, material: GelMaterial) -> GelModel:
     """Return the gel model of the configured tier."""
     if options.fidelity == "winkler":
         kernel = DEFAULT_KERNEL.scaled(GelMaterial().modulus_pa / material.modulus_pa)
         return WinklerGel(shape, material, kernel=kernel)
-    # A solver residual acts like an external force: backward Euler damps it, the midpoint rule lets it oscillate.
-    settled = 0.02 if options.integrator == "backward-euler" else 0.004
     # Import the compiled solver and its tables only if they are used.
     from lsds_mocks.gel.field.compiling import prepare
 
@@ -73,14 +71,14 @@ def build_gel(options: CellOptions, shape: Shape, material: GelMaterial) -> GelM
         prepare(material, (1, 2))
         from lsds_mocks.gel.auto.gel import AutoGel
 
-        return AutoGel(shape, material, tolerance_m=options.tolerance_um * 1e-6, settled=settled)
+        return AutoGel(shape, material, tolerance_m=options.tolerance_um * 1e-6, settled=options.residual)
     prepare(material, (options.grid,), options.fidelity)
     from lsds_mocks.gel.field.gel import FieldGel
 
-    return FieldGel(shape, material, fine=options.grid, kernel=options.fidelity, tolerance=settled)
+    return FieldGel(shape, material, fine=options.grid, kernel=options.fidelity, tolerance=options.residual)
 
 
-def build_material(options: CellOptions) -> GelMaterial:
+def build_material(options: ContactOptions) -> GelMaterial:
     """Return the gel's size and elasticity."""
     return GelMaterial(
         modulus_pa=options.modulus_mpa * 1e6,
@@ -93,7 +91,7 @@ def build_material(options: CellOptions) -> GelMaterial:
 
 
 def build_friction(
-    options: CellOptions, texture_rng: np.random.Generator, chatter_rng: np.random.Generator
+    options: ContactOptions, texture_rng: np.random.Generator, chatter_rng: np.random.Generator
 ) -> SurfaceFriction:
     """Return the friction of the object's surface, drawn from two streams."""
     length = options.length_mm * 1e-3
@@ -150,7 +148,7 @@ def make_cell(options: CellOptions, context: BuildContext) -> SimulatedCell[Plan
     return cell_of(build_plant(options, context.rng_seed("plant")), options, context, options.fidelity)
 
 
-def cell_of(plant: P, options: CellOptions, context: BuildContext, model: str) -> SimulatedCell[P]:
+def cell_of(plant: P, options: ContactOptions, context: BuildContext, model: str) -> SimulatedCell[P]:
     """Return a cell that steps a plant from the clock's present on; `model` names the gel in its report."""
     return SimulatedCell(
         plant,

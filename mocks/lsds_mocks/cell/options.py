@@ -14,8 +14,8 @@ _PROPORTIONS = (1.0, 10.0)
 the memory of a common computer."""
 
 
-class CellOptions(BaseModel):
-    """Options of `[cell.simulated]`. The default: a weighted PVC pipe standing on a table, gripped at its foot.
+class ContactOptions(BaseModel):
+    """Options of an object between two pads: its shape and friction, the gel, and the fingers.
 
     Lengths are in millimetres here for convenience; SI units inside.
     """
@@ -23,9 +23,6 @@ class CellOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     step_ms: float = Field(default=2.0, ge=0.25, le=10, description="time step of the physics, on an absolute grid")
-    integrator: Literal["backward-euler", "midpoint"] = Field(
-        default="backward-euler", description="time integration; midpoint keeps oscillations that backward Euler damps"
-    )
     fidelity: Literal["auto", "winkler", "layer", "pad"] = Field(
         default="auto",
         description="gel model: auto (elastic pad, automatic grid), winkler (bristles), elastic layer or pad",
@@ -66,13 +63,6 @@ class CellOptions(BaseModel):
     stiffness_n_mm: float = Field(
         default=1000.0, gt=0, le=1e5, description="normal stiffness of one side of the object"
     )
-    centre_x_mm: float = Field(
-        default=0.0,
-        ge=-100,
-        le=100,
-        description="distance of the centre of mass to the right of the pads; if not 0, the object can rotate",
-    )
-    clamped: bool = Field(default=False, description="clamp the object to the table: it can neither lift nor rotate")
     grip_height_mm: float = Field(
         default=50.0, ge=0, le=1000, description="height of the pad centre above the table at the start"
     )
@@ -100,15 +90,6 @@ class CellOptions(BaseModel):
         description="relative standard deviation of the whole patch's kinetic friction along the slide",
     )
 
-    changes_after_s: float = Field(
-        default=1.0, ge=0, le=600, description="when pouring, shove and wet patch begin, after the object was lifted"
-    )
-    pour_to: float = Field(default=1.0, ge=0.1, le=10, description="factor to which pouring changes the mass; 1: none")
-    pour_s: float = Field(default=3.0, gt=0, le=600, description="duration of pouring")
-    shove_n: float = Field(default=0.0, ge=0, le=200, description="peak of a downward shove, N; 0: none")
-    shove_s: float = Field(default=0.2, gt=0, le=10, description="duration of the shove")
-    wet_to: float = Field(default=1.0, ge=0.1, le=2, description="factor of friction where it gets wet; 1: it does not")
-
     poisson: float = Field(default=0.48, ge=0.3, le=0.499, description="Poisson's ratio of the gel (layer and pad)")
     modulus_mpa: float = Field(default=0.2, ge=0.02, le=5, description="Young's modulus of the gel")
     pad_width_mm: float = Field(default=24.96, gt=1, le=200, description="size of the gel along x")
@@ -123,6 +104,11 @@ class CellOptions(BaseModel):
     vibration_um: float = Field(default=3.0, ge=0, le=200, description="maximum displacement of the arm's vibration")
     drop_slip_mm: float = Field(default=60.0, gt=0, le=1000, description="slip distance that counts as dropped")
     history_s: float = Field(default=0.0, ge=0, le=3600, description="duration of per-step truth to keep")
+
+    @property
+    def residual(self) -> float:
+        """Relative residual of a settled gel. It acts like an external force, which backward Euler damps."""
+        return 0.02
 
     @model_validator(mode="before")
     @classmethod
@@ -150,3 +136,31 @@ class CellOptions(BaseModel):
         if self.grip_height_mm > self.length_mm:
             raise ValueError("grip_height_mm must not exceed length_mm: the pads would close above the object")
         return self
+
+
+class CellOptions(ContactOptions):
+    """Options of `[cell.simulated]`. The default: a weighted PVC pipe standing on a table, gripped at its foot."""
+
+    integrator: Literal["backward-euler", "midpoint"] = Field(
+        default="backward-euler", description="time integration; midpoint keeps oscillations that backward Euler damps"
+    )
+    centre_x_mm: float = Field(
+        default=0.0,
+        ge=-100,
+        le=100,
+        description="distance of the centre of mass to the right of the pads; if not 0, the object can rotate",
+    )
+    clamped: bool = Field(default=False, description="clamp the object to the table: it can neither lift nor rotate")
+    changes_after_s: float = Field(
+        default=1.0, ge=0, le=600, description="when pouring, shove and wet patch begin, after the object was lifted"
+    )
+    pour_to: float = Field(default=1.0, ge=0.1, le=10, description="factor to which pouring changes the mass; 1: none")
+    pour_s: float = Field(default=3.0, gt=0, le=600, description="duration of pouring")
+    shove_n: float = Field(default=0.0, ge=0, le=200, description="peak of a downward shove, N; 0: none")
+    shove_s: float = Field(default=0.2, gt=0, le=10, description="duration of the shove")
+    wet_to: float = Field(default=1.0, ge=0.1, le=2, description="factor of friction where it gets wet; 1: it does not")
+
+    @property
+    def residual(self) -> float:
+        """Relative residual of a settled gel. The midpoint rule lets it oscillate, so it is less there."""
+        return super().residual if self.integrator == "backward-euler" else 0.004

@@ -22,7 +22,7 @@ import numpy as np
 
 from lsds.errors import DataError
 from lsds_mocks.cell.build import build_friction, build_gel, build_grain, build_material, build_surface
-from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.cell.options import ContactOptions
 from lsds_mocks.devices.gelsight_options import GelSightOptions
 from lsds_mocks.devices.look import look_of
 from lsds_mocks.fingertip.contact import Outline
@@ -85,14 +85,14 @@ class SimulatedFingertip:
 
     def __init__(
         self,
-        options: CellOptions | None = None,
+        options: ContactOptions | None = None,
         look: GelSightOptions | None = None,
         *,
         side: Side = "front",
         seed: int = 0,
         friction: SurfaceFriction | None = None,
     ) -> None:
-        options = options or CellOptions()
+        options = options or ContactOptions()
         if side == "back":
             options = options.model_copy(update={"turned_deg": -options.turned_deg})
         self.options = options

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from lsds.support.extras import require
-from lsds_mocks.cell.options import CellOptions
+from lsds_mocks.cell.options import ContactOptions
 from lsds_mocks.fingertip.fingertip import SimulatedFingertip
 from lsds_mocks.fingertip.mujoco_scene import MujocoFingertip, MujocoScene
 
@@ -29,7 +29,7 @@ CLEARANCE_M = 1e-3
 """Distance of the open pads from the object, m."""
 
 
-def pipe_mjcf(options: CellOptions, *, step_s: float = STEPS_S[1], mode: Mode = "feel", grip: Grip = "force") -> str:
+def pipe_mjcf(options: ContactOptions, *, step_s: float = STEPS_S[1], mode: Mode = "feel", grip: Grip = "force") -> str:
     """Return the scene of an object as MJCF; a round object stands as a cylinder, any other as a box.
 
     Actuators: `lift` sets the height of the pads (m) above their start. `squeeze` sets the force of each finger (N);
@@ -105,7 +105,7 @@ def pipe_mjcf(options: CellOptions, *, step_s: float = STEPS_S[1], mode: Mode = 
 
 
 def pipe_scene(
-    options: CellOptions | None = None,
+    options: ContactOptions | None = None,
     *,
     mode: Mode = "feel",
     grip: Grip = "force",
@@ -118,7 +118,7 @@ def pipe_scene(
     import mujoco
 
     engine: Any = mujoco  # Its functions are compiled and have no types.
-    options = options or CellOptions(fidelity="winkler")
+    options = options or ContactOptions(fidelity="winkler")
     sides: tuple[tuple[str, Side], ...] = (("left", "front"), ("right", "back"))
     tips = {name: SimulatedFingertip(options, side=side, seed=seed) for name, side in sides}
     if step_s is None:
