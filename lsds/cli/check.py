@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 )
 @click.option("--repeats", type=click.IntRange(1), default=1, show_default=True, help="With --client: runs of a case.")
 @click.option("--jobs", type=click.IntRange(1), default=4, show_default=True, help="With --client: runs at a time.")
-@click.option("--seed", type=int, help="With --client: seed of the mock's faults; default: 0, or that of the finding.")
+@click.option("--seed", type=int, help="With --client: seed of the mock's faults; default: the finding's seed, else 0.")
 @click.option(
     "--found",
     type=click.Path(file_okay=False, path_type=Path),

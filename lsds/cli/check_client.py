@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,8 +45,9 @@ def check_client(
     if found is not None:
         _require_folder(found)
     base = _base(backend, client, overrides, seed or 0)
-    planned = _planned(base, faults, repeats, seed)
-    healthy = run_case(replace(base, fault="", severity=None), None)
+    planned = _planned(base, faults, repeats, seed, overrides)
+    settings = planned[0][0].settings if planned else base.settings
+    healthy = run_case(replace(base, fault="", severity=None, settings=settings), None)
     if reason := healthy.broken or next((finding.text for finding in healthy.findings), ""):
         raise click.ClickException(
             f"client {base.client} does not work on a healthy line, so a fault would show nothing: {reason}"
@@ -84,8 +86,11 @@ def _base(backend: str, client: str, overrides: Sequence[str], seed: int) -> Cas
     return Case(kind, mock or MOCKS[kind], client, seed=seed, settings=tuple(settings.items()))
 
 
-def _planned(base: Case, faults: str, repeats: int, seed: int | None) -> list[tuple[Case, Possible | None]]:
+def _planned(
+    base: Case, faults: str, repeats: int, seed: int | None, overrides: Sequence[str]
+) -> list[tuple[Case, Possible | None]]:
     """Return the cases of names of faults, of `all`, of `none`, or of the file of a finding."""
+    from lsds.config.overrides import apply_overrides
     from lsds.testing.torture.campaign import cases_of, faults_of, saved_cases
 
     if not faults.endswith(".json"):
@@ -95,7 +100,8 @@ def _planned(base: Case, faults: str, repeats: int, seed: int | None) -> list[tu
     known = {fault.kind: fault for fault in faults_of(base, sorted({case.fault for case in cases} - {""}) or ["none"])}
     planned: list[tuple[Case, Possible | None]] = []
     for case in cases:
-        settings = dict(case.settings) | dict(base.settings)
+        settings = deepcopy(dict(case.settings))
+        apply_overrides(settings, tuple(overrides))
         own = replace(case, kind=base.kind, mock=base.mock, client=base.client, settings=tuple(settings.items()))
         first = case.seed if seed is None else seed
         planned += [(replace(own, seed=first + repeat), known.get(case.fault)) for repeat in range(repeats)]

@@ -110,7 +110,8 @@ class Engine:
         )
         compiled = use_compiled(config.tactile.arithmetic)
         self._grip = GripObserver(config.grip, self._asked.answer_s, compiled=compiled)
-        self._press = PressWatch(config.grip.power)
+        watches = self._controls and config.safety.watch_press
+        self._press = PressWatch(config.grip.power, self._asked.resolution_m) if watches else None
         self._newest: Cycle | None = None
         self._wanted = Wanted("begin")
         self._controlled_ns: int | None = None
@@ -288,8 +289,6 @@ class Engine:
         )
         if acting or self._rig.gripper is None:
             grip = self._grip.update(grip, supported=self._wanted.supported, speed_m_s=_speed_m_s(self._wanted.twist))
-        if acting and self._controls and grip.complete:
-            self._press.take(grip.t_ns, grip.squeeze_m, grip.normal_n)
         if acting and grip.slips > SLIP_STAGE_PROBABILITY:
             self._rig.stages.enter(SLIP, now_ns)
         command = None
@@ -313,6 +312,9 @@ class Engine:
         )
         self.observers.publish(cycle)
         self.events.publish(cycle)
+        # After the cycle is published, so that a recording has the frame that explains a stop.
+        if self._press is not None and acting and grip.complete and math.isfinite(self._wanted.touch_m):
+            self._press.take(grip.t_ns, grip.squeeze_m, grip.normal_n)
         if self._yielding is not None:
             self._yielding.append(cycle)
             self.scheduler.stop()
@@ -436,7 +438,8 @@ class Engine:
     def _begin_grip(self) -> None:
         """Forget the grip before: the controller's memory belongs to it."""
         self._grip.reset()
-        self._press.reset()
+        if self._press is not None:
+            self._press.reset()
         self._make(self._update._replace(name="reset"), self._rig.controller.reset)
         self._controlled_ns = None
 

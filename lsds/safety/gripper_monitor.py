@@ -51,12 +51,13 @@ class FingersWatch:
         that is no correction.
         """
         # A gripper that cannot close that far takes a wider aperture than commanded, but does not open by that. A
-        # correction that it cannot carry out is another matter: the object goes on sliding.
+        # correction that it cannot carry out is a fault, because the object keeps sliding.
         if taken_m > (asked_m if corrects else max(asked_m, self._bound_m)) + 1.01 * self._tick_m:
             raise DeviceFault(
                 "gripper",
                 f"took {1e3 * taken_m:.2f} mm for {1e3 * asked_m:.2f} mm, wider by more than its resolution",
-                remedy="give its true resolution in its spec, or how far it closes as safety.min_aperture_m",
+                remedy="give its true resolution in its spec, set safety.min_aperture_m to its least aperture, or have "
+                "command() return the commanded aperture instead of the measured one; lsds check tries it",
             )
         self._corrects, self._asked_m = corrects, asked_m
         self._taken_m, self._taken_ns = taken_m, now_ns

@@ -34,6 +34,9 @@ class SafetyOptions(BaseModel):
         le=3600,
         description="stop if the camera repeats an image, or a tenth of it, for this time; not before stale_after_s",
     )
+    watch_press: bool = Field(
+        default=True, description="stop if the gel does not show the closings that the gripper reports"
+    )
     watchdog_s: float = Field(default=0.5, gt=0, le=10, description="stop if the loop is silent for this time")
     command_lifetime_s: float = Field(default=0.1, gt=0, le=10, description="lifetime of a motion command")
 

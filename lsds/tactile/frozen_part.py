@@ -1,7 +1,7 @@
-"""Detects a part of the image that repeats while the rest changes: dots there would seem to be at rest.
+"""Detects a part of the image that repeats while the rest changes: markers there would seem to be at rest.
 
-A camera's noise never repeats. Compression may make calm places repeat, and saturated or black ones do; so places that
-have repeated while nothing depended on the image are left out, and so are uniform ones.
+A camera's noise never repeats. Uniform areas (saturated, black) may, and so may areas that a codec compresses: what has
+repeated for some frames while nothing depended on the image does not count.
 """
 
 from __future__ import annotations
@@ -13,38 +13,53 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lsds.tactile.unrest import Unrest
-
 LEAST_REPEATS = 3
-"""Successive repetitions from which on a tile is frozen; chosen: compression may repeat a calm tile once or twice."""
+"""Minimum successive repetitions of a frozen tile; chosen: compression may repeat a calm tile once or twice."""
+ROW_STEP_PX = 16
+"""Distance of the rows that are compared, px; chosen: a band of a tenth of 240 rows holds one or two of them."""
+TILES_ACROSS = 8
+"""Number of tiles across a row; chosen."""
 
 
 class FrozenPart:
-    """Watches the tiles of one camera."""
+    """Watches the images of one camera, in tiles of one row's height."""
 
     def __init__(self) -> None:
-        self._repeated: NDArray[np.int64] | None = None
-        self._may_repeat: NDArray[np.bool_] | None = None
+        self._tiles: NDArray[np.uint8] | None = None
+        self._repeated = np.zeros(0, np.int64)
+        self._may_repeat = np.zeros(0, np.bool_)
 
-    def share(self, unrest: Unrest, *, learns: bool) -> float:
-        """Return the share of the tiles that are frozen, after `unrest` has taken a frame.
+    def share(self, image: NDArray[np.uint8], *, learns: bool) -> float:
+        """Take an image (height, width, 3) of uint8; return the share of its tiles that are frozen.
 
-        `learns`: nothing depends on the image, so a tile that repeats now is one that may repeat.
+        `learns`: nothing depends on the image, so tiles that repeat now may go on doing so. Other arrays than images
+        and images of another size than the last one have no frozen tiles; what was learnt of a size is kept.
         """
-        changes, tiles = unrest.changes, unrest.tiles
-        if changes is None or tiles is None:
-            self._repeated = None
+        before, self._tiles = self._tiles, _tiles_of(image)
+        if self._tiles is None or before is None or before.shape != self._tiles.shape:
+            self._repeated[:] = 0
             return 0.0
-        if self._repeated is None or self._may_repeat is None or len(self._repeated) != len(changes):
-            self._repeated = np.zeros(len(changes), np.int64)
-            self._may_repeat = np.zeros(len(changes), np.bool_)
-        same = changes == 0
+        count = len(self._tiles)
+        if len(self._repeated) != count:
+            self._repeated, self._may_repeat = np.zeros(count, np.int64), np.zeros(count, np.bool_)
+        same = (self._tiles == before).all(axis=1)
         self._repeated = np.where(same, self._repeated + 1, 0)
-        if not same.any():
-            return 0.0
+        frozen = self._repeated >= LEAST_REPEATS
         if learns:
-            self._may_repeat |= same
+            self._may_repeat |= frozen
+        frozen &= ~self._may_repeat
+        if not frozen.any():
             return 0.0
-        frozen = (self._repeated >= LEAST_REPEATS) & ~self._may_repeat
-        frozen[frozen] = np.ptp(tiles[frozen], axis=1).any(axis=1)
+        pixels = self._tiles[frozen].reshape(int(frozen.sum()), -1, 3)
+        frozen[frozen] = np.ptp(pixels, axis=1).any(axis=1)
         return float(frozen.mean())
+
+
+def _tiles_of(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """Return the tiles (n, values) of an image, None for an array that is none."""
+    if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3):
+        return None
+    # Columns that do not fill a tile are left out.
+    width = image.shape[1] // TILES_ACROSS * TILES_ACROSS
+    rows = image[ROW_STEP_PX // 2 :: ROW_STEP_PX, :width]
+    return rows.reshape(len(rows) * TILES_ACROSS, -1).copy() if rows.size else None

@@ -3,8 +3,7 @@
 The gate refuses a frame if its image is unusable (black, saturated, without a colour, of the wrong shape), if its time
 stamp is impossible, if the whole image trembles, if it repeats the last image while something depends on it, or if
 hardly any marker can be tracked. A stream without usable frames for too long stops the cell, and so does a part of the
-image that repeats for as long. `check_image` checks one
-image; `FrameGate` checks a stream.
+image that repeats for as long. `check_image` checks one image; `FrameGate` checks a stream.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from lsds.clock import nanoseconds
-from lsds.errors import DataError
+from lsds.clock import nanoseconds, seconds
+from lsds.errors import DataError, SafetyStop
 from lsds.safety.monitors import Freshness
 from lsds.tactile.frozen_part import FrozenPart
 from lsds.tactile.unrest import Unrest
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 FIRST_FRAME_S = 3.0
 #: Minimum share of the markers that must be tracked; with fewer, the frame is refused.
 BLIND_SHARE = 0.3
-#: Share of the image that repeats from which on a part of it is frozen; chosen: the contact may lie in any tenth.
+#: Minimum share of the image that repeats if a part of it is frozen; chosen: the contact may lie in any tenth.
 FROZEN_SHARE = 0.1
 #: Number of refusals kept with their reasons; older ones are only counted.
 _REFUSALS_KEPT = 10_000
@@ -71,8 +70,9 @@ class FrameGate:
             nanoseconds(max(safety.frozen_after_s, safety.stale_after_s)),
             remedy="the camera repeats one image",
         )
-        self._complete = Freshness(source, start_ns, nanoseconds(max(safety.frozen_after_s, safety.stale_after_s)))
+        self._source, self._frozen_after_s = source, max(safety.frozen_after_s, safety.stale_after_s)
         self._repeated, self._frozen = RepeatedImage(), FrozenPart()
+        self._whole_ns: int | None = None
         self._unrest = Unrest()
         self.refused = 0
         self.refusals: deque[Refusal] = deque(maxlen=_REFUSALS_KEPT)
@@ -91,7 +91,7 @@ class FrameGate:
             return False
         if not self._live or not self._repeated.seen(frame.image) or not depends:
             self._changing.good(now_ns)
-            self._require_complete(now_ns, depends=depends)
+            self._require_whole(frame, now_ns, depends=depends)
             return True
         try:
             # A repeated black image counts as unusable, not as frozen, so the shorter limit applies.
@@ -104,14 +104,18 @@ class FrameGate:
         self._changing.require(now_ns)
         return False
 
-    def _require_complete(self, now_ns: int, *, depends: bool) -> None:
+    def _require_whole(self, frame: Frame, now_ns: int, *, depends: bool) -> None:
         """Raise SafetyStop if a part of the image has repeated for too long while something depends on it."""
-        share = self._frozen.share(self._unrest, learns=not depends) if self._live else 0.0
-        if share < FROZEN_SHARE:
-            self._complete.good(now_ns)
+        share = self._frozen.share(frame.image, learns=not depends) if self._live else 0.0
+        if share < FROZEN_SHARE or self._whole_ns is None:
+            self._whole_ns = now_ns
             return
-        self._complete.bad(f"{100 * share:.0f} % of the image repeats from frame to frame")
-        self._complete.require(now_ns)
+        repeats_s = seconds(now_ns - self._whole_ns)
+        if repeats_s > self._frozen_after_s:
+            raise SafetyStop(
+                f"{self._source}: {100 * share:.0f} % of the image has repeated for {repeats_s:.2f} s, "
+                f"the limit is {self._frozen_after_s:.2f} s (restart the camera, or check its compression)"
+            )
 
     def followed(self, frame: Frame, tracks: MarkerTracks, now_ns: int) -> None:
         """Record the share of tracked markers. Raises SafetyStop if it was too low for too long."""

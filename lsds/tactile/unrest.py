@@ -25,16 +25,10 @@ TILES_PER_ROW = 8
 
 
 class Unrest:
-    """Watches one camera; `level` is the last frame's change in its calmest tile.
-
-    `tiles` (n, pixels, 3) are the last frame's tiles, `changes` (n,) their mean changes, both None without a frame
-    before.
-    """
+    """Watches one camera; `level` is the last frame's change in its calmest tile."""
 
     def __init__(self) -> None:
         self.level = 0.0
-        self.tiles: NDArray[np.uint8] | None = None
-        self.changes: NDArray[np.float64] | None = None
         self._rows: NDArray[np.uint8] | None = None
         self._count = 0
 
@@ -43,7 +37,6 @@ class Unrest:
 
         Other arrays are ignored: `check_image` reports their error.
         """
-        self.tiles = self.changes = None
         if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.size):
             return False
         # Columns that do not fill a tile are left out.
@@ -55,8 +48,6 @@ class Unrest:
             self._count = 0
             return False
         change = np.asarray(cv2.absdiff(rows, before))
-        count = len(rows) * TILES_PER_ROW
-        self.tiles, self.changes = rows.reshape(count, -1, 3), change.reshape(count, -1).mean(axis=1)
-        self.level = float(self.changes.min())
+        self.level = float(change.reshape(len(rows) * TILES_PER_ROW, -1).mean(axis=1).min())
         self._count = self._count + 1 if self.level > UNREST else 0
         return self._count >= UNREST_FRAMES

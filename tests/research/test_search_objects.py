@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lsds_mocks.cell.options import CellOptions
 from lsds_research.search import scenarios
 from lsds_research.search.objects import FIRM, OBJECTS, chosen_space, completed
 from lsds_research.search.options import SearchOptions
@@ -94,10 +95,11 @@ def test_whatever_is_left_out_of_a_scenario_the_rest_describes_one_object(point,
     drawn = point_to_scenario(OBJECTS, point)
     kept = data.draw(st.sets(st.sampled_from(sorted(drawn))))
     scenario = completed({key: value for key, value in drawn.items() if key in kept})
-    assert scenario.get("cell.simulated.kinetic_friction", 0.0) <= scenario.get(FRICTION, 0.0)
-    assert not {"kinetic_share"} & scenario.keys()
-    if scenario.get("cell.simulated.shape") == "sphere" and "cell.simulated.diameter_mm" in scenario:
-        assert scenario["cell.simulated.length_mm"] >= scenario["cell.simulated.diameter_mm"]
+    cell = {key.removeprefix("cell.simulated."): value for key, value in scenario.items() if "cell.simulated" in key}
+    options = CellOptions(**cell)
+    assert options.kinetic_friction <= options.static_friction
+    if options.shape == "sphere":
+        assert (options.length_mm, options.turned_deg) == (max(20.0, options.diameter_mm), 0.0)
     if "task.lift_speed_m_s" in scenario:
         assert scenario["task.lift_s"] * scenario["task.lift_speed_m_s"] <= 0.1201
 

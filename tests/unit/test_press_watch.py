@@ -24,7 +24,9 @@ def feed(watch: PressWatch, squeezes_mm, normals_n, start: int = 0) -> None:
 
 
 def test_a_closing_that_the_gel_does_not_show_stops_the_cell():
-    with pytest.raises(SafetyStop, match=r"closed by 1\.00 mm, but the normal force .* changed by \+0 % instead of"):
+    with pytest.raises(
+        SafetyStop, match=r"closed by 0\.75 mm, but the normal force .* changed by \+0 % instead of \+66 %"
+    ):
         feed(PressWatch(POWER), CLOSING, [2.0] * len(CLOSING))
 
 
@@ -49,11 +51,37 @@ def test_a_force_that_decays_between_closings_does_not():
             frame += 1
 
 
+@pytest.mark.parametrize("flickers_mm", [0.0, 0.02, 0.2])
+@pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
+def test_a_resting_aperture_that_flickers_within_a_tick_is_no_closing(flickers_mm, noise):
+    rng, watch = np.random.default_rng(3), PressWatch(POWER, 2.2e-4)
+    squeezes = 1.5 + (0.222 * rng.integers(0, 2, 900) if flickers_mm == 0.2 else rng.normal(0, flickers_mm, 900))
+    feed(watch, squeezes, 2.0 * np.exp(rng.normal(0, noise, 900)))
+
+
+@pytest.mark.parametrize("lag", [0, 1, 2])
+@pytest.mark.parametrize("period", [1, 2, 5])
+def test_fingers_that_close_and_open_by_turns_have_not_closed(lag, period):
+    squeezes = [2.0 + 0.3 * (at // period % 2) for at in range(300)]
+    normals = [squeeze**POWER for squeeze in squeezes]
+    feed(PressWatch(POWER), squeezes, normals[:1] * lag + normals[: len(normals) - lag])
+
+
+@pytest.mark.parametrize("rate_hz", [5, 8, 12, 25, 60])
+@pytest.mark.parametrize("every", [1, 3, 8])
+def test_a_force_may_follow_later_however_slow_the_camera(rate_hz, every):
+    watch, squeeze_mm, before_mm = PressWatch(POWER), 1.0, 1.0
+    for at in range(60):
+        watch.take(round(at * 1e9 / rate_hz), squeeze_mm * 1e-3, before_mm**POWER)
+        before_mm = squeeze_mm
+        squeeze_mm *= 1.15 if at % every == 0 and squeeze_mm < 9 else 1.0
+
+
 def test_a_small_closing_is_not_judged():
     feed(PressWatch(POWER), [1.5, 1.5, 1.7, 1.9, 1.9, 1.9, 1.9, 1.9, 1.9], [2.0] * 9)
 
 
-def test_a_noisy_force_is_given_the_benefit_of_its_noise():
+def test_a_noisy_force_may_grow_less_by_its_noise():
     rng = np.random.default_rng(4)
     rest = 1.5 * np.ones(40), 2.0 * np.exp(rng.normal(0, 0.2, 40))
     noisy = PressWatch(POWER)
@@ -78,7 +106,7 @@ def test_frames_without_a_known_force_are_left_out():
         watch.take(at * FRAME_NS, math.nan, 2.0)
 
 
-def test_the_next_object_is_another_matter():
+def test_a_new_object_starts_again():
     watch = PressWatch(POWER)
     feed(watch, CLOSING[:5], [2.0] * 5)
     watch.reset()

@@ -1,6 +1,6 @@
 """The space of random objects as axes: what a stranger may put between the fingers, from no catalogue.
 
-A failure with an object that no firm grip holds is not the controller's.
+A failure with an object that no firm grip holds is not a failure of the controller.
 
 The ranges are those of the study `grip` (`lsds_research.studies.grip.random_objects`). Some keys depend on others: a
 sphere is as long as it is thick, and kinetic friction is a share of the static one.
@@ -80,13 +80,16 @@ def chosen_space(file: str, *, random: bool) -> Space:
 
 
 def completed(scenario: Scenario) -> Scenario:
-    """Return a scenario with the keys that depend on others, as far as it has those."""
+    """Return a scenario with the keys that depend on others."""
     found = dict(scenario)
-    share = found.pop(SHARE, None)
-    if share is not None and f"{CELL}static_friction" in found:
-        found[f"{CELL}kinetic_friction"] = round(float(found[f"{CELL}static_friction"]) * float(share), 4)
-    if found.get(f"{CELL}shape") == "sphere" and f"{CELL}diameter_mm" in found:
-        found[f"{CELL}length_mm"] = max(20.0, float(found[f"{CELL}diameter_mm"]))
+    share, static = found.pop(SHARE, None), f"{CELL}static_friction"
+    # Of a pair of which one is drawn, the other has its usual value.
+    if share is not None or static in found:
+        found[static] = float(found.get(static, _usual(static)))
+        found[f"{CELL}kinetic_friction"] = round(found[static] * float(_usual(SHARE) if share is None else share), 4)
+    if found.get(f"{CELL}shape") == "sphere":
+        found[f"{CELL}diameter_mm"] = float(found.get(f"{CELL}diameter_mm", _usual(f"{CELL}diameter_mm")))
+        found[f"{CELL}length_mm"] = max(20.0, found[f"{CELL}diameter_mm"])
         found[f"{CELL}turned_deg"] = 0.0
     if found.get(f"{CELL}texture") == "smooth":
         found[f"{CELL}texture_depth_mm"] = 0.0
@@ -96,3 +99,8 @@ def completed(scenario: Scenario) -> Scenario:
         # As high as the arm can reach, whatever the speed, as in the study of grip.
         found["task.lift_s"] = round(min(3.0, 0.12 / float(found["task.lift_speed_m_s"])), 3)
     return found
+
+
+def _usual(key: str) -> float:
+    """Return the usual value of an axis."""
+    return float(next(axis.usual for axis in OBJECTS if axis.key == key))

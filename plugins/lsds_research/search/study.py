@@ -95,7 +95,7 @@ class SearchStudy:
         for row in failed:
             if len(found) >= self._most:
                 break
-            # The drawn keys are shrunk and completed for each trial: half of a completed scenario is another object.
+            # The drawn keys are shrunk: without some of them, keys that were derived from them would no longer fit.
             drawn = point_to_scenario(self._space, row["point"])
             small = self._complete(shrunk(drawn, self._space, partial(self._fails, row["way"]), SHRINKS))
             keys = ", ".join(f"{key.rpartition('.')[2]} = {value}" for key, value in small.items())

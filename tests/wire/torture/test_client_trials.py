@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from lsds.cli.check_client import _planned
 from lsds.cli.main import main
 from lsds.errors import DataError
 from lsds.testing.torture import campaign, course
@@ -195,3 +196,14 @@ def test_wrong_use_is_one_error(arguments, code, message, capsys):
     assert re.search(message, error), error
     assert returned == code if code is not None else returned != 0
     assert "Traceback" not in error
+
+
+@pytest.mark.parametrize(("seed", "seeds"), [(None, [7, 8]), (3, [3, 4])])
+def test_a_finding_is_repeated_with_what_is_given(tmp_path, seed, seeds):
+    own = Case("gripper", "hand-e", "somewhere:Client", seed=7, settings=(("tcp", {"port": 1, "backlog": 2}),))
+    (file := tmp_path / "finding.json").write_text(json.dumps({"case": own.as_json()}), encoding="utf-8")
+    base = replace(own, client="mine:Client", settings=())
+    planned = _planned(base, str(file), 2, seed, ["tcp.port=5"])
+    assert [case.seed for case, _ in planned] == seeds
+    assert {case.client for case, _ in planned} == {"mine:Client"}
+    assert [dict(case.settings) for case, _ in planned] == [{"tcp": {"port": 5, "backlog": 2}}] * 2
