@@ -56,7 +56,7 @@ class FrozenPart:
 
 
 def _tiles_of(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-    """Return the tiles (n, values) of an image, None for an array that is none."""
+    """Return the tiles (n, values) of an image, None for any other array."""
     if not (isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3):
         return None
     # Columns that do not fill a tile are left out.
