@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lsds.grip.evidence import MOST_EVIDENCE
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -36,6 +38,8 @@ LEAST_FRICTION = 0.1
 a gel that is not calibrated may be twice too great."""
 NORMAL_SPREAD = 0.35
 """Relative standard deviation of the normal force by the imprint: that of small balls, the largest (simulated)."""
+WET_SHARE = 0.5
+"""Least friction of a wet surface as a share of that of a dry one; chosen: that of the simulated ones (`wet_to`)."""
 HEAVIER = 0.4
 """Exponent of the load by which its prior density falls; chosen."""
 LOADING_RISING = 0.3
@@ -80,7 +84,7 @@ class GripBelief:
         joint /= joint.sum()
         self.stick, self.slide = 0.98 * joint, 0.02 * joint
         self._prior_r, self._prior_w = prior_r / prior_r.sum(), prior_w / prior_w.sum()
-        self._unseen, self._false = self.options.unseen, 0.0
+        self._unseen = self.options.unseen
         self._greatest = -math.inf
         self._drifted_s = self._changed_s = 0.0
         self._last_f = self._last_s = math.nan
@@ -121,7 +125,7 @@ class GripBelief:
         advance = self._advance_compiled if self._compiled else self._advance
         begun = advance(ln_f, ln_g, dt_s, stands, changed, (loading, density))
         self._unseen = (self._unseen * slid + self.options.unseen * begun) / (slid + begun)
-        self._weigh(evidence, dt_s)
+        self._weigh(evidence)
 
     def _advance(
         self, ln_f: float, ln_g: float, dt_s: float, stands: bool, changed: bool, being_loaded: tuple[float, float]
@@ -166,9 +170,11 @@ class GripBelief:
     def know_normal(self, normal_n: float, squeeze_mm: float) -> None:
         """Take the normal force at a squeeze, once for a grip: the limit is at least `LEAST_FRICTION` times it.
 
-        Friction that jumps later, as on a surface that gets wet, may be less.
+        Friction that jumps later, as on a surface that gets wet, may be `WET_SHARE` of that.
         """
         least = math.log(LEAST_FRICTION * normal_n) - self.options.power * math.log(squeeze_mm)
+        wet = self._prior_r * (_below((self._ln_r - least - math.log(WET_SHARE)) / NORMAL_SPREAD) + _OUTLIER)
+        self._prior_r = wet / wet.sum()
         share = _below((self._ln_r - least) / NORMAL_SPREAD) + _OUTLIER
         total = float((self.stick @ share).sum() + (self.slide @ share).sum())
         self.stick, self.slide = self.stick * (share / total), self.slide * (share / total)
@@ -176,7 +182,7 @@ class GripBelief:
     def weigh(self, evidence: float, dt_s: float) -> None:
         """Take the detector's evidence of a round in which no load is known."""
         self._drift(dt_s, changed=False)
-        self._weigh(evidence, dt_s)
+        self._weigh(evidence)
 
     def squeeze_mm(self, risk: float, margin: float, ahead_n: float, braking: float = 1.0) -> float:
         """Return the least squeeze (mm) at which `margin` times the load exceeds the limit with at most this
@@ -222,18 +228,14 @@ class GripBelief:
             return 0.0
         return load_n / (most_n + 4 * noise_n)
 
-    def _weigh(self, evidence: float, dt_s: float) -> None:
+    def _weigh(self, evidence: float) -> None:
         """Weigh slide against stick, and make the sum of all 1 again."""
-        likelihood = math.exp(min(max(evidence, -_MOST_EVIDENCE), _MOST_EVIDENCE))
-        # Some slides are never seen, and now and then a detector starts to alarm for nothing: what such a one answers
-        # is no evidence, however often it comes.
+        likelihood = math.exp(min(max(evidence, -MOST_EVIDENCE), MOST_EVIDENCE))
+        # Some slides are never seen: of those the detector's silence says nothing.
         slides = self._unseen + (1 - self._unseen) * likelihood
-        self._false = max(self._false, self.options.jumps_hz * max(dt_s, _LEAST_ROUND_S))
-        sticks = self._false * likelihood + (1 - self._false)
         self._unseen /= slides
-        self._false *= likelihood / sticks
-        total = sticks * float(self.stick.sum()) + slides * float(self.slide.sum())
-        self.stick *= sticks / total
+        total = float(self.stick.sum()) + slides * float(self.slide.sum())
+        self.stick /= total
         self.slide *= slides / total
 
     def _drift(self, dt_s: float, changed: bool) -> float:
@@ -320,10 +322,6 @@ _RANGE = math.log(LOAD_RANGE_N[1] / LOAD_RANGE_N[0])
 """Width of the range of loads, natural logarithm."""
 _OUTLIER = 0.002
 """Density of a load that no hypothesis explains, so that one wrong frame excludes nothing; chosen."""
-_LEAST_ROUND_S = 0.01
-"""Minimum duration of a round in the rate of false evidence, s; chosen."""
-_MOST_EVIDENCE = 4.0
-"""Maximum evidence of one frame, log-likelihood ratio; chosen, so that no frame decides alone."""
 _STOPPING = 0.1
 """Weight of slides of objects that friction would carry: those that are about to stop; chosen."""
 

@@ -25,7 +25,7 @@ class GripOptions(BaseModel):
         default=0.03,
         gt=0,
         le=1,
-        description="how often the load jumps (a shove), friction (a wet surface), and a detector alarms for nothing",
+        description="how often the load jumps (a shove), and friction (a wet surface)",
     )
     limit: float = Field(default=0.5, gt=0, le=20, description="median of the limits of unknown objects, N/mm^power")
     spread: float = Field(

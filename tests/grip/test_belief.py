@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lsds.contracts import Detection, SlipEstimate
 from lsds.grip.belief import GripBelief
-from lsds.grip.evidence import SlipEvidence, probability
+from lsds.grip.evidence import MOST_EVIDENCE, SlipEvidence, probability
 from lsds.grip.options import GripOptions
 
 OPTIONS = GripOptions()
@@ -73,11 +73,11 @@ def test_a_slide_and_its_end_are_both_accepted():
 
 def test_a_detector_that_only_alarms_is_no_evidence_for_long():
     """A load that stays while the squeeze grows is that of an object that hangs, whatever the detector reports."""
-    belief = GripBelief(OPTIONS, 0.105)
+    belief, evidence = GripBelief(OPTIONS, 0.105), SlipEvidence(0.105)
     hanging(belief, 0.8, 1.5)
     squeeze_mm = 1.5
     for _ in range(150):
-        belief.update(0.8, squeeze_mm, FRAME_S, 1.1)
+        belief.update(0.8, squeeze_mm, FRAME_S, evidence.take(detection(0.95), SLOW, 1.0))
         squeeze_mm = max(squeeze_mm, min(belief.squeeze_mm(0.25, 1.2, 0.8), 1.2 * squeeze_mm))
     assert squeeze_mm < 3.0
     assert belief.slips < 0.5
@@ -129,8 +129,8 @@ def test_alarms_about_a_light_object_in_a_firm_grip_are_not_believed():
     seen, blind = GripBelief(OPTIONS, 0.105), GripBelief(OPTIONS, 0.105)
     seen.know_normal(15.0, 5.0)
     for belief in (seen, blind):
-        for load_n in (0.1, 0.06, 0.15):
-            belief.update(load_n, 5.0, FRAME_S, 3.0)
+        for load_n, evidence in ((0.1, 4.0), (0.06, 4.0), (0.15, 0.0)):
+            belief.update(load_n, 5.0, FRAME_S, evidence)
     assert seen.slips < 0.5 * blind.slips
     assert seen.squeeze_mm(0.1, 1.2, 0.15) < 5.0
 
@@ -190,10 +190,14 @@ def detection(score: float, *, threshold: float = 0.75, slip: bool | None = True
     return Detection(slip, score, threshold, 0.6, score if score <= 1 else math.nan)
 
 
-def test_repeated_evidence_counts_less():
+def test_an_alarm_counts_once_however_long_it_lasts():
     evidence = SlipEvidence(0.105)
-    first, second = (evidence.take(detection(0.95), SLOW, 1.0) for _ in range(2))
-    assert 0 < second < first / 2
+    added = [evidence.take(detection(0.95), SLOW, 1.0) for _ in range(20)]
+    assert max(added) <= MOST_EVIDENCE
+    assert sum(added) > MOST_EVIDENCE
+    assert added[5:] == [0.0] * 15
+    ended = [evidence.take(detection(0.0, slip=False), REST, 1.0) for _ in range(20)]
+    assert sum(added) + sum(ended) == pytest.approx(0, abs=0.3)
 
 
 def test_an_alarm_that_lasts_is_no_evidence_against_a_slide_when_the_squeeze_changes():

@@ -113,7 +113,8 @@ def test_a_probe_without_a_slip_adds_the_margin_to_the_grip_that_held():
     hanging.probe()
     for _ in range(5):
         hanging.frame(0.8)
-    assert 0.5 < hanging.squeeze_mm < 0.9
+    # The load rises by more than half at once: the margin of 1.2 on the grip that held, and a tick.
+    assert 0.5 < hanging.squeeze_mm < 0.9 * 1.2 ** (1 / 1.25) + 1e3 * TICK_M
 
 
 def test_a_controller_that_never_opens_does_not_probe():

@@ -130,14 +130,14 @@ class BeliefController:
         wanted_m = grip.required_m(risk, options.margin, ahead_n, braking)
         if not wanted.probes:
             wanted_m = max(wanted_m, grip.rising_m)
+        late = grip.t_ns - self._closed_ns > nanoseconds(ARRIVES * wanted.answer_s)
+        # Fingers that have not followed the last closing get it again, and no wider step.
+        if late and held_m - grip.squeeze_m > LOST_M + 2 * tick_m:
+            self._closed_ns = grip.t_ns
+            return grip.commanded_m
         if wanted_m > held_m + tick_m / 2:
             self._quiet_s, self._opened_to = 0.0, None
             return self._closed(grip, wanted, wanted_m, held_m, tick_m)
-        if held_m - grip.squeeze_m > LOST_M + 2 * tick_m and grip.t_ns - self._closed_ns > nanoseconds(
-            ARRIVES * wanted.answer_s
-        ):
-            self._closed_ns = grip.t_ns
-            return grip.commanded_m
         return self._opened(grip, wanted, held_m, tick_m, dt_s)
 
     def _risk(self, grip: GripEstimate) -> float:
