@@ -34,25 +34,27 @@ class SlipEvidence:
 
     def __init__(self, closing_s: float, still: Weights = STILL_WEIGHTS, closing: Weights = CLOSING_WEIGHTS) -> None:
         self._closing_s, self._still, self._closing = closing_s, still, closing
-        self._before, self._owed = REST_SIGNALS, 0.0
+        self._before, self._given, self._closes = REST_SIGNALS, 0.0, True
 
     def take(self, detection: Detection, estimate: SlipEstimate, since_change_s: float) -> float:
-        """Return what a frame adds to the frame before, at most `MOST_EVIDENCE` either way; the rest follows with the
-        next frames. 0 if the detector abstains.
+        """Return what a frame adds to the evidence given before, at most `MOST_EVIDENCE` either way; the rest follows
+        with the next frames. 0 if the detector abstains.
 
-        `since_change_s` is the time since the squeeze has changed. The frame before counts by the present weights, or
-        a change of the squeeze would turn a lasting alarm into evidence against a slide.
+        `since_change_s` is the time since the squeeze has changed. The change itself, from which on a frame says less,
+        is no evidence: it would turn a lasting alarm into evidence against a slide.
         """
         if detection.slip is None:
-            self._before, self._owed = REST_SIGNALS, 0.0
+            self._before, self._given = REST_SIGNALS, _ratio(self._still, REST_SIGNALS)
             return 0.0
-        weights = self._closing if since_change_s < self._closing_s else self._still
+        closes, closed = since_change_s < self._closing_s, self._closes
+        weights = self._closing if closes else self._still
+        if closes and not closed:
+            self._given = _ratio(weights, self._before)
         speed_m_s = 0.0 if estimate.abstained else speed_of(estimate)[0]
         now = probability(detection), math.log(1e3 * speed_m_s + 0.3) if math.isfinite(speed_m_s) else REST_SIGNALS[1]
-        before, self._before = self._before, now
-        owed = self._owed + _ratio(weights, now) - _ratio(weights, before)
-        added = min(max(owed, -MOST_EVIDENCE), MOST_EVIDENCE)
-        self._owed = owed - added
+        self._before, self._closes = now, closes
+        added = min(max(_ratio(weights, now) - self._given, -MOST_EVIDENCE), MOST_EVIDENCE)
+        self._given += added
         return added
 
 

@@ -118,16 +118,16 @@ class GripObserver:
         rests_s = (seen.t_ns - self._changed_ns) * 1e-9
         if len(self._normals) < MEDIAN_FRAMES:
             self._see_normal(load.normal_n, squeeze_m, settled=rests_s > SETTLES_S)
-        evidence = self._evidence.take(seen.detection, estimate, rests_s)
         limit_n, limit_std_n, rising_m = math.nan, math.nan, 0.0
         if not math.isfinite(load_n) or not math.isfinite(squeeze_m):
-            self.belief.weigh(evidence, round_s)
+            self.belief.weigh(self._evidence.take(seen.detection, estimate, rests_s), round_s)
         elif load_n > LEAST_EVIDENCE_N:
             if math.isfinite(self._before_n) and round_s > 0:
                 rate = (load_n - self._before_n) / round_s
             self._before_n = load_n
             moved_mm = 1e3 * round_s * arm_m_s if round_s > 0 else 0.0
             stands = supported and not speed_m_s > 0
+            evidence = self._evidence.take(seen.detection, estimate, rests_s)
             self.belief.update(load_n, 1e3 * squeeze_m, round_s, evidence, stands, moved_mm)
             limit_n, limit_std_n = self.belief.limit_n(1e3 * squeeze_m)
             if supported or self.belief.slips > SLIPPED:

@@ -314,7 +314,7 @@ class Engine:
         self.events.publish(cycle)
         # After the cycle is published, so that a recording has the frame that explains a stop.
         if self._press is not None and acting and grip.complete and math.isfinite(self._wanted.touch_m):
-            self._press.take(grip.t_ns, grip.squeeze_m, grip.normal_n)
+            self._press.see(grip)
         if self._yielding is not None:
             self._yielding.append(cycle)
             self.scheduler.stop()

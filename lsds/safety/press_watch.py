@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from lsds.clock import nanoseconds
 from lsds.errors import SafetyStop
+
+if TYPE_CHECKING:
+    from lsds.contracts import GripEstimate
 
 WINDOW_S = 2.0
 """Time over which closings are added up, s; chosen."""
@@ -33,6 +36,13 @@ NOISE_STDS = 2.0
 """Standard deviations of its noise by which the force must have grown too little; chosen."""
 LEAST_PLAY_M = 1e-4
 """Minimum play of the reported squeeze: an aperture that flickers by less has not changed, m; chosen."""
+
+
+SHORT_REACH_M = 6e-3
+"""Half-length of a contact along the load, m, below which a slide is not judged: a short contact that slips along the pad
+loses its normal force whatever the fingers do. Pipes and edges reach 8.7 mm, spheres and corners 3 to 5 (simulated)."""
+MAY_SLIDE = 0.25
+"""Probability of a slide from which on a short contact may slip; chosen."""
 
 
 class _Seen(NamedTuple):
@@ -62,6 +72,13 @@ class PressWatch:
         self._frame = 0
         self._noise, self._decay = FIRST_NOISE, 0.0
         self._follows = False
+
+    def see(self, grip: GripEstimate) -> None:
+        """Take a round of the grip; nothing is judged while a short contact may slide. Raises SafetyStop as `take`."""
+        if grip.slips > MAY_SLIDE and grip.reach_m < SHORT_REACH_M:
+            self.reset()
+        else:
+            self.take(grip.t_ns, grip.squeeze_m, grip.normal_n)
 
     def take(self, t_ns: int, squeeze_m: float, normal_n: float) -> None:
         """Take the reported squeeze (m) at the time of a frame and the normal force (N) that the frame shows.

@@ -197,13 +197,16 @@ def test_an_alarm_counts_once_however_long_it_lasts():
     assert sum(added) > MOST_EVIDENCE
     assert added[5:] == [0.0] * 15
     ended = [evidence.take(detection(0.0, slip=False), REST, 1.0) for _ in range(20)]
-    assert sum(added) + sum(ended) == pytest.approx(0, abs=0.3)
+    fresh = SlipEvidence(0.105)
+    silent = [fresh.take(detection(0.0, slip=False), REST, 1.0) for _ in range(20)]
+    assert sum(added) + sum(ended) == pytest.approx(sum(silent))
+    assert sum(silent) < 0
 
 
 def test_an_alarm_that_lasts_is_no_evidence_against_a_slide_when_the_squeeze_changes():
     evidence = SlipEvidence(0.105)
     evidence.take(detection(0.95), SLOW, 1.0)
-    assert evidence.take(detection(0.95), SLOW, 0.0) > 0
+    assert evidence.take(detection(0.95), SLOW, 0.0) >= 0
 
 
 def test_a_speed_speaks_for_a_slide_that_the_detector_does_not_see():

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lsds.contracts import GripEstimate
 from lsds.errors import SafetyStop
 from lsds.safety.press_watch import LEAST_SHARE, PressWatch
 
@@ -104,6 +105,18 @@ def test_frames_without_a_known_force_are_left_out():
     for at, squeeze in enumerate(CLOSING):
         watch.take(at * FRAME_NS, squeeze * 1e-3, math.nan)
         watch.take(at * FRAME_NS, math.nan, 2.0)
+
+
+@pytest.mark.parametrize(("slips", "reach_m", "judged"), [(0.9, 0.004, False), (0.0, 0.004, True), (0.9, 0.009, True)])
+def test_a_short_contact_that_slides_is_not_judged(slips, reach_m, judged):
+    watch, stopped = PressWatch(POWER), False
+    for at, squeeze_mm in enumerate(CLOSING):
+        grip = GripEstimate(t_ns=at * FRAME_NS, slips=slips, reach_m=reach_m, squeeze_m=1e-3 * squeeze_mm, normal_n=2.0)
+        try:
+            watch.see(grip)
+        except SafetyStop:
+            stopped = True
+    assert stopped is judged
 
 
 def test_a_new_object_starts_again():
