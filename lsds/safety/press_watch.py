@@ -39,7 +39,7 @@ LEAST_PLAY_M = 1e-4
 
 
 SHORT_REACH_M = 6e-3
-"""Half-length of a contact along the load, m, below which a slide is not judged: a short contact that slips along the pad
+"""Half-length of a contact along the load, m, below which a slide is not judged: one that slips along the pad
 loses its normal force whatever the fingers do. Pipes and edges reach 8.7 mm, spheres and corners 3 to 5 (simulated)."""
 MAY_SLIDE = 0.25
 """Probability of a slide from which on a short contact may slip; chosen."""
