@@ -53,7 +53,7 @@ LEAST_PROBABILITY = 1e-3
 
 
 class Round(NamedTuple):
-    """What the belief takes in a round: the arguments of its method `name`, and the answers that the evidence is of."""
+    """A round of the belief: its method `name` with arguments, and the answers of detector and estimator."""
 
     name: str
     t_ns: int
