@@ -85,11 +85,11 @@ def completed(scenario: Scenario) -> Scenario:
     share, static = found.pop(SHARE, None), f"{CELL}static_friction"
     # Of a pair of which one is drawn, the other has its usual value.
     if share is not None or static in found:
-        found[static] = float(found.get(static, _usual(static)))
-        found[f"{CELL}kinetic_friction"] = round(found[static] * float(_usual(SHARE) if share is None else share), 4)
+        friction, part = float(found.get(static, _usual(static))), float(_usual(SHARE) if share is None else share)
+        found[static], found[f"{CELL}kinetic_friction"] = friction, round(friction * part, 4)
     if found.get(f"{CELL}shape") == "sphere":
-        found[f"{CELL}diameter_mm"] = float(found.get(f"{CELL}diameter_mm", _usual(f"{CELL}diameter_mm")))
-        found[f"{CELL}length_mm"] = max(20.0, found[f"{CELL}diameter_mm"])
+        diameter_mm = float(found.get(f"{CELL}diameter_mm", _usual(f"{CELL}diameter_mm")))
+        found[f"{CELL}diameter_mm"], found[f"{CELL}length_mm"] = diameter_mm, max(20.0, diameter_mm)
         found[f"{CELL}turned_deg"] = 0.0
     if found.get(f"{CELL}texture") == "smooth":
         found[f"{CELL}texture_depth_mm"] = 0.0

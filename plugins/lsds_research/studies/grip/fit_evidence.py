@@ -191,7 +191,8 @@ def log_loss(lifts: Sequence[tuple[Recorded, dict[int, bool]]], weights: Floats)
                 continue
             added = evidence.take(*each.seen)
             if each.name == "update":
-                belief.update(*each.arguments[:3], added, *each.arguments[3:])
+                load_n, squeeze_mm, dt_s, stands, moved_mm = each.arguments
+                belief.update(load_n, squeeze_mm, dt_s, added, stands, moved_mm)
             else:
                 belief.weigh(added, *each.arguments)
             if each.t_ns in labels:
