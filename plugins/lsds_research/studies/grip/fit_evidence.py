@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lsds.cli.threads import one_thread, processes
 from lsds.clock import nanoseconds
-from lsds.contracts import Detection, SlipEstimate
+from lsds.contracts import Detection, GripEstimate, SlipEstimate
 from lsds.grip import observer
 from lsds.grip.belief import GripBelief
 from lsds.grip.evidence import CLOSING_WEIGHTS, STILL_WEIGHTS, SlipEvidence
@@ -93,18 +93,28 @@ def recording(rounds: list[Round], answers: list[float]) -> Iterator[None]:
             rounds.append(Round("know_normal", now["t_ns"], (normal_n, squeeze_mm)))
             super().know_normal(normal_n, squeeze_mm)
 
-        def update(self, load_n: float, squeeze_mm: float, dt_s: float, evidence: float, *more: Any) -> None:
-            rounds.append(Round("update", now["t_ns"], (load_n, squeeze_mm, dt_s, *more), now["seen"]))
-            super().update(load_n, squeeze_mm, dt_s, evidence, *more)
+        def update(
+            self,
+            load_n: float,
+            squeeze_mm: float,
+            dt_s: float,
+            evidence: float,
+            stands: bool = False,
+            moved_mm: float = math.inf,
+        ) -> None:
+            rounds.append(Round("update", now["t_ns"], (load_n, squeeze_mm, dt_s, stands, moved_mm), now["seen"]))
+            super().update(load_n, squeeze_mm, dt_s, evidence, stands, moved_mm)
 
         def weigh(self, evidence: float, dt_s: float) -> None:
             rounds.append(Round("weigh", now["t_ns"], (dt_s,), now["seen"]))
             super().weigh(evidence, dt_s)
 
     class Observer(observer.GripObserver):
-        def _believe(self, seen: Any, *more: Any) -> dict[str, Any]:
+        def _believe(
+            self, seen: GripEstimate, squeeze_m: float, estimate: SlipEstimate, supported: bool, speed_m_s: float
+        ) -> dict[str, Any]:
             now["t_ns"] = seen.t_ns
-            return super()._believe(seen, *more)
+            return super()._believe(seen, squeeze_m, estimate, supported, speed_m_s)
 
     with (
         patch.object(observer, "SlipEvidence", Evidence),
